@@ -152,6 +152,7 @@ research.add_command(
             ),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
+            "points": ("experiments.point_targets", "Results on point sets that miss targets."),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },
     )

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import fpmatch
+from fpmatch.lab.points.bench.results import read_results
 from fpmatch.matching.registry import matcher_names
+from research.experiments.point_targets import missed_targets
 
 ROOT = Path(__file__).resolve().parent.parent
 pytestmark = pytest.mark.docs
@@ -155,3 +157,7 @@ def test_the_site_gives_its_examples_no_names():
 )
 def test_what_a_page_loads_from_another_host_is_found(html, loaded):
     assert (module_of(DOCS / "conf.py").LOADED.search(html) is not None) == loaded
+
+
+def test_the_kept_results_miss_no_target():
+    assert missed_targets(read_results(DOCS / "data" / "pointsets_bench.json")) == []

@@ -1,7 +1,5 @@
 """Files of arrays: what was written comes back, or the file is refused, whatever was done to it."""
 
-from __future__ import annotations
-
 import errno
 import gzip
 import io
@@ -134,40 +132,13 @@ def test_blocks_in_another_order_and_of_another_file_are_found(small):
                     assert refusal(small) == "damaged"
 
 
-HEADERS: list[tuple[str, object]] = [
-    ("arrays", []),
-    ("arrays", None),
-    ("arrays", 7),
-    ("arrays", {}),
-    ("arrays", [1, 2, 3]),
-    ("about", None),
-    ("new", 7),
-    ("name", "begin"),
-    ("name", ["start"]),
-    ("name", None),
-    ("dtype", "<i4"),
-    ("dtype", ">i8"),
-    ("dtype", "|O"),
-    ("dtype", "nonsense"),
-    ("dtype", 8),
-    ("shape", []),
-    ("shape", [0]),
-    ("shape", [4]),
-    ("shape", [6]),
-    ("shape", [5, 1]),
-    ("shape", [-5]),
-    ("shape", [-1]),
-    ("shape", [5.0]),
-    ("shape", ["5"]),
-    ("shape", [True]),
-    ("shape", [None]),
-    ("shape", [2**62]),
-    ("shape", [2**64 + 5]),
-    ("shape", [10**300]),
-    ("shape", 5),
-    ("shape", "5"),
-    ("shape", None),
-    ("shape", {"0": 5}),
+SHAPES = ([], [0], [4], [6], [5, 1], [-5], [-1], [5.0], ["5"], [True], [None], 5, "5", None)
+HEADERS = [
+    *(("arrays", value) for value in ([], None, 7, {}, [1, 2, 3])),
+    *(("about", None), ("new", 7)),
+    *(("name", value) for value in ("begin", ["start"], None)),
+    *(("dtype", value) for value in ("<i4", ">i8", "|O", "nonsense", 8)),
+    *(("shape", value) for value in (*SHAPES, [2**62], [2**64 + 5], [10**300], {"0": 5})),
 ]
 
 

@@ -1,7 +1,6 @@
 """A print with known ridges, and comparisons of it with a moved copy."""
 
 import math
-from typing import Any
 
 import cv2
 import numpy as np
@@ -55,9 +54,9 @@ def compared(probe_image, reference_image):
         moved = TRUE_TRANSFORM.apply(POSITIONS) + np.array([1.0, -2.0])
         height, width = reference_image.shape
         reference = Template(minutiae_at(moved, TRUE_TRANSFORM.rotation), width, height)
-        fields: dict[str, Any] = {"match": True, "score": 52.0, "fmr": 10**-5.2, "threshold": 40.0}
+        fields = {"match": True, "score": 52.0, "fmr": 10**-5.2, "threshold": 40.0}
         fields |= {"matcher": "unit-circle", "probe": probe, "reference": reference}
-        found: dict[str, Any] = {"similarity": 5.0, "transform": TRUE_TRANSFORM, "rms_px": 2.2}
+        found = {"similarity": 5.0, "transform": TRUE_TRANSFORM, "rms_px": 2.2}
         found |= {"pairs": np.array([[0, 0], [1, 1], [3, 3]], dtype=np.int32), "reason": ""}
         found |= {"agreement": 0.6, "overlap": 0.9, "compared": None}
         found |= {name: changes.pop(name) for name in found.keys() & changes.keys()}

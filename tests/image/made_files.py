@@ -6,12 +6,9 @@ from pathlib import Path
 
 import numpy as np
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from PIL import Image
 
 from research.fuzzing.targets.good_images import an2_text
-
-Pixels = NDArray[np.uint8]
 
 DATA = Path(__file__).parent / "data"
 

@@ -5,11 +5,6 @@ import numpy as np
 from hypothesis import example
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import NDArray
-
-Grey = NDArray[np.uint8]
-Wave = NDArray[np.float32]
-Binary = NDArray[np.bool_]
 
 
 def along_and_across(shape, angle_deg, at=None):

@@ -62,7 +62,7 @@ def pairs(a, b, max_px, max_deg=180):
     distance = np.hypot(a.x[:, None] - b.x, a.y[:, None] - b.y)
     turn = turn_between(np.degrees(a.angle)[:, None], np.degrees(b.angle))
     near = np.argwhere((distance <= max_px) & (turn <= max_deg)).tolist()
-    chosen: dict[int, int] = {}
+    chosen = {}
     for i, j in sorted(near, key=lambda pair: distance[*pair]):
         if i not in chosen and j not in chosen.values():
             chosen[i] = j
@@ -109,13 +109,13 @@ def test_what_is_no_image_of_a_print_is_refused(tmp_path):
         with pytest.raises(ResolutionError, match="dpi"):
             extract(np.zeros((100, 100), np.uint8), dpi=dpi)
     for side, dpi in ((48, 4000), (200, 4000), (2100, 100)):
-        with pytest.raises(ImageError, match=f"resampled from {dpi} to 500 dpi"):
+        with pytest.raises(ImageError, match=f"{dpi} to 500 dpi"):
             extract(np.zeros((side, side), np.uint8), dpi=dpi)
     path = tmp_path / "print.tif"
     path.write_text("not a picture")
     with pytest.raises(ImageReadError, match=r"print\.tif"):
         extract(path)
-    with pytest.raises(ImageError, match="'gabor': there are learned, filters"):
+    with pytest.raises(ImageError, match=r"'gabor': .*learned, filters"):
         extract(pixels_of("102_2"), enhance="gabor")
 
 

@@ -1,7 +1,6 @@
 """Image files that other software made: size, resolution and format of each, where they lie."""
 
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import pytest
@@ -10,9 +9,9 @@ from fpmatch.errors import ImageReadError
 from fpmatch.image.io.grey import RawSize
 from fpmatch.image.io.read import read_image
 
-FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"
-RAW: Final = [RawSize(332, 533), RawSize(320, 407)]
-GOOD: Final = {
+FORMATS = Path(__file__).parents[3] / "shared" / "formats"
+RAW = [RawSize(332, 533), RawSize(320, 407)]
+GOOD = {
     "an2/nistref_type-14-tip-eji-wsq.an2": (344, 370, 500, "ANSI/NIST type 14, WSQ"),
     "an2/nistref_type-9-13-m1.an2": (800, 768, 500, "ANSI/NIST type 13"),
     "an2/nistref_type-9-4-iafis.an2": (800, 768, 500, "ANSI/NIST type 4"),
@@ -38,7 +37,7 @@ GOOD: Final = {
     "wsq/libbiomeval_img.wsq": (256, 256, 500, "WSQ"),
     "wsq/sourceafis_wsq-original.wsq": (832, 768, 500, "WSQ"),
 }
-TEMPLATES: Final = ("an2/libbiomeval", "ansi378/", "invalid/", "iso19794-2/", "min/", "xyt/")
+TEMPLATES = ("an2/libbiomeval", "ansi378/", "invalid/", "iso19794-2/", "min/", "xyt/")
 
 pytestmark = pytest.mark.skipif(not FORMATS.is_dir(), reason="the files are not here")
 

@@ -1,10 +1,7 @@
 """The images of a folder share one polarity."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.errors import DatasetError
@@ -12,8 +9,6 @@ from fpmatch.image import folder_polarity
 from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
-
-Pixels = NDArray[np.uint8]
 
 
 def folder_of(root, name, images):
@@ -78,7 +73,7 @@ def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
 
 
 def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pressed):
-    looked: list[Path] = []
+    looked = []
 
     def reader(path, **how):
         looked.append(path)

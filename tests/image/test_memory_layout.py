@@ -1,8 +1,5 @@
 """Stages accept arrays of any memory layout, and do not change them."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 from made_images import as_picture, plane_wave
@@ -18,7 +15,7 @@ WAVE = plane_wave(33, 7, (60, 90))
 RIDGES = WAVE > 0
 WHOLE = np.ones_like(RIDGES)
 AT = np.array([30, 59]), np.array([20, 0])
-STAGES: dict[str, tuple[Callable[[np.ndarray], Any], np.ndarray]] = {
+STAGES = {
     "normalize": (normalize, as_picture(WAVE)),
     "ridge_spectrum": (ridge_spectrum, WAVE),
     "gabor_filter": (lambda pixels: gabor_filter(pixels, WHOLE, 0 * WAVE, 0 * WAVE + 7), WAVE),

@@ -111,7 +111,7 @@ def test_image_fields_that_cannot_be_read_are_one_line():
         decoded(an2(with_image_again(b"", b"", b"\x1d")))
     whole = an2(tagged_print(GREY, PNG, compression=b"PNG"), tagged_print(GREY))
     at = whole.index(PNG) + len(PNG) + 1
-    with pytest.raises(ImageReadError, match=r"a second field 14\.999 lies outside"):
+    with pytest.raises(ImageReadError, match=r"second field 14\.999"):
         decoded(whole[:at] + b"14.999:" + PNG + b"\x1c" + whole[at:])
 
 

@@ -1,27 +1,20 @@
 """Made prints for the tests of matching: as points, as templates, moved and worn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import NDArray
 
 from fpmatch.matching.pipeline._kernels import _local_kernel
 from fpmatch.matching.pipeline.alignment import (
-    Alignment,
-    AlignmentParameters,
     aligner_of,
     hypotheses,
     local_similarity,
 )
 from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.prints.prepare import PreparedTemplate, prepare
-from fpmatch.matching.prints.print_area import ORIENTATIONS, PrintArea
-from fpmatch.matching.result import Comparison
-from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 COMPILED = _local_kernel.COMPILED
@@ -33,15 +26,14 @@ MOST_MINUTIAE = 60 if COMPILED else 25
 EMPTY = Template(Minutiae.empty(), 300, 300)
 NO_POINTS = np.empty((4, 0))
 
+SIZES = (12, 0, 3, 25, 2)
+"""Minutiae of `some_templates`."""
+
 seeds = st.integers(0, 2**32 - 1)
 """Seeds of prints whose minutiae are in general position."""
 
-Points = NDArray[np.float64]
 
-
-def spread_points(
-    rng: np.random.Generator, n: int, spacing: float = 14.0, size: float = 300.0
-) -> Points:
+def spread_points(rng, n, spacing=14.0, size=300.0):
     """Return n minutiae (4, n), x and y up, no two nearer than `spacing`, of any direction."""
     kept = np.empty((0, 2))
     while len(kept) < n:
@@ -52,28 +44,28 @@ def spread_points(
     return np.ascontiguousarray(np.vstack([kept.T, np.cos(angle), np.sin(angle)]))
 
 
-def on_pixels(rng: np.random.Generator, n: int, side: int = 6, step: float = 9.0) -> Points:
+def on_pixels(rng, n, side=6, step=9.0):
     """Return n minutiae on a small grid of few directions: coincident and collinear ones abound."""
     angle = rng.integers(0, 8, n) * np.pi / 4
     xy = rng.integers(0, side, (2, n)) * step
     return np.ascontiguousarray(np.vstack([xy[:1], -xy[1:], np.cos(angle), np.sin(angle)]))
 
 
-def any_points(seed: int, most: int = 25) -> Points:
+def any_points(seed, most=25):
     """Return 0 to `most` minutiae, in general position or crowded."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(0, most + 1))
     return spread_points(rng, n) if rng.random() < 0.5 else on_pixels(rng, n)
 
 
-def moved(points: Points, turn: float, shift: complex = 0j, scale: float = 1.0) -> Points:
+def moved(points, turn, shift=0j, scale=1.0):
     """Return minutiae turned counter-clockwise (radians, y up), scaled and shifted."""
     z = (points[0] + 1j * points[1]) * scale * np.exp(1j * turn) + shift
     d = (points[2] + 1j * points[3]) * np.exp(1j * turn)
     return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
 
 
-def jittered(rng: np.random.Generator, points: Points, px: float, radians: float) -> Points:
+def jittered(rng, points, px, radians):
     """Return minutiae whose positions and directions have been read a little wrong."""
     z = points[0] + 1j * points[1]
     z = z + rng.normal(0, px, z.shape) + 1j * rng.normal(0, px, z.shape)
@@ -81,7 +73,7 @@ def jittered(rng: np.random.Generator, points: Points, px: float, radians: float
     return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
 
 
-def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
+def two_impressions(seed, n=14):
     """Return a print, and another impression of it that lists its minutiae in another order."""
     rng = np.random.default_rng(seed)
     a = spread_points(rng, n)
@@ -92,7 +84,7 @@ def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
     return a, np.ascontiguousarray(b[:, rng.permutation(b.shape[1])])
 
 
-def impressions_of_a_finger(seed: int, n: int) -> list[Points]:
+def impressions_of_a_finger(seed, n):
     """Return a print of n minutiae, others of its finger, two of any fingers, and two minutiae."""
     rng = np.random.default_rng(seed)
     a = spread_points(rng, n)
@@ -106,7 +98,7 @@ def impressions_of_a_finger(seed: int, n: int) -> list[Points]:
     return [np.ascontiguousarray(side) for side in sides]
 
 
-def doubled_prints(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
+def doubled_prints(seed):
     """Return a print and one that holds it twice, in the order of their content.
 
     Two transforms compete. Some have no field, some one that shows their ridges.
@@ -121,23 +113,23 @@ def doubled_prints(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
     return a, b
 
 
-def similarity_of(a: Points, b: Points) -> NDArray[np.float32]:
+def similarity_of(a, b):
     """Return the local similarity of the minutiae of two prints."""
     return local_similarity(neighbourhoods(a), neighbourhoods(b))
 
 
-def plane(points: Points) -> NDArray[np.complex128]:
+def plane(points):
     """Return the positions of minutiae as complex numbers."""
     return points[0] + 1j * points[1]
 
 
 def template_of(
-    points: Points,
-    dpi: float = 500.0,
-    quality: NDArray[np.integer] | None = None,
-    field: RidgeField | None = None,
-    size: int = 400,
-) -> Template:
+    points,
+    dpi=500.0,
+    quality=None,
+    field=None,
+    size=400,
+):
     """Return a template of minutiae given at 500 dpi, in pixels of its own resolution."""
     zoom = dpi / 500.0
     minutiae = Minutiae(
@@ -150,7 +142,7 @@ def template_of(
     return Template(minutiae, side, side, dpi, field)
 
 
-def turned_on_screen(template: Template, move: Similarity) -> Template:
+def turned_on_screen(template, move):
     """Return a template moved by a transform of its pixels; without a field."""
     m = template.minutiae
     x, y = move.apply(m.xy).T
@@ -159,13 +151,13 @@ def turned_on_screen(template: Template, move: Similarity) -> Template:
     return Template(minutiae, template.width, template.height, template.dpi)
 
 
-def even_field(step: float = 16.0, side: int = 25, orientation: float = 0.6) -> RidgeField:
+def even_field(step=16.0, side=25, orientation=0.6):
     """Return a field of ridges that run one way everywhere."""
     shape = (side, side)
     return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool))
 
 
-def packed_pictures(picture: NDArray[np.bool_]) -> NDArray[np.uint64]:
+def packed_pictures(picture):
     """Return a picture of ridges, 8 pixels a cell along either side, as the bits of its cells."""
     rows, columns = (side // 8 for side in picture.shape)
     cells = picture.reshape(rows, 8, columns, 8).transpose(0, 2, 1, 3).reshape(rows, columns, 64)
@@ -173,9 +165,7 @@ def packed_pictures(picture: NDArray[np.bool_]) -> NDArray[np.uint64]:
     return (cells * weights).sum(axis=2, dtype=np.uint64)
 
 
-def striped_field(
-    period: float = 10.0, side: int = 10, step: float = 16.0, orientation: float = 0.6
-) -> RidgeField:
+def striped_field(period=10.0, side=10, step=16.0, orientation=0.6):
     """Return a field that shows straight ridges, so many pixels apart, that run one way."""
     row, column = np.mgrid[: 8 * side, : 8 * side] + 0.5
     across = (column * np.sin(orientation) + row * np.cos(orientation)) * (step / 8)
@@ -184,8 +174,22 @@ def striped_field(
     return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool), ridges)
 
 
+def some_templates(sizes=SIZES):
+    """Return templates of so many minutiae, with and without a field, and one with its ridges."""
+    fields = None, even_field(side=9), striped_field(side=8)
+    return [
+        template_of(
+            spread_points(np.random.default_rng(k), n),
+            (500.0, 1000.0)[k % 2],
+            np.random.default_rng(k).integers(0, 101, n),
+            fields[k % 3],
+        )
+        for k, n in enumerate(sizes)
+    ]
+
+
 @st.composite
-def fields(draw: st.DrawFn) -> RidgeField:
+def fields(draw):
     """Draw a ridge field of a few cells, some of them empty, with or without their ridges."""
     shape = draw(st.tuples(st.integers(0, 8), st.integers(0, 8)))
     below_half_turn = st.floats(0, 3.125, width=32)
@@ -198,7 +202,7 @@ def fields(draw: st.DrawFn) -> RidgeField:
 
 
 @st.composite
-def templates(draw: st.DrawFn) -> Template:
+def templates(draw):
     """Draw any template: crowded, coincident, outside its image, of any resolution."""
     n = draw(st.integers(0, MOST_MINUTIAE))
     position = draw(
@@ -221,9 +225,7 @@ def templates(draw: st.DrawFn) -> Template:
     return Template(minutiae, 400, 400, dpi, draw(st.none() | fields()))
 
 
-def distorted(
-    points: Points, towards: float = 0.0, most_px: float = 14.0, within_px: float = 60.0
-) -> Points:
+def distorted(points, towards=0.0, most_px=14.0, within_px=60.0):
     """Return minutiae as on skin that one side of the finger drags along, and the other does not.
 
     The displacement, in a direction of so many radians, grows smoothly from 0 to `most_px` across a
@@ -238,7 +240,7 @@ def distorted(
     return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
 
 
-def assert_mirrored(forth: Comparison, back: Comparison) -> None:
+def assert_mirrored(forth, back):
     """Hold two comparisons to being each other with the sides exchanged, to the last bit."""
     for name in ("similarity", "agreement", "overlap"):
         assert getattr(forth, name) == getattr(back, name)
@@ -250,43 +252,41 @@ def assert_mirrored(forth: Comparison, back: Comparison) -> None:
 
 
 def alignments(
-    a: Points,
-    b: Points,
-    similarity: NDArray[np.float32],
-    parameters: AlignmentParameters | None = None,
+    a,
+    b,
+    similarity,
+    parameters=None,
     *,
-    coarse: bool = False,
-) -> list[Alignment]:
+    coarse=False,
+):
     """Return the alignments of two prints by each hypothesis of their local matches."""
     return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
 
 
-def ridge_correlation(
-    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
-) -> tuple[float, int]:
+def ridge_correlation(a, b, alignment):
     """Return the mean correlation of the ridges of two prints, and the cells compared."""
     correlator, cells = correlate(a, b, alignment)
     return correlator.correlation, cells
 
 
 def heaviest(
-    a: Points,
-    b: Points,
-    similarity: NDArray[np.float32],
-    parameters: AlignmentParameters | None = None,
-) -> Alignment | None:
+    a,
+    b,
+    similarity,
+    parameters=None,
+):
     """Return the alignment whose pairs fit best, or None where nothing is paired."""
     found = alignments(a, b, similarity, parameters)
     return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)
 
 
-def flow_of(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
+def flow_of(codes):
     """Return cosine and sine, shape (2, …), of twice the orientation; 0 outside the mask."""
     doubled = (codes.astype(np.float64) - 1.0) * (2 * np.pi / ORIENTATIONS)
     return np.stack([np.cos(doubled), np.sin(doubled)]) * (codes > 0)
 
 
-def cells_of(region: PrintArea) -> NDArray[np.float64]:
+def cells_of(region):
     """Return middles of the cells inside a print area, and their flow, 0 where unknown: (4, K)."""
     row, column = np.nonzero(region.code)
     x = (region.first_column + column + 0.5) * region.step
@@ -294,9 +294,7 @@ def cells_of(region: PrintArea) -> NDArray[np.float64]:
     return np.stack([x, y, *(flow_of(region.code[row, column]) * region.has_flow)])
 
 
-def contains(
-    region: PrintArea, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def contains(region, x, y):
     """Return which of the points lie inside a print area."""
     rows, columns = region.code.shape
     column = np.floor(x / region.step) - region.first_column

@@ -1,17 +1,13 @@
 """Weights of the score made by hand, and prints for interpreted kernels, for tests of matching."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
+from fpmatch.matching import reference
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.alignment import (
     AlignmentParameters,
@@ -29,7 +25,6 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreModel,
     ScoreWeights,
 )
-from fpmatch.matching.prints.prepare import PreparedTemplate
 
 ALWAYS = -math.inf
 NEVER = math.inf
@@ -56,14 +51,14 @@ IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.02, 0.1, 0.45, 1.1, 0.6, 0.15, 0.27, 4
 
 
 def some_model(
-    refine: float = ALWAYS,
-    bias: float = 0.4,
-    prefilter: tuple[float, float, float] = NO_PREFILTER,
-    confident: float = math.inf,
-    relaxation: float = -1.0,
+    refine=ALWAYS,
+    bias=0.4,
+    prefilter=NO_PREFILTER,
+    confident=math.inf,
+    relaxation=-1.0,
     *,
-    ridges: bool = True,
-) -> ScoreModel:
+    ridges=True,
+):
     """Return a model under which unpaired minutiae, turned triangles and strain lower the sum."""
     standard = np.array([MIDDLE, SPREAD, WEIGHT, IMPOSTOR_MEAN])
     if not ridges:
@@ -73,14 +68,14 @@ def some_model(
 
 
 def some_weights(
-    refine: float = ALWAYS,
-    bias: float = 0.4,
-    prefilter: tuple[float, float, float] = NO_PREFILTER,
-    confident: float = math.inf,
-    relaxation: float = -1.0,
+    refine=ALWAYS,
+    bias=0.4,
+    prefilter=NO_PREFILTER,
+    confident=math.inf,
+    relaxation=-1.0,
     *,
-    apart: float = 0.0,
-) -> ScoreWeights:
+    apart=0.0,
+):
     """Return the same thresholds for all models; the bias of each is `apart` less."""
     limits = prefilter, confident, relaxation
     models = (
@@ -90,26 +85,27 @@ def some_weights(
     return ScoreWeights(tuple(models), {"by": "hand"})
 
 
-def weights_of(standard: Any, bias: float = 0.0, refine: float = ALWAYS) -> ScoreWeights:
+def weights_of(standard, bias=0.0, refine=ALWAYS):
     """Return weights of which all models are the same, and nothing is rejected or confident."""
     limits = NO_PREFILTER, -1.0, refine, math.inf, np.array(NO_QUANTILES)
     return ScoreWeights((ScoreModel(np.array(standard, float), bias, *limits),) * len(MODELS), {})
 
 
-def all_with(weights: ScoreWeights, **changes: Any) -> ScoreWeights:
+def all_with(weights, **changes):
     """Return weights of which all models are changed alike."""
     return replace(weights, models=tuple(replace(model, **changes) for model in weights.models))
 
 
 @contextmanager
-def scored_by(weights: ScoreWeights) -> Iterator[None]:
-    """Replace the weights of the package by these."""
+def scored_by(weights):
+    """Replace the weights of the package by these, also where the reference takes them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(score, "load_weights", lambda: weights)
+        for module in (score, reference, reference.evidence):
+            patch.setattr(module, "load_weights", lambda: weights)
         yield
 
 
-def print_for(plain: SimpleNamespace, print_: PreparedTemplate) -> Any:
+def print_for(plain, print_):
     """Return a print as the interpreted kernels see it."""
     n, r, c = print_.neighbourhoods, print_.region, print_.bit_descriptors
     found = plain.template_view.TemplateView(print_.points, print_.quality, n.count, n.frame)
@@ -118,9 +114,7 @@ def print_for(plain: SimpleNamespace, print_: PreparedTemplate) -> Any:
     return found
 
 
-def interpreted_pipeline(
-    plain: SimpleNamespace, probe: PreparedTemplate, capacity: int, weights: ScoreWeights
-) -> Any:
+def interpreted_pipeline(plain, probe, capacity, weights):
     """Return the pipeline of the interpreted kernels, with a probe in it."""
     local = LocalParameters()
     parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()

@@ -20,13 +20,7 @@ from matching_prints import (
     spread_points,
 )
 
-from fpmatch.matching.pipeline.alignment import (
-    AlignmentParameters,
-    aligner_of,
-    identity_alignment,
-    kept_alignment,
-    make_aligner,
-)
+from fpmatch.matching.pipeline.alignment import AlignmentParameters, identity_alignment
 
 EXAMPLES = 30 if COMPILED else 8
 APART = 25.0  # px between minutiae, more than any reach: only true partners can be paired
@@ -62,11 +56,6 @@ def distances(found, a, b):
     i = np.flatnonzero(found.partner >= 0)
     mapped = shift_of(found) + linear_of(found) * plane(a)[i]
     return np.abs(mapped - plane(b)[found.partner[i]])
-
-
-def fields_of(found):
-    names = ("transform", "partner", "weight", "predicted")
-    return [getattr(found, name).tolist() for name in names]
 
 
 @given(seeds, turns, shifts, scales)
@@ -220,24 +209,3 @@ def test_a_print_is_its_own_kept_alignment():
     assert found.predicted == pytest.approx(itself.predicted, abs=1e-6)
     nothing = identity_alignment(np.empty((4, 0)))
     assert nothing.partner.shape == nothing.weight.shape == (0,)
-
-
-def test_an_aligner_for_larger_prints_finds_the_same_and_what_it_found_is_a_copy():
-    """An aligner serves many prints; what it found of earlier ones must not change."""
-    a = spread_points(np.random.default_rng(6), 20, APART)
-    b = moved(a, 0.5, 12j)
-    results = []
-    for aligner in (aligner_of(a, b), make_aligner(50, 60)):
-        aligner.load_a(a, 20)
-        aligner.load_b(b, 20)
-        aligner.relax(similarity_of(a, b))
-        assert aligner.start_hypothesis(0) == 20
-        aligner.refine(0)
-        found = kept_alignment(aligner, 0)
-        results.append(fields_of(found))
-        aligner.load_a(b, 20)
-        aligner.load_b(a, 20)
-        aligner.relax(similarity_of(b, a))
-        aligner.start_hypothesis(0)
-        assert fields_of(found) == results[-1]
-    assert results[0] == results[1]

@@ -109,12 +109,12 @@ def test_a_file_that_is_none_is_named(tmp_path, content, reason):
 
 
 def test_matcher_without_calibration(tmp_path, monkeypatch):
-    with pytest.raises(MatcherError, match="matcher 'nobody' has no calibration"):
+    with pytest.raises(MatcherError, match="'nobody'"):
         load_calibration("nobody")
     (tmp_path / "odd.json").write_text("{}")
     monkeypatch.setattr(module, "CALIBRATION_FOLDER", tmp_path)
     assert calibrated_matchers() == ["odd"]
-    with pytest.raises(MatcherError, match=r"odd\.json: not a calibration file"):
+    with pytest.raises(MatcherError, match=r"odd\.json: "):
         load_calibration("odd")
 
 
@@ -127,11 +127,11 @@ def test_fmr_and_score_are_two_forms_of_one_number(fmr, score):
 
 @pytest.mark.parametrize("fmr", [0.0, -0.1, 1.1, 1e-11, math.nan, math.inf])
 def test_impossible_fmr(fmr):
-    with pytest.raises(MatcherError, match="a false match rate lies from 1e-10 to 1"):
+    with pytest.raises(MatcherError, match="1e-10 to 1"):
         fmr_to_score(fmr)
 
 
 @pytest.mark.parametrize("score", [-0.1, 100.1, math.nan])
 def test_impossible_score(score):
-    with pytest.raises(MatcherError, match="a score lies from 0 to 100"):
+    with pytest.raises(MatcherError, match="0 to 100"):
         score_to_fmr(score)

@@ -1,120 +1,60 @@
-"""Evidence of an alignment: the kernel against a numpy twin, and known alignments."""
+"""Evidence of an alignment: the kernel against the reference, and known alignments."""
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     alignments,
-    cells_of,
-    contains,
     even_field,
-    plane,
-    ridge_correlation,
     seeds,
     spread_points,
     template_of,
     templates,
 )
-from matching_weights import ALWAYS, NEVER, print_for, scored_by, some_weights
-from score_cases import ENTRIES, SHOWN, entries_of, given_pairs, overlay, some_case, with_itself
+from matching_weights import all_with, scored_by, some_weights
+from score_cases import ENTRIES, SHOWN, entries_of, overlay, some_case, with_itself
 
 from fpmatch.matching.pipeline.alignment import (
-    AlignmentParameters,
-    PairMeshParameters,
-    RelaxationParameters,
-    aligner_of,
     identity_alignment,
     local_similarity,
 )
-from fpmatch.matching.pipeline.evidence import ScoreParameters, evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.reference.alignment import Pairing
+from fpmatch.matching.reference.evidence import weigh
+from fpmatch.matching.reference.relaxation import relax
 
-P = ScoreParameters()
 FEW = 20 if COMPILED else 6
 FRAME = 8  # frame points of the mesh
 
 
-def mesh_twin(aligner):
-    """Return the triangles turned over and the mean strain, from the triangles of the mesh."""
-    mesh = aligner.mesh
-    corner = np.asarray(mesh.corner)[: mesh.triangles]
-    a, b = (
-        np.asarray(x)[: mesh.vertices] + 1j * np.asarray(y)[: mesh.vertices]
-        for x, y in ((mesh.ax, mesh.ay), (mesh.bx, mesh.by))
-    )
-    p, q, r = corner.T
-    area = ((b[q] - b[p]).conj() * (b[r] - b[p])).imag
-    turned = int(((corner >= FRAME).sum(axis=1) * (area <= 0)).sum())
-    sides = np.sort(corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    u, v = np.unique(sides[sides[:, 0] >= FRAME], axis=0).T
-    in_a, in_b = abs(a[u] - a[v]), abs(b[u] - b[v])
-    return [turned, np.mean(2 * abs(in_a - in_b) / (in_a + in_b + 16.0)) if len(u) else 0.0]
-
-
-def twin(a, b, partner, transform):
-    """Return the evidence of an alignment, the ridges' aside, with arrays of complex numbers.
-
-    Relaxation and mesh have twins of their own; here their results are summed over the pairs.
-    """
-    linear, shift = (complex(*transform[k : k + 2]) for k in (0, 2))
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    aligner = aligner_of(a.points, b.points)
-    count = aligner.relax(similarity)
-    aligner.impose(partner, *transform.tolist())
-    i = np.flatnonzero(partner >= 0)
-    j = partner[i]
-    back = (plane(b.points) - shift) / linear
-    common, unpaired = 2 * len(i), 0.0
-    for one, other, x, y, paired in (
-        (a, b, *np.asarray(aligner.predicted)[:2, : len(a)], i),
-        (b, a, back.real, back.imag, j),
-    ):
-        single = np.setdiff1d(np.arange(len(one)), paired)
-        u, v, holds = x[single], y[single], partial(contains, other.region)
-        inside = holds(u, v)
-        deep = inside.copy()
-        margin = P.margin_px if other.region.has_flow else P.hull_margin_px
-        for across, along in ((margin, 0), (-margin, 0), (0, margin), (0, -margin)):
-            deep &= holds(u + across, v + along)
-        common += np.count_nonzero(inside)
-        square = one.quality**2
-        least = 0.25 * len(one)
-        poor = least / square.sum() if 0 < square.sum() < least else 1.0
-        unpaired += poor * float(square[single][deep].sum())
-    mapped = shift + linear * plane(cells_of(a.region))
-    shared = np.count_nonzero(contains(b.region, mapped.real, mapped.imag)) * a.region.step**2
-    smaller = min(a.region.area, b.region.area)
-    overlap = min(shared / smaller, 1.0) if smaller else 0.0
-    found, mesh = aligner.relaxation, aligner.mesh
-    first, second, strength = (
-        np.asarray(x)[:count] for x in (found.first, found.second, found.relaxed)
-    )
-    relaxed = strength[partner[first] == second].sum()
-    shares = mesh.place_agreement, mesh.weight_agreement, mesh.fullness
-    agreement = [np.asarray(share)[i].sum() for share in shares]
-    sums = [len(i), similarity[i, j].sum(), unpaired, common, overlap, relaxed, *agreement]
-    return [*map(float, sums), *mesh_twin(aligner), min(len(a), len(b))]
-
-
-@given(seeds)
-def test_evidence_agrees_with_its_twin(seed):
+@given(seeds, st.floats(-20, 20), st.floats(-4, 4))
+def test_evidence_and_score_agree_with_the_reference(seed, bias, level):
     a, b, partner, transform = some_case(seed)
-    found = entries_of(overlay(a, b, partner, transform))
-    assert found[:12] == pytest.approx(twin(a, b, partner, transform), abs=1e-5)
-    correlation, cells = ridge_correlation(a, b, given_pairs(a, partner, transform))
-    assert found[12:14] == [correlation if cells else 0.0, cells]
-    smaller = min(side.region.inside * side.region.step**2 for side in (a, b))
-    assert found[14] == pytest.approx(found[4] * smaller)
+    assume(len(a))
+    weights = some_weights(bias=bias, apart=5.0)
+    quantiles = weights.models[0].quantiles + np.array([[level], [1.5 * level]])
+    weights = all_with(weights, quantiles=quantiles)
+    found = overlay(a, b, partner, transform, weights)
+    move = complex(*transform[:2]), complex(*transform[2:])
+    pairing = Pairing(a.points, b.points, partner, (partner >= 0).astype(float), move)
+    candidates = relax(a.points, b.points, local_similarity(a.neighbourhoods, b.neighbourhoods))
+    with scored_by(weights):
+        _, expected = weigh(a, b, candidates, pairing)
+    for name in (*ENTRIES, "total", "minus_log_fmr"):
+        value = pytest.approx(getattr(expected, name), rel=1e-6, abs=1e-5)
+        assert getattr(found, name) == value, name
+    assert found.features == pytest.approx(expected.features, abs=1e-5)
+    assert found.similarity == pytest.approx(np.logaddexp(0.0, found.minus_log_fmr), rel=1e-9)
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind():
-    """Otherwise the agreement with the twin would show little."""
+    """Otherwise the agreement with the reference would show little."""
     found = [overlay(*some_case(seed)) for seed in range(40)]
     kinds = [
         (
@@ -140,29 +80,6 @@ def test_expected_pairs_are_those_of_minutiae_that_lie_anywhere(seed):
     assert 0 <= found.chance <= most * (1 + 1e-12)
     one_for_one = with_itself(a)
     assert one_for_one.chance == pytest.approx(len(a) ** 2 * 75.0 / one_for_one.area)
-
-
-@given(seeds, st.sampled_from([ALWAYS, NEVER, -12.0]))
-@settings(max_examples=FEW)
-def test_compiled_and_interpreted_agree(plain, seed, refine):
-    a, b, partner, transform = some_case(seed)
-    weights = some_weights(refine, apart=3.0)
-    room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, weights, room)
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    aligner = plain.alignment.Aligner(len(a), len(b), *parameters)
-    aligner.load_a(a.points, len(a))
-    aligner.load_b(b.points, len(b))
-    aligner.relax(similarity)
-    aligner.impose(partner, *transform.tolist())
-    sides = print_for(plain, a), print_for(plain, b)
-    minus_log_fmr = scorer.score_alignment(*sides, aligner, similarity)
-    similarity = plain.amount.as_similarity(minus_log_fmr)
-    found = overlay(a, b, partner, transform, weights)
-    same = [minus_log_fmr, scorer.total, similarity, *scorer.evidence, *scorer.feature]
-    expected = [found.minus_log_fmr, found.total, found.similarity, *entries_of(found)]
-    assert same == pytest.approx([*expected, *found.features], rel=1e-9, abs=1e-9)
 
 
 @given(seeds)

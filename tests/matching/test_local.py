@@ -1,4 +1,4 @@
-"""Local match: the kernel against a numpy twin, and what similarity means."""
+"""Local match: the kernel against its definition and its numpy form, and what similarity means."""
 
 import math
 
@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import (
-    COMPILED,
-    any_points,
-    jittered,
-    moved,
-    seeds,
-    similarity_of,
-    spread_points,
-)
+from matching_prints import COMPILED, jittered, moved, seeds, similarity_of, spread_points
 
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.pipeline.alignment import LocalParameters, local_similarity
@@ -80,7 +72,7 @@ def indexed_similarity(module, a, b, min_cosine, *, by_a, side=8.0):
 
 
 @given(seeds, st.sampled_from([5.0, 20.0, 100.0]), st.floats(-0.9, 0.95))
-def test_kernel_agrees_with_its_twin(seed, reach, min_cosine):
+def test_kernel_agrees_with_its_definition(seed, reach, min_cosine):
     rng = np.random.default_rng(seed)
     a = some_frames(rng, int(rng.integers(0, 8)), 6, reach)
     b = some_frames(rng, int(rng.integers(0, 8)), 9, reach)
@@ -91,17 +83,6 @@ def test_kernel_agrees_with_its_twin(seed, reach, min_cosine):
         for by_a in (True, False):
             again = indexed_similarity(kernel, a, b, min_cosine, by_a=by_a, side=side)
             assert again.tolist() == found.tolist()
-
-
-@given(seeds)
-def test_prints_agree_with_the_twin(seed):
-    a, b = neighbourhoods(any_points(seed, MOST)), neighbourhoods(any_points(seed + 1, MOST))
-    slow = similarity_from_the_definition(
-        a.count, a.frame, b.count, b.frame, math.cos(math.radians(P.max_turn_deg))
-    )
-    sizes = [np.maximum(side.count, P.fewest_neighbours) for side in (a, b)]
-    slow /= np.sqrt(np.multiply.outer(*sizes))
-    assert local_similarity(a, b) == pytest.approx(slow, abs=1e-4)
 
 
 @given(seeds)

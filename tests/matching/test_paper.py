@@ -207,7 +207,7 @@ def test_a_parameter_outside_its_range_is_refused(parameters, named):
 
 def test_parameters_are_of_this_matcher_alone():
     assert matcher_with("unit-circle") == "unit-circle"
-    with pytest.raises(MatcherError, match="of matcher paper, not unit-circle"):
+    with pytest.raises(MatcherError, match="paper, not unit-circle"):
         matcher_with("unit-circle", rho=0.5)
 
 

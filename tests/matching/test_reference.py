@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     EMPTY,
-    any_points,
     distorted,
     jittered,
     moved,
@@ -35,10 +34,8 @@ from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.alignment import PairMeshParameters
-from fpmatch.matching.prints import neighbourhood
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.reference import pair_mesh
-from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.matching.reference.triangulation import triangulate
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
@@ -169,20 +166,6 @@ def test_few_minutiae(n):
         sides = [template_of(few, field=field), template_of(any_print(6), field=field), EMPTY]
         for probe, reference in combinations(map(prepared, sides), 2):
             hold_equal(probe, reference)
-
-
-@given(seeds)
-@settings(max_examples=EXAMPLES)
-def test_crowded_minutiae_have_the_same_neighbours(seed):
-    """Coincident, collinear and co-circular minutiae: the tie rules of the triangulation."""
-    points = any_points(seed)
-    ours, theirs = neighbourhoods(points), neighbourhood.neighbourhoods(points)
-    assert ours.count.tolist() == theirs.count.tolist()
-    kept = np.arange(ours.neighbour.shape[1]) < ours.count[:, None]
-    assert ours.neighbour[kept].tolist() == theirs.neighbour[kept].tolist()
-    # weights are rounded to hundredths, and those of equal size either way
-    np.testing.assert_allclose(ours.frame[:, 5], theirs.frame[:, 5], atol=0.011)
-    np.testing.assert_allclose(ours.frame[:, :5], theirs.frame[:, :5], rtol=1e-6, atol=1e-6)
 
 
 @given(seeds)

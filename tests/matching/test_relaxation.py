@@ -17,7 +17,7 @@ from matching_prints import (
 
 from fpmatch.matching.pipeline._kernels import _relaxation_kernel as kernel
 from fpmatch.matching.pipeline.alignment import RelaxationParameters
-from fpmatch.matching.reference.relaxation import relax
+from fpmatch.matching.reference.relaxation import Candidates, relax
 
 P = RelaxationParameters()
 MOST = 25 if COMPILED else 12
@@ -87,24 +87,6 @@ any_parameters = st.builds(
 )
 
 
-def hypothesis_twin(of, explained, size_a, p, *, whole):
-    """Return partners, weights and the seed of the next hypothesis; no seed where none is left."""
-    partner, weight = np.full(size_a, -1, np.int32), np.zeros(size_a)
-    left = np.array([0.0 if k in explained else r for k, r in enumerate(of.relaxed)])
-    most = left.max(initial=0.0)
-    if not most > 0 or most < p.least_seed_share * of.relaxed.max():
-        return partner, weight, None
-    seed = int(left.argmax())
-    value = of.relaxed.copy()
-    if not whole:
-        value *= of.support[seed]
-        value[seed] = most
-    value /= most
-    for k in np.flatnonzero(value >= p.least_share):
-        partner[of.first[k]], weight[of.first[k]] = of.second[k], value[k]
-    return partner, weight, seed
-
-
 @given(seeds, any_parameters)
 def test_relaxation_agrees_with_the_reference(seed, p):
     a, b, similarity = any_case(seed)
@@ -116,30 +98,26 @@ def test_relaxation_agrees_with_the_reference(seed, p):
     assert found.strength == pytest.approx(expected.strength, abs=1e-9)
 
 
-@given(seeds, any_parameters, st.booleans())
-def test_hypotheses_agree_with_their_twin(seed, p, first_whole):
+@given(seeds, any_parameters)
+def test_hypotheses_agree_with_the_reference(seed, p):
+    """Of the candidates that the kernel relaxed, whose last bits decide between equals."""
     a, b, similarity = any_case(seed)
     n = a.shape[1]
     relaxation = relaxation_of(a, b, similarity, p)
     of = result_of(relaxation)
+    sides, unexplained = np.array([of.first, of.second], int), np.zeros(len(of.first), bool)
+    candidates = Candidates(similarity, *sides, of.relaxed, of.support, unexplained, p)
     rng = np.random.default_rng(seed)
-    explained = set()
-    for k in range(len(of.first) + 1):
-        whole = first_whole and k == 0
-        partner, weight, chosen = hypothesis_twin(of, explained, n, p, whole=whole)
+    for k, (partner, weight) in enumerate(candidates.hypotheses(n, len(of.first) + 1)):
         expected = np.count_nonzero(partner >= 0), partner.tolist(), weight.tolist()
-        assert next_hypothesis(relaxation, n, whole=whole) == expected
-        if chosen is None:
-            return
-        explained.add(chosen)
+        assert next_hypothesis(relaxation, n, whole=k == 0) == expected
         # any pairs explain the candidates among them, and no others
-        given_pairs = partner.copy()
-        given_pairs[rng.random(n) < 0.3] = -1
-        among = {m for m in range(len(of.first)) if given_pairs[of.first[m]] == of.second[m]}
-        assert relaxation.explain(given_pairs) == len(among)
-        assert relaxation.support_of(given_pairs) == pytest.approx(of.relaxed[sorted(among)].sum())
-        explained |= among
-    assert len(explained) == len(of.first)
+        given_pairs = np.where(rng.random(n) < 0.3, -1, partner).astype(np.int32)
+        among = candidates.among(given_pairs)
+        assert relaxation.explain(given_pairs) == np.count_nonzero(among)
+        assert relaxation.support_of(given_pairs) == pytest.approx(of.relaxed[among].sum())
+        candidates.explain(given_pairs)
+    assert next_hypothesis(relaxation, n, whole=False) == (0, [-1] * n, [0.0] * n)
 
 
 @given(seeds)

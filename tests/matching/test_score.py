@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import COMPILED, seeds, spread_points, striped_field, template_of
+from matching_prints import spread_points, striped_field, template_of
 from matching_weights import (
     ALWAYS,
     NEVER,
@@ -24,7 +24,6 @@ from score_cases import (
     ENTRIES,
     NOT_SHOWN,
     SHOWN,
-    entries_of,
     overlay,
     scorer_of,
     some_case,
@@ -32,13 +31,12 @@ from score_cases import (
     with_itself,
 )
 
-from fpmatch.matching.pipeline.evidence import ScoreParameters, load_weights
+from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.reference.evidence import _features
 
-P = ScoreParameters()
 N = len(FEATURES)
-FEW = 20 if COMPILED else 6
 EVERYONE = np.arange(20, dtype=np.int32)
 
 
@@ -47,24 +45,6 @@ def features_of(weights, /, **entries):
     scorer = scorer_of(weights, **entries)
     scorer.describe()
     return np.asarray(scorer.feature)
-
-
-def features_twin(impostor_mean, **entries):
-    """Return the features as the docstring of `score` defines them."""
-    pairs, cells = entries["pairs"], entries["cells"]
-    sums = [entries[name] for name in ("places", "weights", "fullness", "turned")]
-    above = (entries["ridges"] - 0.2) * math.sqrt(cells)
-    compared = (entries["ridges"], math.log(cells + P.doubt_cells), above)
-    return [
-        math.log(0.01 + entries["relaxed"]),
-        *(value / (1.0 + pairs) for value in sums),
-        entries["strain"],
-        math.log(1.0 + entries["local"]),
-        math.sqrt(entries["unpaired"] / (pairs + P.doubt_pairs)),
-        entries["overlap"],
-        pairs / (entries["fewest"] + P.doubt_minutiae),
-        *(compared if cells else impostor_mean[OF_RIDGES].tolist()),
-    ]
 
 
 def most_decades_twin(evidence):
@@ -76,20 +56,6 @@ def most_decades_twin(evidence):
         decades = min(decades, (n * math.log(n / mean) - n + mean) / math.log(10))
     agreeing = float(np.clip((evidence.ridges - 0.2) / 0.2, 0, 1))
     return decades + agreeing * evidence.cells / 12
-
-
-def minus_log_fmr_twin(model, evidence):
-    """Return -ln(FMR) of a weighted sum, as the docstring of `score` defines it."""
-
-    def saturated(amount, enough):
-        return (amount**-4 + enough**-4) ** -0.25 if amount else 0.0
-
-    n = saturated(math.sqrt(evidence.fewest * evidence.common / 2), 12.0)
-    area = math.log(max(saturated(evidence.area, 30_000.0), 256.0) / 10_000)
-    amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area / (n + 1)])
-    percent, permille = model.quantiles @ amounts
-    decades = 2 + (evidence.total - percent) / max(permille - percent, 0.5)
-    return min(decades, most_decades_twin(evidence)) * math.log(10)
 
 
 @given(
@@ -104,30 +70,11 @@ def minus_log_fmr_twin(model, evidence):
     ),
     st.booleans(),
 )
-def test_features_agree_with_their_twin(entries, shown):
+def test_features_agree_with_the_reference(entries, shown):
     weights = some_weights()
     entries["cells"] *= shown
     found = features_of(weights, shown=shown, **entries)
-    impostor_mean = weights.models[0 if shown else 1].standard[3]
-    assert found == pytest.approx(features_twin(impostor_mean, **entries), rel=1e-12)
-
-
-@given(seeds, st.floats(-20, 20), st.floats(-4, 4))
-@settings(max_examples=FEW)
-def test_score_of_an_alignment_agrees_with_its_twins(seed, bias, level):
-    """Its features, their sum, and the sum conditioned on the amount of evidence."""
-    weights = some_weights(bias=bias, apart=5.0)
-    quantiles = weights.models[0].quantiles + np.array([[level], [1.5 * level]])
-    weights = all_with(weights, quantiles=quantiles)
-    a, b, partner, transform = some_case(seed)
-    found = overlay(a, b, partner, transform, weights)
-    model = weights.model_of(a, b)
-    entries = dict(zip(ENTRIES, entries_of(found), strict=True))
-    assert found.features == pytest.approx(features_twin(model.standard[3], **entries))
-    assert found.total == pytest.approx(total_of(model, found.features))
-    expected = minus_log_fmr_twin(model, found)
-    assert found.minus_log_fmr == pytest.approx(expected, rel=1e-9)
-    assert found.similarity == pytest.approx(np.logaddexp(0.0, expected), rel=1e-9)
+    assert found == pytest.approx(_features(weights.models[0 if shown else 1], entries), rel=1e-12)
 
 
 @pytest.mark.parametrize("bias", [-800.0, -40.0, -1.0, 0.0, 1.0, 40.0, 800.0])

@@ -15,18 +15,13 @@ from fpmatch.matching.calibration import Calibration, load_calibration, score_to
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, as_explaining, verify
+from fpmatch.matching.verify import as_explaining, verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_text
 
 POINTS = spread_points(np.random.default_rng(1), 18, 20.0)
 PROBE = template_of(POINTS)
 IMPOSTOR = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
-
-
-def test_default_threshold_is_one_false_match_in_ten_thousand():
-    assert score_to_fmr(DEFAULT_THRESHOLD) == 1e-4
-    assert verify(EMPTY, EMPTY).threshold == DEFAULT_THRESHOLD
 
 
 @pytest.mark.parametrize("matcher", matcher_names())
@@ -102,14 +97,9 @@ def test_nothing_found_is_no_match_at_any_threshold():
 
 @pytest.mark.parametrize("threshold", [-0.1, 100.1, math.inf, -math.inf, math.nan])
 def test_threshold_outside_the_scale(threshold):
-    with pytest.raises(MatcherError, match=r"threshold must lie in 0\.\.100, not ") as caught:
+    with pytest.raises(MatcherError, match=r"threshold .*0\.\.100") as caught:
         verify(EMPTY, EMPTY, threshold=threshold)
     assert f"{threshold:g}" in str(caught.value)
-
-
-def test_unknown_matcher():
-    with pytest.raises(MatcherError, match=r"unknown matcher 'nobody'; known: .*unit-circle"):
-        verify(EMPTY, EMPTY, matcher="nobody")
 
 
 class _Halves:

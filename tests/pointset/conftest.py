@@ -1,12 +1,9 @@
 """Make `pointset_strategies` importable for the tests beside it, and the kernels' plain form."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -30,7 +27,7 @@ class KernelSources:
 @pytest.fixture(scope="session")
 def plain():
     """Return the function that imports a module, all kernels for points as ordinary Python."""
-    copies: dict[str, ModuleType] = {}
+    copies = {}
 
     def take_out():
         names = [name for name in sys.modules if name.startswith(ROOMS)]

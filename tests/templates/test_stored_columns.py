@@ -1,12 +1,9 @@
 """Columns of bits and positions at 500 dpi are as numpy computes them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from fpmatch.errors import MinutiaeError
 from fpmatch.templates._template_column_kernel import (
@@ -19,7 +16,7 @@ from fpmatch.templates._template_column_kernel import (
 from fpmatch.templates.minutiae import Minutiae
 
 
-def to_bits(values: NDArray[np.int64], width: int) -> NDArray[np.uint8]:
+def to_bits(values, width):
     """Return numbers from 0 on, each in `width` bits, as bytes."""
     places = np.arange(width - 1, -1, -1)
     return np.packbits(((values[:, None] >> places) & 1).astype(np.uint8))
@@ -29,9 +26,7 @@ some_widths = st.lists(st.integers(0, 32), min_size=2, max_size=2)
 
 
 @given(st.lists(st.tuples(st.integers(0, 40), some_widths), max_size=4), st.integers(0, 2**32 - 1))
-def test_columns_are_read_as_they_were_written(
-    several: list[tuple[int, list[int]]], seed: int
-) -> None:
+def test_columns_are_read_as_they_were_written(several, seed):
     rng = np.random.default_rng(seed)
     whole, written, at = bytearray(b"+"), [np.empty((2, 0), np.int64)], []
     for count, widths in several:
@@ -54,9 +49,7 @@ masks = st.tuples(st.integers(0, 7), st.integers(1, 11), st.floats(0, 1), st.int
 
 
 @given(st.lists(masks, max_size=4), st.integers(0, 2**32 - 1))
-def test_cells_are_read_as_numpy_reads_them(
-    several: list[tuple[int, int, float, int]], seed: int
-) -> None:
+def test_cells_are_read_as_numpy_reads_them(several, seed):
     rng = np.random.default_rng(seed)
     whole, at, end, inside, tight = bytearray(b"+"), [], [], [], []
     shapes = np.array([(rows, columns) for rows, columns, *_ in several], np.int64).reshape(-1, 2)
@@ -92,7 +85,7 @@ def test_cells_are_read_as_numpy_reads_them(
 
 
 @given(st.integers(0, 40), st.floats(100, 4000) | st.just(500.0), st.integers(0, 2**32 - 1))
-def test_positions_are_rounded_as_by_numpy(count: int, dpi: float, seed: int) -> None:
+def test_positions_are_rounded_as_by_numpy(count, dpi, seed):
     rng = np.random.default_rng(seed)
     zoom = 500.0 / dpi
     values = (rng.integers(-3000, 3000, count) / 2).astype(np.float32)  # halves are rounded to even
@@ -110,7 +103,7 @@ ANGLES = st.floats(-7, 7, width=32) | st.sampled_from([-0.0, 0.0, 2 * np.pi, 6.2
 
 
 @given(st.lists(ANGLES, max_size=5))
-def test_columns_of_the_types_that_are_kept_give_the_same_minutiae(angles: list[float]) -> None:
+def test_columns_of_the_types_that_are_kept_give_the_same_minutiae(angles):
     angle = np.array(angles, np.float32)
     x, kind = np.arange(len(angle), dtype=np.float32) - 1, np.full(len(angle), 2, np.uint8)
     kept = Minutiae(x, x, angle, kind, kind)
@@ -134,7 +127,7 @@ def test_columns_of_the_types_that_are_kept_give_the_same_minutiae(angles: list[
         ("quality", 101),
     ],
 )
-def test_impossible_values_of_these_types_are_refused(column: str, value: float) -> None:
+def test_impossible_values_of_these_types_are_refused(column, value):
     columns = {name: np.ones(3, np.float32) for name in ("x", "y", "angle")}
     columns |= {name: np.ones(3, np.uint8) for name in ("kind", "quality")}
     columns[column][1] = value

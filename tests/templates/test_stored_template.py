@@ -1,7 +1,5 @@
 """Packed templates: small, the same after the first rounding, and never misread."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from dataclasses import replace
@@ -9,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
 from fpmatch.image.extract import extract
@@ -21,31 +18,7 @@ from fpmatch.templates.stored_template import (
     stored_minutiae_digest,
     unpack_template,
 )
-
-
-@st.composite
-def templates(draw):
-    """Draw any template that has a reasonable size, hostile in everything else."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    n = draw(st.integers(0, 60))
-    width, height = draw(st.integers(1, 2000)), draw(st.integers(1, 2000))
-    minutiae = Minutiae(
-        x=rng.uniform(-50, width + 50, n),
-        y=rng.uniform(-50, height + 50, n),
-        angle=rng.uniform(0, 2 * np.pi, n),
-        kind=rng.integers(0, 3, n),
-        quality=rng.integers(0, 101, n),
-    )
-    field = None
-    if draw(st.booleans()):
-        mask = rng.random((draw(st.integers(0, 30)), draw(st.integers(0, 30)))) < draw(
-            st.sampled_from([0.0, 0.02, 0.7, 1.0])
-        )
-        ridges = rng.integers(0, 2**64, mask.shape, np.uint64) if draw(st.booleans()) else None
-        orientation = rng.uniform(0, np.pi, mask.shape)
-        field = RidgeField(draw(st.floats(1, 100)), orientation, mask, ridges)
-    dpi = draw(st.floats(100, 4000) | st.sampled_from([500, 569, 499.9]))
-    return Template(minutiae, width, height, dpi, field)
+from tests.matching.matching_prints import templates
 
 
 @given(templates())
@@ -126,12 +99,12 @@ def small_template(ridges=None):
     return Template(minutiae, 300, 400, 500.0, RidgeField(16.0, orientation, mask, ridges))
 
 
-def with_ridges(template: Template) -> Template:
+def with_ridges(template):
     ridges = np.random.default_rng(5).integers(0, 2**64, template.field.mask.shape, np.uint64)
     return replace(template, field=replace(template.field, ridges=ridges))
 
 
-def resealed(data: bytes) -> bytes:
+def resealed(data):
     return bytes(data) + struct.pack("<I", zlib.crc32(data))
 
 
@@ -172,7 +145,7 @@ def test_ridges_that_are_too_many_or_too_few_are_damage(bytes_more):
         unpack_template(resealed(changed))
 
 
-def full_field(rows: int, columns: int, step: float = 1.0) -> Template:
+def full_field(rows, columns, step=1.0):
     field = RidgeField(step, np.ones((rows, columns)), np.ones((rows, columns)))
     return Template(Minutiae.empty(), 10, 10, 500.0, field)
 
@@ -193,31 +166,3 @@ def full_field(rows: int, columns: int, step: float = 1.0) -> Template:
 def test_what_does_not_fit_is_refused(template):
     with pytest.raises(TemplateError, match=r"beyond|more than|outside"):
         pack_template(template)
-
-
-@pytest.mark.parametrize("ridged", [False, True])
-def test_every_damage_is_noticed(template, ridged):
-    data = pack_template(with_ridges(template) if ridged else template)
-    for k in range(0, len(data), 7):
-        changed = bytearray(data)
-        changed[k] ^= 0x10
-        for damaged in (bytes(changed), data[:k]):
-            with pytest.raises(TemplateError):
-                unpack_template(damaged)
-    with pytest.raises(TemplateError):
-        unpack_template(data + b"\0")
-
-
-@pytest.mark.parametrize("ridged", [False, True])
-def test_whoever_made_the_checksum_gets_an_error_or_a_template(template, rng, ridged):
-    """Bytes that were never packed raise one kind of error only."""
-    packed = pack_template(with_ridges(template) if ridged else template)[:-4]
-    for _ in range(200):
-        body = bytearray(packed)
-        for place in rng.integers(3, len(body), rng.integers(1, 4)):
-            body[place] = rng.integers(0, 256)
-        try:
-            again = unpack_template(resealed(body[: rng.integers(24, len(body) + 1)]))
-        except TemplateError:
-            continue
-        assert isinstance(again, Template)

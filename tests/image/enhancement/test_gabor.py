@@ -158,17 +158,6 @@ def test_agrees_with_the_twin_and_touches_only_the_listed_pixels(
     assert (out == 7).all()
 
 
-@needs_compiled
-@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
-def test_the_kernel_agrees_with_numpy_on_a_whole_image(scale, rng):
-    padded, y, x, which, bank = some_pixels(rng, (90, 110), 40, 25, 90 * 110)
-    padded *= np.float32(scale)
-    one, other = np.zeros((90, 110), np.float32), np.zeros((90, 110), np.float32)
-    kernel.filter_pixels(padded, y, x, which, bank, one)
-    filter_with_numpy(padded, y, x, which, bank, other)
-    assert one / scale == pytest.approx(other / scale, abs=1e-3)
-
-
 @each_filter
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_value_that_is_not_finite_stays_within_its_neighbourhood(filter_listed, bad):

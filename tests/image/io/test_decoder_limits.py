@@ -31,7 +31,7 @@ def test_a_tiff_of_too_many_strips_or_tags(order, big):
     start += struct.pack(order + "HHQ", 8, 0, 16) if big else struct.pack(order + "L", 8)
     count, entry = ("Q", "HHQQ") if big else ("H", "HHLL")
     strips = start + struct.pack(order + count, 1) + struct.pack(order + entry, 273, 4, 300_001, 8)
-    with pytest.raises(ImageReadError, match="300001 numbers in tag 273"):
+    with pytest.raises(ImageReadError, match=r"300001 .*273"):
         find_reader(strips).decode(strips, DEFAULT_LIMITS)
     tags = start + struct.pack(order + count, 1001)
     with pytest.raises(ImageReadError, match="1001 tags"):
@@ -42,10 +42,10 @@ def test_a_pnm_of_nothing_but_comments_or_digits():
     pixels = b"60 72 255\n" + GREY.tobytes()
     assert find_reader(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
     talk = b"P5\n" + b"#" * 200_000 + b"\n" + pixels
-    with pytest.raises(ImageReadError, match="its header cannot be read"):
+    with pytest.raises(ImageReadError, match="header"):
         find_reader(talk).decode(talk, DEFAULT_LIMITS)
     digits = b"P2 60 72 255 " + bytes(MAX_PNM_TEXT)
-    with pytest.raises(ImageReadError, match="more than 80 MB of digits"):
+    with pytest.raises(ImageReadError, match="80 MB"):
         find_reader(digits).decode(digits, DEFAULT_LIMITS)
     few = b"P2 60 72 255 " + b" ".join(b"%d" % value for value in GREY.ravel())
     assert np.array_equal(find_reader(few).decode(few, DEFAULT_LIMITS).pixels, GREY)

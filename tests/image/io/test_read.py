@@ -2,17 +2,13 @@
 
 import os
 import warnings
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image, TiffImagePlugin
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
-
-Pixels = NDArray[np.uint8]
 
 
 @pytest.fixture
@@ -152,11 +148,11 @@ def test_sizes_beyond_the_limits(tmp_path, width, height, reason):
 
 def test_limits_can_be_set(tmp_path, grey):
     assert as_grey(grey[:10, :10], limits=ImageLimits(min_side_px=10)).shape == (10, 10)
-    with pytest.raises(ImageError, match="a side may have 63 pixels"):
+    with pytest.raises(ImageError, match="63 pixels"):
         as_grey(grey, limits=ImageLimits(max_side_px=63))
     path = tmp_path / "print.pgm"
     path.write_bytes(b"P5 60 72 255 " + bytes(2_000_000))
-    with pytest.raises(ImageReadError, match=r"the file is larger than 1\.5 MB"):
+    with pytest.raises(ImageReadError, match=r"1\.5 MB"):
         read_image(path, limits=ImageLimits(max_file_megabytes=1.5))
     assert read_image(path).pixels.shape == (72, 60)
 
@@ -169,13 +165,13 @@ def test_pillow_stays_as_it_was(tmp_path, grey):
 
 def test_formats_that_start_other_programs_stay_shut(tmp_path, grey):
     path = save(tmp_path / "print.eps", Image.fromarray(grey))
-    with pytest.raises(ImageReadError, match="not an image of a known format"):
+    with pytest.raises(ImageReadError, match="known format"):
         read_image(path)
 
 
 def test_arrays_of_every_type_mean_the_same(grey):
     deep = grey.astype(np.uint16) * 257
-    same: dict[str, Any] = {
+    same = {
         "uint8": grey,
         "uint16": deep,
         "big-endian": deep.astype(">u2"),

@@ -87,7 +87,7 @@ def test_tiffs_of_32_bits_and_of_a_kind_that_nobody_reads():
         assert np.array_equal(decoded(bare_tiff(32, samples.tobytes())).pixels, GREY)
     compression = b"\x03\x01\x03\x00\x01\x00\x00\x00"
     data = saved(GREY, "TIFF").replace(compression + b"\x01", compression + b"\x63")
-    with pytest.raises(ImageReadError, match="8 bits a sample and compression 99, which cannot"):
+    with pytest.raises(ImageReadError, match="compression 99"):
         decoded(data)
 
 
@@ -101,7 +101,7 @@ def test_tiffs_of_32_bits_and_of_a_kind_that_nobody_reads():
     ],
 )
 def test_what_is_no_image_is_named(start, kind):
-    with pytest.raises(ImageReadError, match=rf"not an image of a known format \({kind}"):
+    with pytest.raises(ImageReadError, match=rf"known format \({kind}"):
         find_reader(start + bytes(100))
 
 
@@ -162,11 +162,11 @@ def test_bare_pixels(tmp_path):
     image = read_image(path, raw_sizes=sizes)
     assert np.array_equal(image.pixels, GREY)
     assert (image.dpi, image.format) == (None, "raw")
-    with pytest.raises(ImageReadError, match=r"not an image of a known format$"):
+    with pytest.raises(ImageReadError, match=r"known format$"):
         read_image(path)
-    with pytest.raises(ImageReadError, match=r"its 4320 bytes are no raw 300x300 \(90000\)"):
+    with pytest.raises(ImageReadError, match=r"4320 .*300x300 \(90000\)"):
         read_image(path, raw_sizes=sizes[:1])
-    with pytest.raises(ImageError, match="smaller than one ridge neighbourhood"):
+    with pytest.raises(ImageError, match="4320 x 1"):
         read_image(path, raw_sizes=[RawSize(4320, 1)])
 
 

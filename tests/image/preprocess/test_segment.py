@@ -16,7 +16,6 @@ from made_images import (
 )
 
 from fpmatch.image.enhancement.enhancers import enhance_by_network
-from fpmatch.image.preprocess import foreground as segmentation
 from fpmatch.image.preprocess.foreground import (
     mask_at_pixels,
     ridge_strength,
@@ -118,23 +117,6 @@ def test_strength_is_one_for_a_wave_and_little_for_noise(rng):
     assert wave[3:-3, 3:-3].min() > 0.85
     assert noise.max() < 0.5
     assert noise.min() >= 0
-
-
-@pytest.mark.parametrize(
-    ("masks", "threshold", "value"),
-    [
-        (masks_of, "MIN_STRENGTH", 2.0),
-        (masks_of, "MIN_CONTRAST", 500.0),
-        (learned_masks_of, "MIN_CERTAINTY", 1.5),
-        (learned_masks_of, "MIN_CONTRAST", 500.0),
-        (learned_masks_of, "MIN_RELATIVE_CONTRAST_OF_CERTAIN", 50.0),
-    ],
-)
-def test_a_threshold_out_of_reach_leaves_nothing(masks, threshold, value, monkeypatch):
-    picture = as_picture(plane_wave(0, 9, (120, 120)))
-    assert masks(picture)[0].any()
-    monkeypatch.setattr(segmentation, threshold, value)
-    assert not masks(picture)[0].any()
 
 
 def test_the_mask_of_pixels_follows_the_mask_of_blocks():

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from fpmatch.image.extract import assess, extract
 from fpmatch.image.quality.measures import QualityMeasures
@@ -21,8 +20,6 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 
 OPTICAL = SENSORS["optical-388x374"]
 GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)
-
-Image = NDArray[np.uint8]
 
 
 finger = cache(lambda: make_master(11, 2))

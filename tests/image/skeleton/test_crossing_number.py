@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_images import drawn, extremes_too, shapes
 
-from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.minutiae import (
     find_nodes,
     nodes_with_kernel,
@@ -113,9 +112,6 @@ def test_a_node_has_a_branch_for_each_change_around_it(binary):
     assert np.array_equal(np.lexsort((nodes.x, nodes.y)), np.arange(len(nodes.x)))
 
 
-Branch = tuple[list[tuple[int, int]], int]
-
-
 def branches_of(binary, nodes, limit):
     """Walk every branch of every node pixel by pixel: the slow, obvious twin."""
     ridge = {(int(y), int(x)) for y, x in np.argwhere(binary)}
@@ -167,16 +163,4 @@ def test_kernel_and_numpy_list_the_same_nodes(binary, thinned):
     padded = bordered(thin(binary) if thinned else binary)
     for one, other in zip(nodes_with_kernel(padded), nodes_with_numpy(padded), strict=True):
         assert one.dtype == other.dtype
-        assert np.array_equal(one, other)
-
-
-@given(shapes, st.integers(1, 12))
-def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
-    compiled = find_nodes(binary, limit)
-    plain = interpreted("_trace_kernel")
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("list_nodes", "trace_branches"):
-            patch.setattr(kernel, name, getattr(plain, name))
-        found = find_nodes(binary, limit)
-    for one, other in zip(found, compiled, strict=True):
         assert np.array_equal(one, other)

@@ -22,7 +22,6 @@ from fpmatch.image.skeleton.thin import thin
 SHAPE = (80, 100)
 RIDGE = ((15, 40), (85, 40))
 AT_THE_BORDER = {"min_mask_distance_px": 0, "min_border_distance_px": 0}
-Stroke = tuple[tuple[int, int], tuple[int, int]]
 
 
 @contextmanager
@@ -70,15 +69,6 @@ def test_spurs_and_islands_up_to_their_limits_go(stroke, erased):
     assert np.array_equal(remove_spurs_and_islands(skeleton), expected)
 
 
-@pytest.mark.parametrize(("spur", "island"), [(20, 3), (3, 20), (0, 20), (20, 0), (0, 0)])
-def test_spurs_and_islands_have_limits_of_their_own(spur, island):
-    ridge = lines(SHAPE, RIDGE)
-    with limits(max_spur_px=spur, max_island_px=island):
-        for stroke, limit in ((((50, 39), (50, 30)), spur), (((50, 20), (60, 20)), island)):
-            cleaned = remove_spurs_and_islands(lines(SHAPE, RIDGE, stroke))
-            assert np.array_equal(cleaned, ridge) == (limit == 20)
-
-
 ENDING = lines(SHAPE, ((0, 40), (50, 40)))
 FORK = lines(SHAPE, ((0, 40), (50, 40)), ((50, 40), (99, 65)), ((50, 40), (99, 15)))
 
@@ -98,13 +88,6 @@ def test_a_minutia_is_genuine_but_near_the_edge_of_the_mask(distance):
 def test_a_minutia_keeps_its_distance_from_the_border(distance, turns):
     skeleton = np.rot90(lines(SHAPE, ((50, 79), (50, distance))), turns)
     assert len(kept_at(skeleton)) == (1 if distance >= 4 else 0)
-
-
-@pytest.mark.parametrize(("limit", "count"), [(8, 2), (20, 2), (30, 0)])
-def test_the_limit_for_bridges_may_exceed_that_for_directions(limit, count):
-    skeleton = lines(SHAPE, ((0, 20), (99, 20)), ((0, 45), (99, 45)), ((50, 20), (50, 45)))
-    with limits(max_bridge_px=limit):
-        assert len(kept_at(skeleton, branch_px=max(14, limit))) == count
 
 
 def lake(half):

@@ -1,10 +1,8 @@
-"""Lines one pixel wide that keep what hangs together; kernel and twins."""
+"""Lines one pixel wide that keep what hangs together; the kernel, its numpy form, its tables."""
 
 import numpy as np
 import pytest
 from hypothesis import example, given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from made_images import drawn, extremes_too, holes, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _thin_kernel as kernel
@@ -81,28 +79,6 @@ def test_the_skeleton_is_thin_connected_as_before_and_final(binary):
     assert np.array_equal(thin(skeleton), skeleton)
 
 
-def thin_pixel_by_pixel(image):
-    """Thin by Guo and Hall's conditions and a direct count of parts: the slow, obvious twin."""
-    changed = True
-    while changed:
-        changed = False
-        for odd in (True, False):
-            to_delete = [
-                (y, x) for y, x in np.argwhere(image) if guo_hall(neighbours(image, y, x), odd)
-            ]
-            for y, x in to_delete:
-                image[y, x] = 0
-            changed |= bool(to_delete)
-    changed = True
-    while changed:
-        changed = False
-        for y, x in np.argwhere(image):
-            around = neighbours(image, y, x)
-            if sum(around) >= 2 and parts_around(around) == 1 and not all(around[::2]):
-                image[y, x] = 0
-                changed = True
-
-
 def guo_hall(around, odd):
     """Tell whether Guo and Hall's A1 deletes a pixel with these neighbours in a sub-iteration."""
     p4, p3, p2, p9, p8, p7, p6, p5 = around  # the paper's names: p2 north, on clockwise
@@ -131,19 +107,13 @@ needs_compiled = pytest.mark.skipif(
 )
 
 
-@pytest.mark.parametrize(
-    "thin_in_place",
-    [
-        pytest.param(thin_with_numpy, id="numpy"),
-        pytest.param(thin_with_kernel, id="kernel", marks=needs_compiled),
-    ],
-)
+@needs_compiled
 @given(shapes)
-def test_agrees_with_the_twin(thin_in_place, binary):
-    image, twin = np.pad(binary, 1).astype(np.uint8), np.pad(binary, 1).astype(np.uint8)
-    thin_in_place(image)
-    thin_pixel_by_pixel(twin)
-    assert np.array_equal(image, twin)
+def test_the_kernel_agrees_with_its_numpy_form(binary):
+    image, other = bordered(binary), bordered(binary)
+    thin_with_kernel(image)
+    thin_with_numpy(other)
+    assert np.array_equal(image, other)
 
 
 @needs_compiled
@@ -155,16 +125,6 @@ def test_the_kernel_agrees_with_numpy_across_words(width, rng):
         thin_with_kernel(image)
         thin_with_numpy(other)
         assert np.array_equal(image, other)
-
-
-@given(arrays(np.uint64, (7, 2)), st.integers(0, 2**64 - 1))
-def test_interpreted_the_kernel_leaves_the_same_words(interpreted, random, mask):
-    words = np.zeros((9, 4), np.uint64)
-    words[1:-1, 1:-1] = random | np.roll(random, 1, axis=0) & np.uint64(mask)
-    plain = words.copy()
-    for module, image in ((kernel, words), (interpreted("_thin_kernel"), plain)):
-        module.thin_words(image, np.zeros_like(image), np.zeros(len(image), np.int32))
-    assert np.array_equal(words, plain)
 
 
 def test_the_tables_agree_with_their_definitions():

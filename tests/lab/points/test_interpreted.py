@@ -2,9 +2,7 @@
 
 import importlib
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ from pointset_strategies import crowded_pixels, seeds, worn
 from fpmatch import pointset
 from fpmatch.pointset.geometry.similarity import Similarity
 
-Import = Callable[[str], ModuleType]
 PACKAGE = Path(pointset.__file__).parents[1]
 KERNELS = sorted(
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts)

@@ -14,11 +14,7 @@ from pointset_strategies import (
 )
 
 from fpmatch.errors import PointSetError
-from fpmatch.lab.points.match import (
-    POINT_MATCHERS,
-    match_points,
-    wider_maps,
-)
+from fpmatch.lab.points.match import POINT_MATCHERS, match_points, wider_maps
 from fpmatch.lab.points.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.point_match import PointMatch, match_either_way
@@ -139,9 +135,9 @@ def test_wider_maps_leave_out_sets_that_are_next_to_collinear():
 
 def test_what_no_matcher_can_do_is_refused():
     p = even_points(1, 9)
-    with pytest.raises(PointSetError, match=r"needs the matcher triangles: paper compares"):
+    with pytest.raises(PointSetError, match="triangles: paper"):
         match_points(p, p, model="affine", matcher="paper")
     with pytest.raises(PointSetError, match=r"model 'projective'"):
         match_points(p, p, model="projective")
-    with pytest.raises(PointSetError, match=r"^p: coordinates must be finite"):
+    with pytest.raises(PointSetError, match=r"^p: .*finite"):
         match_points([[0, 0], [1, np.nan], [2, 0]], p, reflect=True)

@@ -163,7 +163,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed, sent, fil
 def test_two_at_once_in_one_folder_are_one_too_many(tmp_path):
     with half_way(tmp_path, 1):
         before = contents(tmp_path)
-        with pytest.raises(DatasetError, match="another process is making it"):
+        with pytest.raises(DatasetError, match="another process"):
             make(tmp_path)
         assert contents(tmp_path) == before
 
@@ -194,25 +194,22 @@ def test_what_is_in_the_way_is_not_overwritten(tmp_path, name):
     assert (tmp_path / name).read_bytes() in (b"mine", b"")
 
 
-def truncated(data):
-    return data[: len(data) // 2]
-
-
 def flipped(data):
     at = len(data) // 2
     return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
 
 
-def emptied(_):
-    return b""
-
-
-def zeroed(data):
-    return bytes(len(data))
+DAMAGES = {
+    "truncated": lambda data: data[: len(data) // 2],
+    "flipped": flipped,
+    "emptied": lambda _: b"",
+    "zeroed": lambda data: bytes(len(data)),
+}
+every_damage = pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 
 
 @pytest.mark.parametrize("name", ["102_1.tif", "101_2.tif", "truth/101.json"])
-@pytest.mark.parametrize("damage", [truncated, flipped, emptied, zeroed])
+@every_damage
 def test_damaged_files_are_found_and_made_again(tmp_path, undisturbed, name, damage):
     make(tmp_path)
     path = tmp_path / name
@@ -225,7 +222,7 @@ def test_damaged_files_are_found_and_made_again(tmp_path, undisturbed, name, dam
     assert make(tmp_path).faults == ()
 
 
-@pytest.mark.parametrize("damage", [truncated, flipped, emptied, zeroed])
+@every_damage
 def test_a_damaged_image_without_its_truth_is_made_again(tmp_path, undisturbed, damage):
     make(tmp_path)
     (tmp_path / "truth" / "102.json").unlink()

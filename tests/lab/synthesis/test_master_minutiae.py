@@ -11,8 +11,6 @@ SIDE = 120
 MIDDLE = SIDE // 2
 PERIOD = 9.0
 
-Line = tuple[complex, complex]  # from and to, x + iy from the middle, y up
-
 
 def minutiae_of(lines, angle_deg=0.0, silhouette=None):
     """List the minutiae of ridges drawn as thick lines, all turned by `angle_deg`."""
@@ -42,7 +40,7 @@ def test_an_ending_points_back_along_its_ridge(angle):
 
 @pytest.mark.parametrize("angle", range(0, 360, 24))
 def test_a_bifurcation_points_into_the_valley_between_its_close_branches(angle):
-    fork: list[Line] = [(-100, 0), (0, 100 + 45j), (0, 100 - 45j)]
+    fork = [(-100, 0), (0, 100 + 45j), (0, 100 - 45j)]
     the_one(minutiae_of(fork, angle), MinutiaKind.BIFURCATION, angle, within_px=7)
 
 

@@ -85,5 +85,5 @@ def test_impossible_plans_are_refused(changes):
 def test_unknown_names_are_refused():
     with pytest.raises(ImageError, match="unknown preset 'wet'"):
         replace(PLAN, preset="wet")
-    with pytest.raises(DatasetError, match=f"no sensor 'x': there are {next(iter(SENSORS))}, "):
+    with pytest.raises(DatasetError, match=rf"'x': .*{next(iter(SENSORS))}, "):
         sensors_named(["x"])

@@ -4,19 +4,19 @@ import dataclasses
 
 import numpy as np
 import pytest
-from array_cases import assert_damaged, crowd, from_file
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
-    even_field,
     ridge_correlation,
+    some_templates,
     spread_points,
     striped_field,
     template_of,
     templates,
 )
 
+from fpmatch.base.array_file import read_arrays, write_arrays
 from fpmatch.errors import MatcherError
 from fpmatch.matching.pipeline.alignment import identity_alignment
 from fpmatch.matching.prints.prepare import prepare
@@ -25,15 +25,8 @@ from fpmatch.matching.prints.prepared_prints import COLUMNS, PRINTS_AT_ONCE, Pre
 EXAMPLES = 40 if COMPILED else 10
 
 
-def some_prints(sizes=(12, 0, 3, 25, 2)):
-    """Return prints of so many minutiae, with and without a field, and one with its ridges."""
-    found = []
-    for k, n in enumerate(sizes):
-        points = spread_points(np.random.default_rng(k), n)
-        quality = np.random.default_rng(k).integers(0, 101, n)
-        field = (None, even_field(side=9), striped_field(side=8))[k % 3]
-        found.append(prepare(template_of(points, (500.0, 1000.0)[k % 2], quality, field)))
-    return found
+def some_prints(sizes):
+    return [*map(prepare, some_templates(sizes))]
 
 
 def listed_of(n):
@@ -71,21 +64,6 @@ def test_any_prints_come_back_as_they_were(given_):
     assert_all_same(PreparedPrints.pack(prints), prints)
 
 
-def test_joined_parts_are_one_after_the_other():
-    prints = some_prints()
-    parts = map(PreparedPrints.pack, (prints[:2], [], prints[2:]))
-    assert_all_same(PreparedPrints.concatenate(list(parts)), prints)
-    assert len(PreparedPrints.concatenate([])) == 0
-
-
-@given(st.lists(st.integers(0, 4), max_size=8))
-@settings(max_examples=EXAMPLES)
-def test_some_are_taken_in_any_order(which):
-    prints = some_prints()
-    taken = PreparedPrints.pack(prints).take(np.array(which, np.intp))
-    assert_all_same(taken, [prints[place] for place in which])
-
-
 def test_more_prints_than_are_packed_at_once():
     print_ = some_prints((3,))[0]
     many = PreparedPrints.pack(print_ for _ in range(PRINTS_AT_ONCE + 2))
@@ -99,47 +77,6 @@ def test_a_print_of_forty_minutiae_takes_less_than_eight_kilobytes():
     many = PreparedPrints.pack([prepare(template_of(points, field=striped_field(side=22)))] * 10)
     assert many.nbytes / len(many) <= 8000
     assert many.nbytes == sum(getattr(many, f.name).nbytes for f in dataclasses.fields(many))
-
-
-def test_more_minutiae_than_a_byte_can_number_are_refused():
-    with pytest.raises(MatcherError, match="300 minutiae"):
-        PreparedPrints.pack([crowd()])
-    few = crowd(6)
-    assert PreparedPrints.pack([few])[0].index.tolist() == few.index.tolist()
-
-
-@pytest.mark.parametrize("k", [-1, 5, 99])
-def test_there_is_no_print_beyond_the_last(k):
-    with pytest.raises(IndexError, match="of 5"):
-        PreparedPrints.pack(some_prints())[k]
-
-
-@pytest.mark.parametrize("sizes", [(), (0,), (12, 0, 3, 25, 2)])
-def test_a_file_gives_back_what_was_written(tmp_path, sizes):
-    prints = some_prints(sizes)
-    assert_all_same(from_file(PreparedPrints.pack(prints), tmp_path / "prints", COLUMNS), prints)
-
-
-@pytest.mark.parametrize(
-    ("name", "at", "value"),
-    [
-        *(("minutiae_start", 0, 1), ("minutiae_start", 1, 10**9), ("minutiae_start", 2, 20)),
-        *(("minutiae_start", 1, -1), ("minutiae_start", 1, 2**63 - 1), ("minutiae_start", 3, 24)),
-        *(("cell_start", 1, 10**9), ("cell_start", 1, -(2**63)), ("cell_start", 3, 0)),
-        *(("xy", 3, np.nan), ("direction", 0, np.inf), ("direction", 4, np.nan)),
-        *(("count", 0, 13), ("count", 24, 255), ("neighbour", 4, 12), ("neighbour", 299, 4)),
-        *(("orientation_bins", 7, 32), ("orientation_bins", 299, 255)),
-        *(("shape", 0, 100), ("shape", 0, -9), ("shape", 2, -1), ("shape", 3, 2**31 - 1)),
-        *(("index", 0, -1), ("index", 3, 2), ("index", 24, -(2**31)), ("index", 13, 0)),
-        *(("step", 1, np.nan), ("step", 1, 0.0), ("step", 2, -16.0), ("step", 0, np.inf)),
-        *(("to_500dpi", 0, np.nan), ("to_500dpi", 1, 0.0), ("to_500dpi", 2, -1.0)),
-        *(("xy", 0, 1e30), ("direction", 1, 0.5), ("step", 0, 1e-300), ("to_500dpi", 0, 1e300)),
-        *(("index", 24, 2**16), ("step", 0, 1e300), ("direction", 2, 1e30)),
-        *(("has_flow", 0, 2), ("has_ridges", 2, 255), ("inside", 0, -1), ("inside", 1, 10**9)),
-    ],
-)
-def test_numbers_that_would_lead_astray_are_refused(name, at, value):
-    assert_damaged(PreparedPrints.pack(some_prints((12, 9, 4))), name, at, value)
 
 
 @pytest.mark.parametrize("columns", [2**31 - 1, 2**24 + 1])
@@ -166,7 +103,8 @@ def test_starts_whose_differences_overflow_are_refused():
 def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path):
     """A mapped file cannot be written, which the kernels must not mind."""
     prints = some_prints((5, 5, 5, 6, 6, 6))
-    loaded = from_file(PreparedPrints.pack(prints), tmp_path / "prints", COLUMNS)
+    write_arrays(tmp_path / "prints", PreparedPrints.pack(prints).arrays(), COLUMNS, {})
+    loaded = PreparedPrints.of_arrays(read_arrays(tmp_path / "prints", COLUMNS, {}))
     cells = []
     for k, print_ in enumerate(prints):
         identity = identity_alignment(print_.points)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from array_cases import assert_damaged, crowd, from_file
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
@@ -20,7 +19,7 @@ from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.candidate_list import prefilter_scores
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
+from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
 
 EXAMPLES = 30 if COMPILED else 6
 NO_WORD = 0x8800
@@ -109,31 +108,6 @@ def test_prints_are_scored_in_any_order_and_again():
     for outside in ([-1], [6], [0, 2**62]):
         with pytest.raises(IndexError, match="of 6"):
             packed.scores(prints[3], np.array(outside))
-    for outside in (-1, 6):
-        with pytest.raises(IndexError, match="of 6"):
-            packed[outside]
-
-
-def test_parts_are_joined_and_taken():
-    prints = some_prints()
-    parts = [StoredDescriptors.pack(p) for p in (prints[:2], [], prints[2:])]
-    packed = StoredDescriptors.concatenate(parts)
-    assert_same_scores(packed, prints, prints[3:4])
-    which = [3, 3, 0, 5]
-    assert_same_scores(packed.take(np.array(which)), [prints[k] for k in which], prints[3:4])
-    assert len(StoredDescriptors.concatenate([])) == len(StoredDescriptors.pack([])) == 0
-    assert StoredDescriptors.pack([]).scores(prints[0]).size == 0
-
-
-def test_a_file_gives_back_what_was_written(tmp_path):
-    prints = some_prints()
-    found = from_file(StoredDescriptors.pack(prints), tmp_path / "bits", COLUMNS)
-    assert_same_scores(found, prints, prints[3:4])
-
-
-def test_more_minutiae_than_are_packed_are_refused():
-    with pytest.raises(MatcherError, match="300 minutiae"):
-        StoredDescriptors.pack([crowd()])
 
 
 @pytest.mark.parametrize("reach", [900.0, 1500.0, 60_000.0])
@@ -143,19 +117,6 @@ def test_wide_prints_have_wider_steps(reach):
     packed = StoredDescriptors.pack([prepare(template_of(points, size=60_000))])
     assert 2.0 ** packed.step[0] * 1023.5 >= reach
     assert packed.step[0] == 0 or 2.0 ** packed.step[0] * 1023.5 < 2 * reach
-
-
-@pytest.mark.parametrize(
-    ("name", "at", "value"),
-    [
-        *(("content_start", 0, 1), ("content_start", 1, 10**9), ("content_start", 2, -1)),
-        *(("content_start", 1, 2**63 - 1), ("content_start", 1, -(2**63))),
-        *(("origin", 0, np.nan), ("origin", 3, np.inf), ("origin", 1, 1e30)),
-        *(("size", 1, 257), ("step", 0, 8), ("step", 2, 255), ("has_flow", 0, 2)),
-    ],
-)
-def test_numbers_that_would_lead_astray_are_refused(name, at, value):
-    assert_damaged(StoredDescriptors.pack(some_prints((12, 9, 4))), name, at, value)
 
 
 def test_another_length_is_refused():

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,7 +16,7 @@ def greedy(p, q, tolerance):
             distance = float(np.hypot(px - qx, py - qy))
             if distance <= tolerance:
                 found.append((distance, px / 2 + qx / 2, py / 2 + qy / 2, i, j))
-    chosen: list[tuple[int, int]] = []
+    chosen = []
     for *_, i, j in sorted(found):
         if all(i != a and j != b for a, b in chosen):
             chosen.append((i, j))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -9,25 +7,21 @@ from pointset_strategies import check_sound, seeds, similarities, worn
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.point_match import fewest_above
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.paper.matcher import (
-    UnitCircleParameters,
-    match_by_unit_circle,
-    similar_rings,
-)
+from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_by_unit_circle, similar_rings
 from fpmatch.pointset.paper.prepared_points import prepare_points
 
 
-def random_points(seed: int, n: int = 30) -> np.ndarray:
+def random_points(seed, n=30):
     return np.random.default_rng(seed).uniform(0, 400, (n, 2))
 
 
-def worn_copy(p: np.ndarray, move: Similarity, seed: int) -> np.ndarray:
+def worn_copy(p, move, seed):
     """Return `p`, of extent 400, jittered, a tenth of it replaced, shuffled and moved."""
     return move.apply(400 * worn(p / 400, Similarity(), seed, 0.03, 0.1)[0])
 
 
 @given(seeds, similarities(20, 1e4))
-def test_finds_any_similarity_transform(seed: int, move: Similarity) -> None:
+def test_finds_any_similarity_transform(seed, move):
     p = random_points(seed)
     q, place = worn(p, move, seed, jitter=0.0, share=0.0)
     match = match_by_unit_circle(p, q)
@@ -37,7 +31,7 @@ def test_finds_any_similarity_transform(seed: int, move: Similarity) -> None:
     assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=1e-6)
 
 
-def test_finds_a_worn_copy() -> None:
+def test_finds_a_worn_copy():
     move = Similarity(0.7, 2.0, 30, -40)
     for seed in range(10):
         p = random_points(seed, 40)
@@ -47,7 +41,7 @@ def test_finds_a_worn_copy() -> None:
         assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=6)
 
 
-def test_finds_a_patch_of_a_larger_set() -> None:
+def test_finds_a_patch_of_a_larger_set():
     q = random_points(3, 200)
     inside = ((q > 100) & (q < 300)).all(axis=1)
     match = match_by_unit_circle(Similarity(2.0, -1.0, 5, 5).apply(q[inside]), q)
@@ -55,7 +49,7 @@ def test_finds_a_patch_of_a_larger_set() -> None:
     assert match.pairs[:, 1].tolist() == inside.nonzero()[0].tolist()
 
 
-def test_independent_sets_and_mirrored_copies_share_little() -> None:
+def test_independent_sets_and_mirrored_copies_share_little():
     for seed in range(20):
         p, q = random_points(2 * seed, 40), random_points(2 * seed + 1, 40)
         assert match_by_unit_circle(p, q).matched_share < 0.6
@@ -63,7 +57,7 @@ def test_independent_sets_and_mirrored_copies_share_little() -> None:
 
 
 @given(seeds, st.sampled_from([0.3, 1.0]))
-def test_exchanging_the_sets_inverts_the_transform(seed: int, factor: float) -> None:
+def test_exchanging_the_sets_inverts_the_transform(seed, factor):
     p = random_points(seed)
     q = worn_copy(p, Similarity(1.3, 1.0, 7, 9), seed)
     parameters = UnitCircleParameters(matching_factor=factor)
@@ -78,9 +72,7 @@ def test_exchanging_the_sets_inverts_the_transform(seed: int, factor: float) -> 
 
 
 @pytest.mark.parametrize(("p_size", "q_size"), [(1e85, 1e-85), (1e-85, 1e85), (1e85, 1e85)])
-def test_sizes_may_differ_by_a_hundred_and_seventy_powers_of_ten(
-    p_size: float, q_size: float
-) -> None:
+def test_sizes_may_differ_by_a_hundred_and_seventy_powers_of_ten(p_size, q_size):
     points = random_points(2) / 400
     match = match_by_unit_circle(points * p_size, points * q_size)
     assert match.matched_share == 1
@@ -92,7 +84,7 @@ def test_sizes_may_differ_by_a_hundred_and_seventy_powers_of_ten(
     "points",
     [[], [[1, 1]], [[0, 0], [4, 0], [0, 4]], [[i, 2 * i] for i in range(12)], [[3, 3]] * 9],
 )
-def test_sets_without_closed_rings_match_nothing(points: list[list[int]]) -> None:
+def test_sets_without_closed_rings_match_nothing(points):
     other = random_points(1)
     for match in (match_by_unit_circle(points, other), match_by_unit_circle(other, points)):
         assert match.transform is None
@@ -100,14 +92,14 @@ def test_sets_without_closed_rings_match_nothing(points: list[list[int]]) -> Non
         assert match.pairs.shape == (0, 2)
 
 
-def test_one_interior_point_is_enough() -> None:
+def test_one_interior_point_is_enough():
     kite = np.array([[0, 0], [5, 1], [4, 6], [-1, 3], [2, 2]])
     match = match_by_unit_circle(kite, Similarity(3.0, 1.0, 2.0, 2.0).apply(kite))
     assert match.matched_share == 1
     assert match.local_matches == 1
 
 
-def test_tolerance_is_in_the_units_of_the_points() -> None:
+def test_tolerance_is_in_the_units_of_the_points():
     p = random_points(4, 40)
     q = p + np.random.default_rng(0).uniform(-4, 4, p.shape)
     wide = match_by_unit_circle(p, q, UnitCircleParameters(tolerance=12.0))
@@ -116,7 +108,7 @@ def test_tolerance_is_in_the_units_of_the_points() -> None:
     assert narrow.rms <= 1.0
 
 
-def test_scale_can_be_bounded() -> None:
+def test_scale_can_be_bounded():
     p = random_points(4)
     q = Similarity(scale=1.5).apply(p)
     assert match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.6)).matched_share == 1
@@ -128,7 +120,7 @@ def test_scale_can_be_bounded() -> None:
 
 
 @given(seeds, st.sampled_from([0.0, 0.3, 0.5, 0.6]))
-def test_a_search_that_ends_early_decides_as_one_that_does_not(seed: int, rho: float) -> None:
+def test_a_search_that_ends_early_decides_as_one_that_does_not(seed, rho):
     p = random_points(seed)
     q = worn_copy(p, Similarity(1.3, 1.0, 7, 9), seed) if seed % 2 else random_points(seed + 1)
     early = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=rho))
@@ -139,14 +131,14 @@ def test_a_search_that_ends_early_decides_as_one_that_does_not(seed: int, rho: f
 
 
 @pytest.mark.parametrize("count", [1, 7, 20, 50, 100])
-def test_the_fewest_above_a_share_are_more_than_it_by_no_rounding(count: int) -> None:
+def test_the_fewest_above_a_share_are_more_than_it_by_no_rounding(count):
     for k in range(count + 1):
         assert fewest_above(k / count, count) == k + 1
         assert fewest_above(round(k / count, 2), count) / count > round(k / count, 2)
 
 
 @given(seeds, st.floats(0, 1))
-def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
+def test_rings_alike_by_their_definition(seed, tolerance):
     p, q = (
         prepare_points(random_points(seed)).rings,
         prepare_points(random_points(~seed % 99)).rings,
@@ -167,7 +159,7 @@ def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
         ("max_scale", [0.5]),
     ],
 )
-def test_impossible_parameters_are_refused(name: str, values: list[float]) -> None:
+def test_impossible_parameters_are_refused(name, values):
     for value in values:
         with pytest.raises(PointSetError):
             UnitCircleParameters(**{name: value})

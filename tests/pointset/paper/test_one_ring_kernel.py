@@ -1,10 +1,5 @@
 """The kernel against slow, obvious numpy twins."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from types import ModuleType
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,10 +9,10 @@ from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper import _one_ring_kernel
 from fpmatch.pointset.paper.matcher import best_overlay, fit_rings, similar_rings
 from fpmatch.pointset.paper.parametrize import shape_preserving_weights
-from fpmatch.pointset.paper.prepared_points import PreparedPoints, prepare_points
+from fpmatch.pointset.paper.prepared_points import prepare_points
 
 
-def two_views(seed: int) -> tuple[PreparedPoints, PreparedPoints, np.ndarray]:
+def two_views(seed):
     """Return a set, a worn copy of it, and the moves of their similar rings."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, 1, (30, 2))
@@ -26,7 +21,7 @@ def two_views(seed: int) -> tuple[PreparedPoints, PreparedPoints, np.ndarray]:
     return p, q, fit_rings(p, q, similar_rings(p.rings, q.rings, 0.3))
 
 
-def fit_with_numpy(p: PreparedPoints, q: PreparedPoints, ring_p: int, ring_q: int) -> np.ndarray:
+def fit_with_numpy(p, q, ring_p, ring_q):
     """Return the move of one pair of rings from the definition, every cyclic shift tried."""
     corners, circles, images = [], [], []
     for each, ring in ((p.rings, ring_p), (q.rings, ring_q)):
@@ -45,22 +40,20 @@ def fit_with_numpy(p: PreparedPoints, q: PreparedPoints, ring_p: int, ring_q: in
     return as_move(Similarity.fit(p.unit.T[corners_p], q.unit.T[corners_q]))
 
 
-def count_with_numpy(
-    move: np.ndarray, p: PreparedPoints, q: PreparedPoints, tolerance: float
-) -> int:
+def count_with_numpy(move, p, q, tolerance):
     """Return how many points match under a move, from all distances."""
     near = np.hypot(*(moved(p.unit, move)[:, :, None] - q.unit[:, None, :])) <= tolerance
     return int(min(near.any(axis=1).sum(), near.any(axis=0).sum()))
 
 
-def star(rng: np.random.Generator, degree: int, centre: np.ndarray) -> np.ndarray:
+def star(rng, degree, centre):
     """Return a ring (degree, 2) round a centre, counter-clockwise, no side seen from behind."""
     angle = np.sort(np.arange(degree) + rng.uniform(-0.2, 0.2, degree)) * 2 * np.pi / degree
     radius = rng.uniform(10, 60, degree)
     return centre + np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
-def centred(rings: list[np.ndarray], centres: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def centred(rings, centres):
     """Return weights and images of centres, rings one after the other, that stay where they are."""
     xy = np.ascontiguousarray(np.vstack([centres, *rings]).T)
     start = np.cumsum([0, *map(len, rings)]).astype(np.int32)
@@ -73,7 +66,7 @@ def centred(rings: list[np.ndarray], centres: np.ndarray) -> tuple[np.ndarray, n
 
 
 @given(seeds)
-def test_weights_agree_with_their_twin_wherever_a_ring_begins(seed: int) -> None:
+def test_weights_agree_with_their_twin_wherever_a_ring_begins(seed):
     rng = np.random.default_rng(seed)
     centres = rng.uniform(100, 300, (4, 2))
     rings = [star(rng, int(rng.integers(4, 9)), centre) for centre in centres]
@@ -88,7 +81,7 @@ def test_weights_agree_with_their_twin_wherever_a_ring_begins(seed: int) -> None
         assert image == pytest.approx(centres.T)
 
 
-def test_a_ring_that_does_not_go_round_its_centre_has_no_image(rng: np.random.Generator) -> None:
+def test_a_ring_that_does_not_go_round_its_centre_has_no_image(rng):
     centre = np.array([5.0, 9.0])
     ring = star(rng, 6, centre)
     beside, clockwise, at_vertex = ring + 200, ring[::-1], ring - ring[2] + centre
@@ -99,9 +92,7 @@ def test_a_ring_that_does_not_go_round_its_centre_has_no_image(rng: np.random.Ge
 
 @given(seeds)
 @settings(max_examples=10)
-def test_weights_of_any_place_in_a_ring_give_the_place_back(
-    plain: Callable[[str], ModuleType], seed: int
-) -> None:
+def test_weights_of_any_place_in_a_ring_give_the_place_back(plain, seed):
     """The place need not be one of the points, where another kernel asks."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(0, 100, 2)
@@ -115,7 +106,7 @@ def test_weights_of_any_place_in_a_ring_give_the_place_back(
 
 
 @given(seeds)
-def test_fit_agrees_with_its_twin(seed: int) -> None:
+def test_fit_agrees_with_its_twin(seed):
     p, q, moves = two_views(seed)
     alike = similar_rings(p.rings, q.rings, 0.3)
     for move, (ring_p, ring_q) in zip(moves, alike, strict=True):
@@ -123,7 +114,7 @@ def test_fit_agrees_with_its_twin(seed: int) -> None:
 
 
 @given(seeds)
-def test_overlay_finds_the_best_move_or_the_first_that_is_good_enough(seed: int) -> None:
+def test_overlay_finds_the_best_move_or_the_first_that_is_good_enough(seed):
     p, q, moves = two_views(seed)
     tolerance, enough = 0.3 * q.spacing, len(p) // 3
     counts = np.array([count_with_numpy(move, p, q, tolerance) for move in moves])
@@ -134,7 +125,7 @@ def test_overlay_finds_the_best_move_or_the_first_that_is_good_enough(seed: int)
         assert best_overlay(p, q, moves, tolerance, enough) == (good[0], counts[good[0]])
 
 
-def test_points_moved_onto_one_point_count_once() -> None:
+def test_points_moved_onto_one_point_count_once():
     p, q, moves = two_views(5)
     collapse = np.array([[1e-6, 0.0, *q.unit[:, 3]]])
     genuine = best_overlay(p, q, moves, 0.03, len(p))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,7 +12,7 @@ even_points = seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 400,
 
 
 @given(even_points | crowded_pixels)
-def test_all_rings_at_once_are_the_rings_one_by_one(points: np.ndarray) -> None:
+def test_all_rings_at_once_are_the_rings_one_by_one(points):
     mesh = triangulate(points)
     rings = map_to_unit_circle(mesh)
     assert sorted(rings.centre.tolist()) == mesh.interior.nonzero()[0].tolist()
@@ -30,14 +28,14 @@ def test_all_rings_at_once_are_the_rings_one_by_one(points: np.ndarray) -> None:
 
 
 @given(any_finite_points)
-def test_every_finite_set_has_finite_rings(points: np.ndarray) -> None:
+def test_every_finite_set_has_finite_rings(points):
     rings = map_to_unit_circle(triangulate(UnitFrame.of(points).apply(points)))
     assert np.isfinite(rings.circle).all()
     assert (np.hypot(*rings.image) <= 1).all()
     assert ((rings.area > 0) & (rings.area < np.pi)).all()
 
 
-def test_rings_are_ordered_by_degree_then_area(rng: np.random.Generator) -> None:
+def test_rings_are_ordered_by_degree_then_area(rng):
     rings = map_to_unit_circle(triangulate(rng.uniform(0, 1, (80, 2))))
     keys = list(zip(rings.degree.tolist(), rings.area.tolist(), strict=True))
     assert keys == sorted(keys)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,7 +16,7 @@ SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4]]
 degrees = st.integers(3, 9)
 
 
-def random_ring(seed: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
+def random_ring(seed, degree):
     """Return a ring that goes once round its centre, no gap of half a turn, and the centre."""
     rng = np.random.default_rng(seed)
     angle = 2 * np.pi * (np.arange(degree) + rng.uniform(-0.2, 0.2, degree)) / degree
@@ -28,7 +26,7 @@ def random_ring(seed: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @given(seeds, degrees)
-def test_weights_are_barycentric_coordinates(seed: int, degree: int) -> None:
+def test_weights_are_barycentric_coordinates(seed, degree):
     ring, centre = random_ring(seed, degree)
     weights = shape_preserving_weights(ring, centre)
     assert weights.sum() == pytest.approx(1, abs=1e-12)
@@ -36,7 +34,7 @@ def test_weights_are_barycentric_coordinates(seed: int, degree: int) -> None:
     assert weights @ ring == pytest.approx(centre, abs=1e-9)
 
 
-def test_shape_preserving_weights_by_hand() -> None:
+def test_shape_preserving_weights_by_hand():
     # Through (2, 1), the lines from (0, 0) and (4, 0) leave halfway up the other side; those from
     # (4, 4) and (0, 4) leave by the lower side, a third along.
     lines = [[2, 1, 1, 0], [1, 2, 0, 1], [2, 1, 1, 0], [1, 2, 0, 1]]
@@ -46,20 +44,20 @@ def test_shape_preserving_weights_by_hand() -> None:
     assert shape_preserving_weights(SQUARE, [1, 1]) == pytest.approx(np.mean(lines, axis=0) / 4)
 
 
-def test_boundary_is_spaced_by_chord_length() -> None:
+def test_boundary_is_spaced_by_chord_length():
     assert np.degrees(boundary_angles([[0, 0], [3, 0], [3, 4]])) == pytest.approx([0, 90, 210])
     with pytest.raises(PointSetError, match="coincide"):
         boundary_angles([[1, 1], [1, 1], [1, 1]])
 
 
-def test_area_of_a_regular_hexagon() -> None:
+def test_area_of_a_regular_hexagon():
     angle = np.arange(6) * np.pi / 3
     circle = parametrize(np.column_stack([np.cos(angle), np.sin(angle)]), [0, 0])
     assert circle.area == pytest.approx(1.5 * np.sqrt(3))
 
 
 @given(seeds, degrees, similarities(100, 1e3))
-def test_a_moved_ring_has_the_same_circle(seed: int, degree: int, move: Similarity) -> None:
+def test_a_moved_ring_has_the_same_circle(seed, degree, move):
     ring, centre = random_ring(seed, degree)
     circle = parametrize(ring, centre)
     moved = parametrize(move.apply(ring), move.apply([centre])[0])
@@ -70,7 +68,7 @@ def test_a_moved_ring_has_the_same_circle(seed: int, degree: int, move: Similari
 
 
 @given(seeds, degrees, st.integers(0, 8))
-def test_starting_elsewhere_rotates_the_circle(seed: int, degree: int, start: int) -> None:
+def test_starting_elsewhere_rotates_the_circle(seed, degree, start):
     """The paper, section 4: a pair of rotated unit circles of the same ring proved to be same."""
     ring, centre = random_ring(seed, degree)
     circle = parametrize(ring, centre)
@@ -82,7 +80,7 @@ def test_starting_elsewhere_rotates_the_circle(seed: int, degree: int, start: in
 
 
 @given(seeds, degrees)
-def test_a_mirrored_ring_has_the_mirrored_circle(seed: int, degree: int) -> None:
+def test_a_mirrored_ring_has_the_mirrored_circle(seed, degree):
     ring, centre = random_ring(seed, degree)
     mirror = np.array([1.0, -1.0])
     circle = parametrize(ring, centre)
@@ -94,7 +92,7 @@ def test_a_mirrored_ring_has_the_mirrored_circle(seed: int, degree: int) -> None
 
 
 @given(seeds, degrees)
-def test_the_image_lies_inside_the_polygon(seed: int, degree: int) -> None:
+def test_the_image_lies_inside_the_polygon(seed, degree):
     circle = parametrize(*random_ring(seed, degree))
     side = np.roll(circle.boundary, -1, axis=0) - circle.boundary
     to_image = circle.image - circle.boundary
@@ -114,6 +112,6 @@ def test_the_image_lies_inside_the_polygon(seed: int, degree: int) -> None:
         (SQUARE, [0, 0, 0]),
     ],
 )
-def test_rings_that_do_not_go_round_are_refused(ring: object, centre: object) -> None:
+def test_rings_that_do_not_go_round_are_refused(ring, centre):
     with pytest.raises(PointSetError):
         shape_preserving_weights(ring, centre)  # type: ignore[arg-type]

@@ -72,13 +72,6 @@ def test_harder_means_larger_sets_and_nothing_else(other, harder):
     assert not Condition("patch", 6, 2).is_harder_than(Condition("patch", 5, 8))
 
 
-def test_the_papers_rows_are_three_settings_of_growing_size():
-    settings = {row.setting for row in PAPER_ROWS}
-    assert settings == {(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)}
-    sizes = [row.m for row in PAPER_ROWS]
-    assert sizes == [50, 100, 200, 400, 800, 50, 100, 200, 400, 50, 100, 200, 400]
-
-
 @pytest.mark.parametrize(("table", "mean"), [("van_wamelen_s", 1.4113), ("unit_circle_s", 0.0022)])
 def test_the_papers_times_have_its_means_and_grow_with_either_set(table, mean):
     times = np.array([getattr(row, table) for row in PAPER_ROWS])

@@ -66,12 +66,12 @@ def test_the_baseline_gives_up_after_its_steps():
 
 
 def test_matchers_that_are_unknown_or_not_installed(monkeypatch):
-    with pytest.raises(MatcherError, match="unknown matcher 'his'; known: tri"):
+    with pytest.raises(MatcherError, match="'his'; known: tri"):
         matcher_named("his")
     monkeypatch.setattr(point_matchers, "find_spec", lambda _: None)
     assert not is_installed("astroalign")
     assert is_installed("triangles")
-    with pytest.raises(MatcherError, match=r"astroalign is not installed: .*fpmatch\[bench\]"):
+    with pytest.raises(MatcherError, match=r"astroalign .*fpmatch\[bench\]"):
         matcher_named("astroalign")
 
 

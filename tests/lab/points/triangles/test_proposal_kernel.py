@@ -21,8 +21,6 @@ GIVEN = {
     **{"test_length": 60, "max_proposals": 10**9, "max_visits": 10**12},
 }
 
-Pairs = list[tuple[int, int]]
-
 
 class Search:
     """The arguments of the kernel, made as the matcher makes them, and the state of the search."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from matching_prints import COMPILED, packed_pictures, plane, seeds, spread_points, template_of
+from matching_weights import print_for
 
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -71,6 +72,17 @@ def test_search_agrees_with_the_reference(seed):
     assert [pair[:2] for pair in found] == search_by_ridges(a, b, None, p)
     if a.region.area != b.region.area:  # of equal ones, the first is looked for
         assert [(j, i, value) for i, j, value in searched(b, a, p)] == found
+
+
+@given(seeds)
+@settings(max_examples=20)
+def test_interpreted_is_compiled(plain, seed):
+    rng = np.random.default_rng(seed)
+    a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
+    search = plain.ridge_search.RidgeSearch(P)
+    sides = (print_for(plain, side) for side in (a, b))
+    count = search.search(*sides, plain.ridge.RidgeCorrelator(ROOM))
+    assert pairs_of(search, count) == searched(a, b)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -1,5 +1,6 @@
 """Images of small sensors, 96 by 103 pixels, whose file states a resolution that is not theirs."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,20 @@ def folder(tmp_path):
         Image.fromarray(shrunk(factor)).save(made / f"{finger}_1.bmp")
         Image.fromarray(shrunk(factor)[::-1]).save(made / f"{finger}_2.bmp")
     return made
+
+
+def test_inspect_names_it_and_takes_it(folder):
+    found = CliRunner().invoke(fpmatch, ["inspect", str(folder / "1_1.bmp")])
+    assert "resolution unknown, quality 0; wrong resolution: " in found.output
+    assert "about 240 dpi" in found.output
+    words = ["inspect", str(folder / "1_1.bmp"), "--dpi", "240"]
+    stated = CliRunner().invoke(fpmatch, words).output
+    assert ", 240 dpi, quality " in stated
+    assert "wrong resolution" not in stated
+    (document,) = json.loads(CliRunner().invoke(fpmatch, [*words, "--json"]).output)
+    assert document["image"]["dpi"] == 240
+    assert document["image"]["quality"]["score"] > 40
+    assert CliRunner().invoke(fpmatch, [*words[:-1], "20"]).exit_code == 2
 
 
 @pytest.mark.parametrize("words", [["enrol", "prints.db"], ["evaluate"]])

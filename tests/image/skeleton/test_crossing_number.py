@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_images import drawn, extremes_too, shapes
 
+from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.minutiae import (
     find_nodes,
     nodes_with_kernel,
@@ -163,4 +164,16 @@ def test_kernel_and_numpy_list_the_same_nodes(binary, thinned):
     padded = bordered(thin(binary) if thinned else binary)
     for one, other in zip(nodes_with_kernel(padded), nodes_with_numpy(padded), strict=True):
         assert one.dtype == other.dtype
+        assert np.array_equal(one, other)
+
+
+@given(shapes, st.integers(1, 12))
+def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
+    compiled = find_nodes(binary, limit)
+    plain = interpreted("_trace_kernel")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("list_nodes", "trace_branches"):
+            patch.setattr(kernel, name, getattr(plain, name))
+        found = find_nodes(binary, limit)
+    for one, other in zip(found, compiled, strict=True):
         assert np.array_equal(one, other)

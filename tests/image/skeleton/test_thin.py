@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from made_images import drawn, extremes_too, holes, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _thin_kernel as kernel
@@ -125,6 +127,16 @@ def test_the_kernel_agrees_with_numpy_across_words(width, rng):
         thin_with_kernel(image)
         thin_with_numpy(other)
         assert np.array_equal(image, other)
+
+
+@given(arrays(np.uint64, (7, 2)), st.integers(0, 2**64 - 1))
+def test_interpreted_the_kernel_leaves_the_same_words(interpreted, random, mask):
+    words = np.zeros((9, 4), np.uint64)
+    words[1:-1, 1:-1] = random | np.roll(random, 1, axis=0) & np.uint64(mask)
+    plain = words.copy()
+    for module, image in ((kernel, words), (interpreted("_thin_kernel"), plain)):
+        module.thin_words(image, np.zeros_like(image), np.zeros(len(image), np.int32))
+    assert np.array_equal(words, plain)
 
 
 def test_the_tables_agree_with_their_definitions():

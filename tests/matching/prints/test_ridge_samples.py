@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fpmatch.matching.prints import ridge_samples as module
 from fpmatch.matching.prints._kernels._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.prints.ridge_samples import (
     ORIENTATIONS,
@@ -90,6 +91,13 @@ def test_the_kernel_is_the_weighted_sum_of_the_samples_around(several):
     assert found.tolist() == restored_twin(samples, orientation, mask, start, shape).tolist()
     each = [restore_ridges(part[2], part[1], part[0]).ravel() for part in parts]
     assert found.tolist() == [word for one in each for word in one.tolist()]
+
+
+def test_compiled_and_interpreted_agree(plain, monkeypatch):
+    mask, orientation, samples = any_field(5, 9, 7, 0.6)
+    found = restore_ridges(samples, orientation, mask)
+    monkeypatch.setattr(module, "restore", plain.ridge_sample.restore)
+    assert restore_ridges(samples, orientation, mask).tolist() == found.tolist()
 
 
 def test_the_table_says_as_much_for_a_ridge_as_against_it():

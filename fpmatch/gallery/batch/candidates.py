@@ -26,6 +26,7 @@ from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import batch_size, identify_each
+from fpmatch.gallery.search.identification import OF_SEARCHES
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
 
@@ -47,7 +48,6 @@ OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
 )
-OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
 COLUMNS: Final = ("probe", *OF_CANDIDATES, *OF_SEARCHES, "reason")
 NO_CANDIDATE: Final = "no candidate"
 JSON_LINES: Final = ".jsonl"
@@ -213,8 +213,7 @@ def identify_probes(
                 yield Identified(path, stored.reason, stored.all_notes)
                 continue
             result, entries = outcome
-            numbers = [candidate.number for candidate in result.candidates]
-            gallery.record(IDENTIFY, probe=Path(path), candidates=numbers)
+            gallery.record(IDENTIFY, probe=Path(path), candidates=result.numbers)
             yield Identified(path, stored.reason, stored.all_notes, result, entries)
 
 
@@ -254,7 +253,7 @@ def _json_line(probe: Identified, about: Mapping[str, str]) -> bytes:
     document: dict[str, Any] = dict.fromkeys(OF_SEARCHES)
     candidates: list[dict[str, Any]] = []
     if result is not None:
-        document = {name: getattr(result, name) for name in OF_SEARCHES}
+        document = result.as_dict()
         candidates = result.candidate_dicts(probe.entries)
         reason = None if candidates else NO_CANDIDATE
     document = {"probe": probe.path, **about, **document}

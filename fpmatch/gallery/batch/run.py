@@ -47,6 +47,12 @@ class SideRows(NamedTuple):
     quality: Mapping[int, int]
     labels: Sequence[Label] | None = None  # of a manifest
 
+    @classmethod
+    def of(cls, side: PrintSource, store: Store, key: str) -> SideRows:
+        """Return what is known of the prints of a side that are stored under a name."""
+        about = store.failures(key), store.qualities(key)
+        return cls(side.names, side.fingers, *about, getattr(side, "labels", None))
+
 
 @dataclass(frozen=True, slots=True)
 class RowWriter:

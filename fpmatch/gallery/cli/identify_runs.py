@@ -201,8 +201,7 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
             workers=run.workers,
         )
         seconds = time.perf_counter() - start
-        numbers = [candidate.number for candidate in result.candidates]
-        gallery.record("identify", probe=file.path, candidates=numbers)
+        gallery.record("identify", probe=file.path, candidates=result.numbers)
         yield _Answer(str(file.path), result, entries, seconds, probe.all_notes)
 
 
@@ -249,9 +248,8 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequen
             workers=run.workers,
         )
         seconds = time.perf_counter() - start
-        numbers = [f.number for candidate in result.candidates for f in candidate.fingers]
         for file in files:
-            gallery.record("identify", probe=file.path, candidates=numbers)
+            gallery.record("identify", probe=file.path, candidates=result.numbers)
     names = [str(file.path) for file in files]
     say_notes(group_by_note(zip(names, (one.all_notes for one in extracted), strict=True)))
     document = {

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.matching.result import Comparison
+
+
+OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
+"""What is stated of a search for one probe, apart from its candidates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +108,16 @@ class Identification(_Outcome):
     """The outcome of a search: of equal scores, the more similar, then the one enrolled first."""
 
     candidates: tuple[Candidate, ...]
-    fingers: int = 0
+    fingers: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all but the candidates and the calibration as JSON values."""
+        return {name: getattr(self, name) for name in OF_SEARCHES}
+
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the entries of the candidates, as an audit states them."""
+        return [candidate.number for candidate in self.candidates]
 
     def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
         """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.
@@ -136,6 +149,11 @@ class FusedIdentification(_Outcome):
 
     candidates: tuple[SubjectCandidate, ...]
     subjects: int
+
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the entries of all compared fingers, as an audit states them."""
+        return [finger.number for candidate in self.candidates for finger in candidate.fingers]
 
     def candidate_dicts(
         self, entries: Mapping[int, Entry], probes: Sequence[str]

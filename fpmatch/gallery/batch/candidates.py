@@ -103,7 +103,6 @@ def write_candidates(
     content: str,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    save_every_s: float = 0.5,
 ) -> SearchSummary:
     """Search for many probes and write their candidates.
 
@@ -113,8 +112,7 @@ def write_candidates(
     The `search` is of the open `gallery`, whose audit, if it keeps one, records each search, and
     `content` is the gallery's `content_hash` from before the search was opened: a run of another
     content is not resumed. The `engine` is entered here (default: this process); `progress` is
-    called with stage "identify" and numbers of probes; a position is saved about every
-    `save_every_s` seconds of work.
+    called with stage "identify" and numbers of probes.
 
     Raises ScoringError if a different run of this output is unfinished; OutputError if the output
     cannot be written; MatcherError as `fpmatch.gallery.search.identify.identify`; other
@@ -153,7 +151,7 @@ def write_candidates(
     with engine or serial() as place, Store(target, run) as store:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
-        rows = ResumedRows(store, header, -(-total // size), save_every_s)
+        rows = ResumedRows(store, header, -(-total // size))
         start, end = rows.write(rows_from, lambda at: progress(IDENTIFY, at.pairs, total))
     return SearchSummary(
         output=target,

@@ -99,7 +99,6 @@ def score(
     dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    save_every_s: float = 0.5,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 
@@ -112,8 +111,7 @@ def score(
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. `fingers` is a CSV file for the scores of fingers, too, which need
     all rows: not with a threshold. The `engine` is entered here (default: this process); `progress`
-    is called with the stages "references", "probes" (in prints) and "compare" (in pairs); a
-    position is saved about every `save_every_s` seconds of work.
+    is called with the stages "references", "probes" (in prints) and "compare" (in pairs).
 
     Raises ScoringError if the list of pairs is malformed, or a different run of this output is
     unfinished; MatcherError if the matcher is unknown, or threshold or finger scores do not go with
@@ -168,7 +166,7 @@ def score(
         digests = store.digests(of_probes), store.digests(REFERENCES)
         identical, first = find_identical_pairs(plan, *digests, IDENTICAL_NAMED)
         begun = time.perf_counter()
-        comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer, save_every_s)
+        comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer)
         start, end = comparing.run(place, progress)
     finger_rows = None
     if fingers is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import secrets
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
@@ -14,7 +14,15 @@ from fpmatch.gallery.store.history import keep_history
 from fpmatch.gallery.store.reader import GalleryReader
 from fpmatch.gallery.store.rows import pack_entry, to_row
 from fpmatch.gallery.store.sealed_database import as_keys, check_or_create
-from fpmatch.gallery.store.tables import ENROLLED, ENTRY, FAILURE, GALLERY, Conflict, Conflicts
+from fpmatch.gallery.store.tables import (
+    ENROLLED,
+    ENTRY,
+    FAILURE,
+    GALLERY,
+    Conflict,
+    Conflicts,
+    parts,
+)
 
 if TYPE_CHECKING:
     import os
@@ -25,8 +33,6 @@ if TYPE_CHECKING:
 
     from fpmatch.base.encryption.keys import KeyRing
     from fpmatch.gallery.listing.entry import NewEntry
-
-SOURCES_PER_QUERY: Final = 1000
 
 
 def open_gallery(
@@ -111,8 +117,7 @@ class Gallery(GalleryReader):
             enrolled = [to_row(e) for e, no in judged if no is None and isinstance(e, PackedEntry)]
             rows = self.sealed(connection, enrolled)
             sources = [*(e.source for e in new), *(f.source for f in failures)]
-            for k in range(0, len(sources), SOURCES_PER_QUERY):
-                part = sources[k : k + SOURCES_PER_QUERY]
+            for part in parts(sources):
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
             reasons = {failure.source: failure.reason for failure in failures}
             refused = [(entry, no) for entry, no in judged if no is not None and no != ENROLLED]

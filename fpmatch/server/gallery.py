@@ -175,18 +175,14 @@ def identify_print(
             workers=1,
         )
         seconds = time.perf_counter() - start
-        numbers = [candidate.number for candidate in result.candidates]
-        gallery.record("identify", probe=upload.data, candidates=numbers)
+        gallery.record("identify", probe=upload.data, candidates=result.numbers)
         name, damaged = short_name(gallery.name), len(gallery.damaged)
     candidates = result.candidate_dicts(entries)
     return {
         "gallery": name,
         "matcher": matcher,
-        "enrolled": result.enrolled,
         "damaged": damaged,
-        "compared": result.compared,
-        "loss": result.loss,
-        "passed_on": list(result.passed_on),
+        **result.as_dict(),
         "probe": given.name,
         "notes": list(given.notes),
         "seconds": round(seconds, 4),

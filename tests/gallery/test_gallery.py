@@ -46,8 +46,7 @@ def test_what_is_enrolled_is_there_when_opened_again(where):
 
 
 def test_rows_come_and_go_in_batches(where, monkeypatch):
-    monkeypatch.setattr(tables, "PRINTS_PER_QUERY", 7)
-    monkeypatch.setattr(gallery_module, "SOURCES_PER_QUERY", 5)
+    monkeypatch.setattr(tables, "VALUES_PER_QUERY", 7)
     monkeypatch.setattr(reader, "ROWS_PER_READ", 5)
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([entry_of(k) for k in range(20)]) == [None] * 20

@@ -15,7 +15,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import OutputError
@@ -26,6 +26,7 @@ from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import batch_size, identify_each
+from fpmatch.gallery.search.identification import OF_SEARCHES
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
 
@@ -47,7 +48,6 @@ OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
 )
-OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
 COLUMNS: Final = ("probe", *OF_CANDIDATES, *OF_SEARCHES, "reason")
 NO_CANDIDATE: Final = "no candidate"
 JSON_LINES: Final = ".jsonl"
@@ -103,64 +103,28 @@ def write_candidates(
     content: str,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    save_every_s: float = 0.5,
 ) -> SearchSummary:
     """Search for many probes and write their candidates.
 
     The file is the same, byte by byte, with every engine and however often the run was
     interrupted; its state is kept beside the output until that is complete.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        The open gallery; its audit, if it keeps one, records each search.
-    search : Search
-        Of this gallery, from `fpmatch.gallery.search.opening.open_search`.
-    probes : FolderSource
-        The prints to identify.
-    output : path-like
-        The ``.csv`` or ``.jsonl`` to write or replace.
-    options : SearchOptions
-        What is listed.
-    content : str
-        The gallery's `content_hash` from before the search was opened: a run of another content is
-        not resumed.
-    engine : Engine, optional
-        Where the work is done, entered here (default: in this process).
-    progress : callable
-        Called with stage "identify" and numbers of probes.
-    save_every_s : float
-        Seconds of work between two saved positions, about.
+    The `search` is of the open `gallery`, whose audit, if it keeps one, records each search, and
+    `content` is the gallery's `content_hash` from before the search was opened: a run of another
+    content is not resumed. The `engine` is entered here (default: this process); `progress` is
+    called with stage "identify" and numbers of probes.
 
-    Raises
-    ------
-    ScoringError
-        If a different run of this output is unfinished.
-    MatcherError
-        As `fpmatch.gallery.search.identify.identify`.
-    OutputError
-        If the output cannot be written.
-    FpmatchError
-        If the gallery cannot be read or the engine broke down.
+    Raises ScoringError if a different run of this output is unfinished; OutputError if the output
+    cannot be written; MatcherError as `fpmatch.gallery.search.identify.identify`; other
+    FpmatchErrors if the gallery cannot be read or the engine broke down.
     """
     target = Path(output)
-    form = candidate_file(
-        target, gallery=gallery.name, matcher=search.matcher.name, listed=options.listed
-    )
+    check_candidates_format(target)
+    about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": options.listed}
     options = options.checked(search.matcher)
     search = search.for_list(options.candidate_list)
     search.stages(options)  # raises before a file is made
-    assert options.calibration is not None
-    run = {
-        "format": _FORMAT,
-        "version of fpmatch": __version__,
-        "matcher": search.matcher.name,
-        "calibration": options.calibration.as_json(),
-        "number of candidates": repr(options.count),
-        "threshold": repr(options.threshold),
-        "list": repr((options.listed, options.consolidate, options.transforms)),
-        "candidate list": repr(options.candidate_list),
-        "loss": repr(options.loss if search.in_stages else None),
+    run = _description(search, options) | {
         "gallery": gallery.name,
         "content of the gallery": content,
         "set of probes": probes.content_hash,
@@ -175,15 +139,19 @@ def write_candidates(
             identify_probes(gallery, search, probes, options, place, start * size)
         ) as each:
             while batch := list(islice(each, size)):
-                failures.extend((one.path, one.reason) for one in batch if one.result is None)
+                failed = [(one.path, one.reason) for one in batch if one.result is None]
+                failures.extend(failed)
                 noted.extend((one.path, one.notes) for one in batch)
-                lines = [line for one in batch for line in form.lines(one)]
-                failed = sum(one.result is None for one in batch)
-                yield Rows(b"".join(lines), len(batch), len(lines), failed)
+                if is_json_lines(target):
+                    lines = [_json_line(one, about) for one in batch]
+                else:
+                    lines = [csv_lines([row]) for one in batch for row in _rows(one)]
+                yield Rows(b"".join(lines), len(batch), len(lines), len(failed))
 
     with engine or serial() as place, Store(target, run) as store:
         begun = time.perf_counter()
-        rows = ResumedRows(store, form.header, -(-total // size), save_every_s)
+        header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
+        rows = ResumedRows(store, header, -(-total // size))
         start, end = rows.write(rows_from, lambda at: progress(IDENTIFY, at.pairs, total))
     return SearchSummary(
         output=target,
@@ -195,6 +163,22 @@ def write_candidates(
         noted=group_by_note(noted),
         seconds=time.perf_counter() - begun,
     )
+
+
+def _description(search: Search, options: SearchOptions) -> dict[str, str]:
+    """Return what must be the same of a run that is resumed: the search and its options."""
+    assert options.calibration is not None
+    return {
+        "format": _FORMAT,
+        "version of fpmatch": __version__,
+        "matcher": search.matcher.name,
+        "calibration": options.calibration.as_json(),
+        "number of candidates": repr(options.count),
+        "threshold": repr(options.threshold),
+        "list": repr((options.listed, options.consolidate, options.transforms)),
+        "candidate list": repr(options.candidate_list),
+        "loss": repr(options.loss if search.in_stages else None),
+    }
 
 
 def identify_probes(
@@ -227,20 +211,8 @@ def identify_probes(
                 yield Identified(path, stored.reason, stored.all_notes)
                 continue
             result, entries = outcome
-            numbers = [candidate.number for candidate in result.candidates]
-            gallery.record(IDENTIFY, probe=Path(path), candidates=numbers)
+            gallery.record(IDENTIFY, probe=Path(path), candidates=result.numbers)
             yield Identified(path, stored.reason, stored.all_notes, result, entries)
-
-
-class CandidateFile(Protocol):
-    """The form of a file of candidates."""
-
-    @property
-    def header(self) -> bytes:
-        """How the file begins."""
-
-    def lines(self, probe: Identified) -> list[bytes]:
-        """Return the lines of a probe."""
 
 
 def check_candidates_format(output: Path) -> None:
@@ -249,28 +221,13 @@ def check_candidates_format(output: Path) -> None:
         raise OutputError(f"{output}: candidates are written as {' or '.join(FORMATS)}")
 
 
-def candidate_file(output: Path, **about: str) -> CandidateFile:
-    """Return the form of a file by its name; `about` are members of all documents of JSON lines."""
-    check_candidates_format(output)
-    return CandidateJson(about) if is_json_lines(output) else CandidateCsv()
-
-
 def is_json_lines(output: Path) -> bool:
     """Return whether the name of a file is that of JSON lines."""
     return output.suffix.lower() == JSON_LINES
 
 
-class CandidateCsv:
-    """Candidates as rows of CSV."""
-
-    header: Final = csv_lines([COLUMNS])
-
-    def lines(self, probe: Identified) -> list[bytes]:
-        """Return the rows of a probe."""
-        return [csv_lines([row]) for row in _rows(probe)]
-
-
 def _rows(probe: Identified) -> Iterator[list[object]]:
+    """Yield the rows of CSV of a probe."""
     nobody, result = [""] * len(OF_CANDIDATES), probe.result
     if result is None:
         yield [probe.path, *nobody, *[""] * len(OF_SEARCHES), probe.reason]
@@ -285,22 +242,18 @@ def _rows(probe: Identified) -> Iterator[list[object]]:
         yield [probe.path, *nobody, *about, NO_CANDIDATE]
 
 
-@dataclass(frozen=True, slots=True)
-class CandidateJson:
-    """Candidates as JSON lines, each with the members `about` the search."""
+def _json_line(probe: Identified, about: Mapping[str, str]) -> bytes:
+    """Return the document of a probe on a line; one without a template has no numbers.
 
-    about: dict[str, str]
-    header: bytes = b""
-
-    def lines(self, probe: Identified) -> list[bytes]:
-        """Return the document of a probe on a line; one without a template has no numbers."""
-        result, reason = probe.result, probe.reason or None
-        document: dict[str, Any] = dict.fromkeys(OF_SEARCHES)
-        candidates: list[dict[str, Any]] = []
-        if result is not None:
-            document = {name: getattr(result, name) for name in OF_SEARCHES}
-            candidates = result.candidate_dicts(probe.entries)
-            reason = None if candidates else NO_CANDIDATE
-        document = {"probe": probe.path, **self.about, **document}
-        document |= {"candidates": candidates, "reason": reason}
-        return [f"{json_text(document, indent=None)}\n".encode()]
+    All documents have the members `about` the search.
+    """
+    result, reason = probe.result, probe.reason or None
+    document: dict[str, Any] = dict.fromkeys(OF_SEARCHES)
+    candidates: list[dict[str, Any]] = []
+    if result is not None:
+        document = result.as_dict()
+        candidates = result.candidate_dicts(probe.entries)
+        reason = None if candidates else NO_CANDIDATE
+    document = {"probe": probe.path, **about, **document}
+    document |= {"candidates": candidates, "reason": reason}
+    return f"{json_text(document, indent=None)}\n".encode()

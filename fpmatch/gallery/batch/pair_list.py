@@ -65,10 +65,8 @@ class PairList:
 def read_pairs(path: str | os.PathLike[str]) -> PairList:
     r"""Read a list of pairs, in the form that this module describes.
 
-    Raises
-    ------
-    ScoringError
-        If the file cannot be read, is empty or malformed; the message names file, line and column.
+    Raises ScoringError if the file cannot be read, is empty or malformed; the message names file,
+    line and column.
 
     Examples
     --------
@@ -78,8 +76,8 @@ def read_pairs(path: str | os.PathLike[str]) -> PairList:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "pairs.txt")
     ...     _ = file.write_text("101_1.tif 101_2.tif 1\n101_1.tif 102_1.tif 0\n")
-    ...     found = read_pairs(file)
-    >>> found.labelled, [row.genuine for row in found.rows]
+    ...     pairs = read_pairs(file)
+    >>> pairs.labelled, [row.genuine for row in pairs.rows]
     (True, [True, False])
     """
     rows = tuple(iterate_pairs(path))

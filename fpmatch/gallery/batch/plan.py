@@ -93,16 +93,13 @@ class ListedPairs:
     def __init__(
         self,
         path: str | os.PathLike[str],
-        probes: Sequence[str] | PrintNames,
-        references: Sequence[str] | PrintNames,
+        probes: PrintNames,
+        references: PrintNames,
         *,
         pairs_per_chunk: int = 512,
     ) -> None:
         self._size = pairs_per_chunk
-        sides = (
-            one if isinstance(one, PrintNames) else PrintNames(one) for one in (probes, references)
-        )
-        listed = number_pairs(path, iterate_pairs(path), *sides)
+        listed = number_pairs(path, iterate_pairs(path), probes, references)
         self._pairs = listed.prints
         self._genuine = listed.genuine if (listed.genuine >= 0).any() else None
         self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 from zlib import crc32
 
 from fpmatch.base.output import make_private
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from fpmatch.gallery.batch.store import Store
+
+
+SAVE_EVERY_S: Final = 0.5  # of work between two saved positions, about
 
 
 class Rows(NamedTuple):
@@ -29,12 +32,11 @@ class Rows(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ResumedRows:
-    """Write a header and the rows of `number_of_chunks`; save the position every `save_every_s`."""
+    """Write a header and the rows of `number_of_chunks`; save the position now and then."""
 
     store: Store
     header: bytes
     number_of_chunks: int
-    save_every_s: float
 
     def write(
         self,
@@ -84,7 +86,7 @@ class ResumedRows:
                 for lines, pairs, rows, failed in chunks:
                     stream.write(lines)
                     position = position.after(lines, pairs=pairs, rows=rows, failed=failed)
-                    if time.monotonic() - saved_at >= self.save_every_s:
+                    if time.monotonic() - saved_at >= SAVE_EVERY_S:
                         flush(stream)
                         self.store.advance(position)
                         saved_at = time.monotonic()

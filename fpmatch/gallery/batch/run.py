@@ -47,6 +47,12 @@ class SideRows(NamedTuple):
     quality: Mapping[int, int]
     labels: Sequence[Label] | None = None  # of a manifest
 
+    @classmethod
+    def of(cls, side: PrintSource, store: Store, key: str) -> SideRows:
+        """Return what is known of the prints of a side that are stored under a name."""
+        about = store.failures(key), store.qualities(key)
+        return cls(side.names, side.fingers, *about, getattr(side, "labels", None))
+
 
 @dataclass(frozen=True, slots=True)
 class RowWriter:
@@ -185,7 +191,7 @@ def collect(
 
 @dataclass(frozen=True, slots=True)
 class Comparing:
-    """Compare the pairs of a plan and write their rows; save the position every `save_every_s`."""
+    """Compare the pairs of a plan and write their rows."""
 
     store: Store
     plan: Plan
@@ -193,11 +199,10 @@ class Comparing:
     references: str
     matcher: Matcher
     writer: RowWriter
-    save_every_s: float
 
     def run(self, engine: Engine, progress: Progress) -> tuple[Position, Position]:
         """Write the rows that are missing, and the file; return the positions before and after."""
-        rows = ResumedRows(self.store, HEADER, self.plan.number_of_chunks, self.save_every_s)
+        rows = ResumedRows(self.store, HEADER, self.plan.number_of_chunks)
         return rows.write(
             partial(self._rows, engine),
             lambda position: progress(COMPARE, position.pairs, len(self.plan)),

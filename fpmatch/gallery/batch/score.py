@@ -6,7 +6,7 @@ import os
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.base.output import check_writable
@@ -26,7 +26,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from fpmatch.gallery.batch.plan import Plan
     from fpmatch.gallery.batch.sources import PrintSource
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
     AnySource = PrintSource | str | os.PathLike[str]
+    _Stored = dict[str, tuple[PrintSource, Sequence[int]]]  # prints by the name of their side
 
 IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
@@ -98,7 +99,6 @@ def score(
     dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    save_every_s: float = 0.5,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 
@@ -111,8 +111,7 @@ def score(
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. `fingers` is a CSV file for the scores of fingers, too, which need
     all rows: not with a threshold. The `engine` is entered here (default: this process); `progress`
-    is called with the stages "references", "probes" (in prints) and "compare" (in pairs); a
-    position is saved about every `save_every_s` seconds of work.
+    is called with the stages "references", "probes" (in prints) and "compare" (in pairs).
 
     Raises ScoringError if the list of pairs is malformed, or a different run of this output is
     unfinished; MatcherError if the matcher is unknown, or threshold or finger scores do not go with
@@ -130,69 +129,44 @@ def score(
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = calibration or calibration_of(chosen.name)
     _check_threshold(threshold, calibration, chosen.name)
-    sides = {REFERENCES: _opened(references, dpi), PROBES: _opened(probes, dpi)}
-    plan = _planned(pairs, sides)
+    other, one = _opened(references, dpi), _opened(probes, dpi)
+    plan = _planned(pairs, one, other)
     if fingers is not None:
-        if threshold is not None or calibration is None:
-            raise MatcherError(
-                "scores of fingers need the scores of all their impressions: no threshold, and a "
-                "matcher that has a calibration"
-            )
-        if Path(fingers).resolve() == target.resolve():
-            raise OutputError(f"{fingers}: both the scores of pairs and those of fingers")
-        check_writable(fingers)
-        check_fingers(len(sides[PROBES].names), sides[REFERENCES].fingers)
+        _check_fingers(Path(fingers), target, threshold, calibration)
+        check_fingers(len(one.names), other.fingers)
     run = {
         "format": _FORMAT,
         "version of fpmatch": __version__,
         "matcher": chosen.name,
         "calibration": calibration.as_json() if calibration else "",
         "threshold": repr(threshold),
-        "set of references": sides[REFERENCES].content_hash,
-        "set of probes": sides[PROBES].content_hash,
+        "set of references": other.content_hash,
+        "set of probes": one.content_hash,
         "list of pairs": plan.identity,
     }
-    one, other = sides[PROBES], sides[REFERENCES]
     same = (one.place, one.content_hash) == (other.place, other.content_hash)
-    needed = {REFERENCES: plan.references, PROBES: plan.probes}
-    key = {REFERENCES: REFERENCES, PROBES: PROBES}  # of each side in the store
-    if same:
-        needed = {REFERENCES: sorted({*plan.references, *plan.probes})}
-        key[PROBES] = REFERENCES
+    stored: _Stored = {REFERENCES: (other, plan.references), PROBES: (one, plan.probes)}
+    if same:  # stored once
+        stored = {REFERENCES: (other, sorted({*plan.references, *plan.probes}))}
+    of_probes = REFERENCES if same else PROBES
     with engine or serial() as place, Store(target, run) as store:
-        for name, numbers in needed.items():
-            collect(store, name, sides[name], numbers, place, progress)
-        failed = {side: store.failures(key[side]) for side in sides}
-        assumed = {_full_name(sides[k], n) for k in needed for n in store.assumed(k)}
-        noted = group_by_note(
-            (_full_name(sides[k], n), notes) for k in needed for n, notes in store.notes(k).items()
+        for name, (side, numbers) in stored.items():
+            collect(store, name, side, numbers, place, progress)
+        writer = RowWriter(
+            matcher=chosen.name,
+            database=one.title if same else f"{one.title} against {other.title}",
+            probes=SideRows.of(one, store, of_probes),
+            references=SideRows.of(other, store, REFERENCES),
+            same=same,
+            calibration=calibration,
+            threshold=threshold,
+            rho=getattr(chosen, "rho", None) if threshold is None else None,
         )
-        graded = {side: store.qualities(key[side]) for side in sides}
-        rows_of = {
-            k: SideRows(s.names, s.fingers, failed[k], graded[k], getattr(s, "labels", None))
-            for k, s in sides.items()
-        }
-        comparing = Comparing(
-            store=store,
-            plan=plan,
-            probes=key[PROBES],
-            references=key[REFERENCES],
-            matcher=chosen,
-            writer=RowWriter(
-                matcher=chosen.name,
-                database=one.title if same else f"{one.title} against {other.title}",
-                probes=rows_of[PROBES],
-                references=rows_of[REFERENCES],
-                same=same,
-                calibration=calibration,
-                threshold=threshold,
-                rho=getattr(chosen, "rho", None) if threshold is None else None,
-            ),
-            save_every_s=save_every_s,
-        )
-        probed, referenced = (store.digests(key[side]) for side in (PROBES, REFERENCES))
-        identical, first = find_identical_pairs(plan, probed, referenced, IDENTICAL_NAMED)
+        about = _about_prints(stored, store)
+        digests = store.digests(of_probes), store.digests(REFERENCES)
+        identical, first = find_identical_pairs(plan, *digests, IDENTICAL_NAMED)
         begun = time.perf_counter()
+        comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer)
         start, end = comparing.run(place, progress)
     finger_rows = None
     if fingers is not None:
@@ -206,15 +180,30 @@ def score(
         rows=end.rows,
         resumed=start.pairs,
         failed_pairs=end.failed,
-        failures=tuple(failure for k in needed for failure in _failures(k, sides[k], failed[k])),
-        dpi_assumed=tuple(sorted(assumed)),
         seconds=time.perf_counter() - begun,
-        noted=noted,
         fingers=None if fingers is None else Path(fingers),
         finger_rows=finger_rows,
         identical=identical,
         identical_pairs=tuple((one.names[i], other.names[j]) for i, j in first),
+        **about,
     )
+
+
+def _about_prints(stored: _Stored, store: Store) -> dict[str, Any]:
+    """Return what a summary states about the prints that a run has read."""
+    failures: list[ImageFailure] = []
+    assumed: list[str] = []
+    noted: list[tuple[str, list[str]]] = []
+    for name, (side, _) in stored.items():
+        full_names = [f"{side.place}: {one}" for one in side.names]
+        failures += _failures(name, side, store.failures(name))
+        assumed += [full_names[number] for number in store.assumed(name)]
+        noted += [(full_names[number], notes) for number, notes in store.notes(name).items()]
+    return {
+        "failures": tuple(failures),
+        "dpi_assumed": tuple(sorted(set(assumed))),
+        "noted": group_by_note(noted),
+    }
 
 
 def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[ImageFailure]:
@@ -225,22 +214,33 @@ def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[
         yield ImageFailure(name, f"entry {number}", f"damaged: {why}")
 
 
-def _full_name(side: PrintSource, number: int) -> str:
-    return f"{side.place}: {side.names[number]}"
-
-
 def _opened(side: AnySource, dpi: float | None) -> PrintSource:
     return open_source(side, dpi=dpi) if isinstance(side, str | os.PathLike) else side
 
 
-def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, PrintSource]) -> Plan:
-    probes, references = sides[PROBES], sides[REFERENCES]
+def _planned(
+    pairs: str | os.PathLike[str] | Plan | None, probes: PrintSource, references: PrintSource
+) -> Plan:
     if pairs is None:
         return AllPairs(len(probes.names), len(references.names))
     if isinstance(pairs, str | os.PathLike):
         names = (print_names(side.place, side.names) for side in (probes, references))
         return ListedPairs(pairs, *names)
     return pairs
+
+
+def _check_fingers(
+    fingers: Path, target: Path, threshold: float | None, calibration: Calibration | None
+) -> None:
+    """Raise an error if scores of fingers cannot be written to a file."""
+    if threshold is not None or calibration is None:
+        raise MatcherError(
+            "scores of fingers need the scores of all their impressions: no threshold, and a "
+            "matcher that has a calibration"
+        )
+    if fingers.resolve() == target.resolve():
+        raise OutputError(f"{fingers}: both the scores of pairs and those of fingers")
+    check_writable(fingers)
 
 
 def _check_threshold(

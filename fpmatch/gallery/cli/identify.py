@@ -227,15 +227,15 @@ def identify(
     if not places:
         raise click.UsageError("Missing argument 'PROBE...', or --probes.")
     check_where(workers, scheduler)
-    where = runs.Where(gallery, matcher, workers, scheduler)
-    reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
-    searched = runs.Probes(places, find_prints(places, dpi), reading)
     options = SearchOptions(
         listed="impressions" if impressions else "fingers" if all_fingers else "subjects",
         consolidate=consolidate,
         calibration=curve,
         **limits,
     )
+    reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+    where = gallery, matcher, workers, scheduler
+    run = runs.Run(*where, places, find_prints(places, dpi), reading, options, as_json)
     if output is not None:
         from fpmatch.gallery.batch.candidates import is_json_lines
 
@@ -244,15 +244,12 @@ def identify(
         if options.transforms and not is_json_lines(output):
             raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
         say_slow_kernels()
-        return runs.identify_to_file(where, searched.source(), output, options, as_json=as_json)
+        return runs.identify_to_file(run, output)
     if others or positions:
         if options.listed != "subjects" or consolidate or options.transforms:
             raise click.UsageError(
                 "--with lists subjects: it excludes --all, --impressions, --consolidate and "
                 "--transform"
             )
-        other_files = find_prints(others, dpi)
-        return runs.identify_by_fingers(
-            where, searched, other_files, positions, options, as_json=as_json
-        )
-    return runs.identify_one_by_one(where, searched, options, as_json=as_json)
+        return runs.identify_by_fingers(run, find_prints(others, dpi), positions)
+    return runs.identify_one_by_one(run)

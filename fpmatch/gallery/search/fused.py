@@ -7,7 +7,7 @@ their fingers, and the scores of a subject's fingers are fused (`fpmatch.fingers
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -16,25 +16,23 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.fingers.finger import fused_scores
 from fpmatch.fingers.fused_fingers import assign_fingers
-from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,
     SubjectCandidate,
 )
 from fpmatch.gallery.search.identify import compare_probes, find_candidates
-from fpmatch.gallery.search.search import SearchOptions
-from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.gallery.search.search import USUAL, SearchOptions
+from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.search.identification import Identification
-    from fpmatch.gallery.search.search import CandidateListSize, Search
-    from fpmatch.matching.calibration import Calibration
+    from fpmatch.gallery.search.search import Search
     from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
@@ -64,16 +62,13 @@ def identify_fused(
     search: Search,
     probes: Sequence[Template],
     subjects: Subjects,
+    options: SearchOptions = USUAL,
     *,
     positions: Sequence[str] = (),
-    count: int = 10,
-    threshold: float = 0.0,
-    calibration: Calibration | None = None,
-    candidate_list: CandidateListSize = "auto",
     skipped: Collection[int] = (),
-    loss: float = DEFAULT_LOSS,
     engine: Engine | None = None,
     workers: int | None = None,
+    **changes: Any,
 ) -> FusedIdentification:
     """Find the subjects whose fingers match several probes, of different fingers, best.
 
@@ -81,32 +76,15 @@ def identify_fused(
     where the position of either is not known, with the fingers that remain, which is accounted for
     in the score. Probes without such a finger are left out.
 
-    Parameters
-    ----------
-    search : Search
-        From `fpmatch.gallery.search.opening.open_search`.
-    probes : sequence of Template
-        A print of each finger, in any order.
-    subjects : Subjects
-        The subjects of the prints, as `fpmatch.gallery.search.entries.GallerySubjects`.
-    positions : sequence of str
-        Which finger each probe is of, named as when it was enrolled, "" where it is not known
-        (default: none is known).
-    count, threshold, calibration, candidate_list, skipped, loss, workers
-        As for `fpmatch.gallery.search.identify.identify`; of subjects.
-    engine : Engine, optional
-        Whose workers search for the probes, entered here (default: this process searches). The
-        outcome is the same.
+    The `probes` are a print of each finger, in any order, and `positions` which finger each is of,
+    named as when it was enrolled, "" where it is not known (default: none is known). The workers of
+    the `engine`, which is entered, search for the probes (default: this process; the outcome is the
+    same). Other parameters are as for `fpmatch.gallery.search.identify.identify`; the number of
+    candidates and their least score are those of subjects.
 
-    Raises
-    ------
-    MatcherError
-        If there are no probes or more than 10, not as many positions, or two of the same; and as
-        `identify`.
-    GalleryError
-        If the subjects cannot be read.
-    EngineError
-        If the engine broke down.
+    Raises MatcherError if there are no probes or more than 10, not as many positions, or two of the
+    same, and as `identify`; GalleryError if the subjects cannot be read; EngineError if the engine
+    broke down.
 
     Examples
     --------
@@ -120,36 +98,33 @@ def identify_fused(
     ...     result = identify_fused(search, [left, right], subjects, positions=["left", "right"])
     """
     named = _checked_positions(probes, positions)
-    curve = load_calibration(search.matcher.name) if calibration is None else calibration
-    options = SearchOptions(
-        count=max(count, CONSIDERED), candidate_list=candidate_list, calibration=curve, loss=loss
+    given = replace(options, **changes)
+    each = SearchOptions(
+        count=max(given.count, CONSIDERED),
+        candidate_list=given.candidate_list,
+        calibration=given.calibration,
+        loss=given.loss,
     ).checked(search.matcher)
     threads = search.threads(workers)
-    compared = compare_probes(search, probes, options, engine or threads)
-    alone = [find_candidates(one, options, skipped=skipped) for one in compared]
+    compared = compare_probes(search, probes, each, engine or threads)
+    alone = [find_candidates(one, each, skipped=skipped) for one in compared]
     considered = sorted({candidate.number for one in alone for candidate in one.candidates})
     total = len(subjects)
     fingers = _Fingers.of(search, subjects.fingers_of(considered), skipped)
     may = fingers.may_be(named)
     with threads:
         scored = [
-            fingers.compare(search, one.probe, some, known, curve, threads)
+            fingers.compare(search, one.probe, some, known, each, threads)
             for one, some, known in zip(compared, may, alone, strict=True)
         ]
-    ranked = sorted(_ranked(fingers, may, scored))[:count]
+    ranked = _ranked(fingers, may, scored, total)[: given.count]
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
         subjects=total,
-        candidates=tuple(
-            SubjectCandidate(
-                rank, subject, score, fmr := score_to_fmr(score), fmr * total, of_subject
-            )
-            for rank, (_, subject, score, of_subject) in enumerate(ranked, start=1)
-            if score >= threshold
-        ),
+        candidates=tuple(one for one in ranked if one.score >= given.threshold),
         matcher=search.matcher.name,
-        smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
+        smallest_measured_fmr=alone[0].smallest_measured_fmr,
         loss=alone[0].loss,
         passed_on=tuple(map(max, zip(*(one.passed_on for one in alone), strict=True))),
     )
@@ -213,7 +188,7 @@ class _Fingers:
         probe: Any,
         may: NDArray[np.bool_],
         alone: Identification,
-        calibration: Calibration,
+        options: SearchOptions,
         engine: Engine,
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Compare a prepared probe with those fingers that it may be of.
@@ -227,23 +202,26 @@ class _Fingers:
         similarities[~compared] = -np.inf
         left = np.isnan(similarities)
         similarities[left] = search.similarities(probe, self.places[left], engine)
-        singles = calibration.scores(similarities[compared])
+        assert options.calibration is not None
+        singles = options.calibration.scores(similarities[compared])
         scores = fused_scores(singles, self.finger[compared], self.sizes)
         order = np.lexsort((self.numbers, -similarities, self.finger))
         first_of_each = np.cumsum(self.sizes) - self.sizes
         return scores, self.numbers[order[first_of_each]]
 
 
-_Ranked = tuple[tuple[float, float, int], str, float, tuple[ComparedFinger, ...]]
-
-
 def _ranked(
     fingers: _Fingers,
     may: NDArray[np.bool_],
     scored: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
-) -> Iterator[_Ranked]:
-    """Yield the order, name, score and compared fingers of each subject that has any."""
+    total: int,
+) -> list[SubjectCandidate]:
+    """Return the subjects of which any finger was compared, best first, as `FusedIdentification`.
+
+    There are `total` subjects.
+    """
     scores, best = (np.array(of_probes) for of_probes in zip(*scored, strict=True))
+    rows = []
     for subject, group in groupby(range(len(fingers.names)), lambda k: fingers.names[k][0]):
         which = list(group)
         score, pairs = assign_fingers(scores[:, which], may[:, which])
@@ -258,5 +236,10 @@ def _ranked(
             )
             for probe, f in pairs
         )
-        total = math.fsum(one.score for one in compared)
-        yield (-score, -total, min(one.number for one in compared)), subject, score, compared
+        sum_of_scores = math.fsum(one.score for one in compared)
+        first = min(one.number for one in compared)
+        rows.append((-score, -sum_of_scores, first, subject, score, compared))
+    return [
+        SubjectCandidate(rank, subject, score, fmr := score_to_fmr(score), fmr * total, compared)
+        for rank, (*_, subject, score, compared) in enumerate(sorted(rows), start=1)
+    ]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.matching.result import Comparison
+
+
+OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
+"""What is stated of a search for one probe, apart from its candidates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,62 +36,6 @@ class Candidate:
     comparison: Comparison | None = None
     impressions: int = 1
     impression_score: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Identification:
-    """The outcome of a search.
-
-    The candidates come best first; of equal scores, the more similar, then the one enrolled first.
-    After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for
-    a `loss`, and each stage has `passed_on` so many prints. An FMR under `smallest_measured_fmr`,
-    that of the calibration, is extrapolated.
-    """
-
-    enrolled: int
-    compared: int
-    candidates: tuple[Candidate, ...]
-    matcher: str
-    smallest_measured_fmr: float
-    fingers: int = 0
-    loss: float | None = None
-    passed_on: tuple[int, ...] = ()
-
-    @property
-    def preselected(self) -> bool:
-        """Whether only the prints on a candidate list were compared."""
-        return self.compared < self.enrolled
-
-    def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
-        """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.
-
-        ``transform``, ``pairs`` and ``rms_px`` are there if requested, the first and the last None
-        where no transform was found.
-        """
-        return [
-            {
-                "rank": candidate.rank,
-                "id": entry.id,
-                **asdict(entry.label),
-                "source": entry.source,
-                "score": candidate.score,
-                "fmr": candidate.fmr,
-                "extrapolated": candidate.fmr < self.smallest_measured_fmr,
-                "expected_false_matches": candidate.expected_false,
-                "impressions": candidate.impressions,
-                "impression_score": candidate.impression_score,
-                **({} if candidate.comparison is None else _as_dict(candidate.comparison)),
-            }
-            for candidate, entry in zip(self.candidates, entries, strict=True)
-        ]
-
-
-def _as_dict(comparison: Comparison) -> dict[str, Any]:
-    t, pairs = comparison.transform, len(comparison.pairs)
-    if t is None:
-        return {"transform": None, "pairs": pairs, "rms_px": None}
-    transform = {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
-    return {"transform": transform, "pairs": pairs, "rms_px": comparison.rms_px}
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,20 +68,17 @@ class SubjectCandidate:
     fingers: tuple[ComparedFinger, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class FusedIdentification:
-    """The outcome of a search by several fingers; candidates come best first.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Outcome:
+    """What every search states; candidates come best first.
 
-    Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
-    then the one enrolled first. `compared` is the most prints that a probe was compared with before
-    subjects were compared by all fingers, of those `enrolled`. A search in stages was made for a
-    `loss`; `passed_on` is the most prints that each stage passed on for a probe.
+    After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for
+    a `loss`, and each stage has `passed_on` so many prints. An FMR under `smallest_measured_fmr`,
+    that of the calibration, is extrapolated.
     """
 
     enrolled: int
     compared: int
-    subjects: int
-    candidates: tuple[SubjectCandidate, ...]
     matcher: str
     smallest_measured_fmr: float
     loss: float | None = None
@@ -143,6 +88,72 @@ class FusedIdentification:
     def preselected(self) -> bool:
         """Whether only the prints on candidate lists were compared."""
         return self.compared < self.enrolled
+
+    def is_extrapolated(self, candidate: Candidate | SubjectCandidate) -> bool:
+        """Return whether the FMR of a candidate is smaller than any measured one."""
+        return candidate.fmr < self.smallest_measured_fmr
+
+    def _rates(self, candidate: Candidate | SubjectCandidate) -> dict[str, Any]:
+        """Return the score of a candidate, and what it means, as JSON values."""
+        return {
+            "score": candidate.score,
+            "fmr": candidate.fmr,
+            "extrapolated": self.is_extrapolated(candidate),
+            "expected_false_matches": candidate.expected_false,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identification(_Outcome):
+    """The outcome of a search: of equal scores, the more similar, then the one enrolled first."""
+
+    candidates: tuple[Candidate, ...]
+    fingers: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all but the candidates and the calibration as JSON values."""
+        return {name: getattr(self, name) for name in OF_SEARCHES}
+
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the entries of the candidates, as an audit states them."""
+        return [candidate.number for candidate in self.candidates]
+
+    def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
+        """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.
+
+        ``transform``, ``pairs`` and ``rms_px`` are there if requested, the first and the last None
+        where no transform was found.
+        """
+        return [
+            {
+                "rank": candidate.rank,
+                **_enrolled(entry),
+                **self._rates(candidate),
+                "impressions": candidate.impressions,
+                "impression_score": candidate.impression_score,
+                **({} if candidate.comparison is None else _as_dict(candidate.comparison)),
+            }
+            for candidate, entry in zip(self.candidates, entries, strict=True)
+        ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FusedIdentification(_Outcome):
+    """The outcome of a search by several fingers.
+
+    Of equal scores, the subject comes first whose compared fingers have the greater sum of scores,
+    then the one enrolled first. `compared` is the most prints that a probe was compared with before
+    subjects were compared by all fingers, and `passed_on` is the most for a probe, too.
+    """
+
+    candidates: tuple[SubjectCandidate, ...]
+    subjects: int
+
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the entries of all compared fingers, as an audit states them."""
+        return [finger.number for candidate in self.candidates for finger in candidate.fingers]
 
     def candidate_dicts(
         self, entries: Mapping[int, Entry], probes: Sequence[str]
@@ -155,16 +166,11 @@ class FusedIdentification:
             {
                 "rank": one.rank,
                 "subject": one.subject,
-                "score": one.score,
-                "fmr": one.fmr,
-                "extrapolated": one.fmr < self.smallest_measured_fmr,
-                "expected_false_matches": one.expected_false,
+                **self._rates(one),
                 "fingers": [
                     {
                         "probe": probes[f.probe],
-                        "id": f.number,
-                        **asdict(entries[f.number].label),
-                        "source": entries[f.number].source,
+                        **_enrolled(entries[f.number]),
                         "score": f.score,
                         "impressions": f.impressions,
                     }
@@ -173,3 +179,17 @@ class FusedIdentification:
             }
             for one in self.candidates
         ]
+
+
+def _enrolled(entry: Entry) -> dict[str, Any]:
+    """Return number, label and source of an entry as JSON values."""
+    return {"id": entry.id, **asdict(entry.label), "source": entry.source}
+
+
+def _as_dict(comparison: Comparison) -> dict[str, Any]:
+    """Return the transform to a candidate as JSON values."""
+    t, pairs = comparison.transform, len(comparison.pairs)
+    if t is None:
+        return {"transform": None, "pairs": pairs, "rms_px": None}
+    transform = {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
+    return {"transform": transform, "pairs": pairs, "rms_px": comparison.rms_px}

@@ -39,34 +39,17 @@ def identify(
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
-    Parameters
-    ----------
-    search : Search
-        From `open_search`.
-    probe : Template
-        The print to identify.
-    options : SearchOptions
-        What is compared and listed; subjects by `subject_of` alone.
-    consolidated : ConsolidatedFingers, optional
-        With it the candidates are consolidated; see `SearchOptions`.
-    subject_of : callable, optional
-        Returns the subject of the entry with a number: each subject is then a candidate once, by
-        its best finger or impression (default: as often as it has any). None: no candidate.
-    skipped : collection of int
-        Numbers of entries that are treated as if they were not enrolled.
-    workers : int, optional
-        Threads that search (default: one a core); few prints are searched by one in any case. The
-        candidates are the same to the last bit.
-    **changes
-        Other values of some of the options.
+    What is compared and listed is in `options`, some of them replaced by `changes`; `consolidated`
+    reads the consolidated templates of an open gallery, and with it candidates are consolidated.
+    `subject_of` returns the subject of the entry with a number: each subject is then a candidate
+    once, by its best finger or impression (default: as often as it has any), and an entry without
+    one (None) is no candidate. Entries of the numbers in `skipped` are treated as if they were not
+    enrolled. So many `workers` are the threads that search (default: one a core; few prints are
+    searched by one in any case). The candidates are the same to the last bit.
 
-    Raises
-    ------
-    MatcherError
-        If the matcher has no calibration, an option is out of range, or the matcher has no bit
-        descriptors for a candidate list.
-    GalleryError
-        If `consolidated` cannot read the gallery.
+    Raises MatcherError if the matcher has no calibration, an option is out of range, or the matcher
+    has no bit descriptors for a candidate list; GalleryError if `consolidated` cannot read the
+    gallery.
 
     Examples
     --------

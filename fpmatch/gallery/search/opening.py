@@ -39,32 +39,12 @@ def open_search(
     More than `LISTED_UP_TO` prints are indexed, and more than `EXHAUSTIVE_UP_TO` where a `loss` is
     wanted, unless all of them are to be compared or to be ranked for a `candidate_list`.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    matcher : str or Matcher
-        The matcher, or its name.
-    engine : Engine, optional
-        Prepares prints (default: all cores).
-    progress : callable
-        Called with stage "prepare" and numbers of prints.
-    note : callable, optional
-        Called with a line on files that cannot be used, and are prepared or built again (default: a
-        RuntimeWarning).
-    candidate_list : int, "auto" or "off"
-        As it will be given to `fpmatch.gallery.search.identify.identify`.
-    loss : float, optional
-        The loss that is wanted (default: none, which needs no index up to `LISTED_UP_TO` prints).
-    before : Search, optional
-        An earlier search of the gallery, whose index is continued.
-
-    Raises
-    ------
-    GalleryError
-        If the gallery cannot be read.
-    MatcherError
-        If the matcher is unknown.
+    The `engine` prepares prints (default: all cores); `progress` is called with stage "prepare" and
+    numbers of prints, and `note` with a line on files that cannot be used, and are prepared or
+    built again (default: a RuntimeWarning). The `candidate_list` is as it will be given to
+    `fpmatch.gallery.search.identify.identify`; the index of `before`, an earlier search of the
+    gallery, is continued. Raises GalleryError if the gallery cannot be read; MatcherError if the
+    matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}

@@ -20,7 +20,7 @@ from fpmatch.gallery.store.audit_chain import (
     hash_of,
     parse_line,
 )
-from fpmatch.gallery.store.tables import ENTRY, GALLERY
+from fpmatch.gallery.store.tables import ENTRY, GALLERY, parts
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -36,7 +36,6 @@ AUDIT: Final = sa.Table(
     sa.Column("line", sa.Text, nullable=False),
 )
 _STATE_DIGITS: Final = 16  # of the random state of a gallery, in each event
-_NUMBERS_PER_QUERY: Final = 500
 _LINES_PER_READ: Final = 1000
 _REFUSED: Final = "the audit of a gallery is only appended to"
 _SQLITE_TRIGGERS: Final = (
@@ -132,11 +131,10 @@ def labels_of(
     chosen: list[Any] = list(contents or numbers)
     names = (ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression, ENTRY.c.content)
     labels = []
-    for k in range(0, len(chosen), _NUMBERS_PER_QUERY):
-        part = column.in_(chosen[k : k + _NUMBERS_PER_QUERY])
-        query = sa.select(*names).where(part).order_by(ENTRY.c.id)
-        for number, *parts, content in connection.execute(query):
-            shown = [part if isinstance(part, str) else repr(part) for part in parts]  # if damaged
+    for part in parts(chosen):
+        query = sa.select(*names).where(column.in_(part)).order_by(ENTRY.c.id)
+        for number, *cells, content in connection.execute(query):
+            shown = [cell if isinstance(cell, str) else repr(cell) for cell in cells]  # if damaged
             label = dict(zip(("subject", "finger", "impression"), shown, strict=True))
             picture = {"sha256": content.hex()} if contents else {}
             labels.append({"number": number, **label, **picture})

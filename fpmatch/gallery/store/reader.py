@@ -21,8 +21,8 @@ from fpmatch.gallery.store.tables import (
     FAILURE,
     GALLERY,
     PACKED,
-    PRINTS_PER_QUERY,
     is_sound,
+    parts,
 )
 from fpmatch.printable import as_text, printable
 from fpmatch.templates.stored_template import stored_minutiae_digest
@@ -126,11 +126,10 @@ class GalleryReader(SealedDatabase):
 
     def enrolled_contents(self, contents: Collection[bytes]) -> set[bytes]:
         """Return those of some contents that entries have."""
-        given, enrolled = list(contents), set[bytes]()
-        for k in range(0, len(given), PRINTS_PER_QUERY):
-            some = ENTRY.c.content.in_(given[k : k + PRINTS_PER_QUERY])
+        query, enrolled = sa.select(ENTRY.c.content), set[bytes]()
+        for part in parts(contents):
             with self.reading() as connection:
-                enrolled.update(connection.scalars(sa.select(ENTRY.c.content).where(some)))
+                enrolled.update(connection.scalars(query.where(ENTRY.c.content.in_(part))))
         return enrolled
 
     def subjects(self) -> int:
@@ -142,9 +141,8 @@ class GalleryReader(SealedDatabase):
     def entries_of_subjects(self, numbers: Sequence[int]) -> Iterator[Entry]:
         """Yield all entries of the subjects that the entries of some numbers are of."""
         yielded: set[int] = set()
-        for k in range(0, len(numbers), PRINTS_PER_QUERY):
-            some = ENTRY.c.id.in_(numbers[k : k + PRINTS_PER_QUERY])
-            theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(some))
+        for part in parts(numbers):
+            theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(ENTRY.c.id.in_(part)))
             for entry in self._rows(sa.select(*ABOUT).where(theirs), as_entry):
                 if entry.id not in yielded:
                     yielded.add(entry.id)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from itertools import islice
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import sqlalchemy as sa
 
@@ -14,9 +15,11 @@ from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry
+
+Value = TypeVar("Value")
 
 VERSION: Final = 1
 """Version of these tables and of their content; it grows with every change of either."""
@@ -63,7 +66,7 @@ TABLES: Final = (GALLERY, ENTRY, FAILURE)
 """The tables that every gallery has."""
 
 DPI_TOLERANCE: Final = 0.05  # resolutions in files have one decimal
-PRINTS_PER_QUERY: Final = 500
+VALUES_PER_QUERY: Final = 500  # which databases limit
 _LABEL: Final = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
 
 
@@ -102,6 +105,13 @@ def is_sound(dialect: str) -> sa.ColumnElement[bool]:
     return sa.and_(*numbers, *(sa.func.typeof(column) == kind for column, kind in kinds))
 
 
+def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
+    """Yield values in lists that are short enough for one query."""
+    left = iter(values)
+    while part := list(islice(left, VALUES_PER_QUERY)):
+        yield part
+
+
 def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
     _metadata.create_all(connection, checkfirst=False)
@@ -115,8 +125,7 @@ class Conflicts:
         self._by_content: dict[bytes, Entry] = {}
         self._by_label: dict[Label, Entry] = {}
         self._damaged: dict[bytes | Label, int] = {}
-        for k in range(0, len(requests), PRINTS_PER_QUERY):
-            part = requests[k : k + PRINTS_PER_QUERY]
+        for part in parts(requests):
             labels = [(r.label.subject, r.label.finger, r.label.impression) for r in part]
             # SQLite looks up no tuples by its index of labels, but the subjects
             subjects = ENTRY.c.subject.in_({subject for subject, _, _ in labels})

@@ -112,7 +112,7 @@ def identify(
     for number, why in gallery.damaged.items():
         warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)
     given = Path(probe) if isinstance(probe, str | os.PathLike) else None
-    gallery.record("identify", probe=given, candidates=[one.number for one in result.candidates])
+    gallery.record("identify", probe=given, candidates=result.numbers)
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
         for one, entry in zip(result.candidates, entries, strict=True)

@@ -12,6 +12,7 @@ from fpmatch.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.store.audit import ranges
+from fpmatch.gallery.store.tables import parts
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
 
-SUBJECTS_PER_QUERY: Final = 500
 SEARCHED_UP_TO: Final = 20_000  # entries of a gallery in which copies are looked for,
 SEARCHED_PER_PRINT: Final = 20  # or for each new print
 LINK_SCORE: Final = 30.0
@@ -127,9 +127,8 @@ def find_added(
     a run that was interrupted and continued.
     """
     added: dict[str, list[int]] = {}
-    names = list(subjects)
-    for k in range(0, len(names), SUBJECTS_PER_QUERY):
-        rows = gallery.contents_of(names[k : k + SUBJECTS_PER_QUERY])
+    for part in parts(subjects):
+        rows = gallery.contents_of(part)
         ours = given({content for _, _, content in rows})
         existing: set[str] = set()
         for number, subject, content in rows:

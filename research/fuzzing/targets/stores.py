@@ -273,8 +273,8 @@ def _unfinished() -> Reader:
             raise _StopError
 
     state = output.with_name("scores.csv.unfinished")
-    with suppress(_StopError):
-        score(made, made, output, pairs=plan, progress=stop, save_every_s=0)
+    with suppress(_StopError), patch("fpmatch.gallery.batch.resumed_rows.SAVE_EVERY_S", 0):
+        score(made, made, output, pairs=plan, progress=stop)
     rows = (state / "rows.csv").read_bytes()
     with closing(sqlite3.connect(state / "state.db")) as database:
         database.execute("VACUUM")

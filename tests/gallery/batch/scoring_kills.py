@@ -14,6 +14,7 @@ from pathlib import Path
 
 from scoring_fakes import Line, Near
 
+from fpmatch.gallery.batch import resumed_rows
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.engine.workers import no_progress
@@ -23,8 +24,11 @@ PROBES = Line([5.0, None, 8.5, 20.0], "probe")
 PLAN = AllPairs(4, 9, band=3, pairs_per_chunk=3)
 
 
+resumed_rows.SAVE_EVERY_S = 0  # at each chunk
+
+
 def run(output, progress=no_progress):
-    options = {"pairs": PLAN, "matcher": Near(0.001), "save_every_s": 0}
+    options = {"pairs": PLAN, "matcher": Near(0.001)}
     return score(REFERENCES, PROBES, output, **options, progress=progress)
 
 

@@ -6,10 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ScoringError
+from fpmatch.gallery.batch.pair_list import PrintNames
 from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
 
 PROBES = ["a.tif", "b.tif", "b.png"]
 REFERENCES = ["x.tif", "y, z.tif"]
+NAMES = PrintNames(PROBES), PrintNames(REFERENCES)
 
 
 def pairs_of(chunks):
@@ -31,7 +33,7 @@ def test_every_pair_once_from_any_chunk_on(probes, references, band, size, start
 
 def read(path, text, **options):
     path.write_text(text, encoding="utf-8")
-    return ListedPairs(path, PROBES, REFERENCES, **options)
+    return ListedPairs(path, *NAMES, **options)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +90,7 @@ def test_files_that_are_no_lists(tmp_path):
     (tmp_path / "pairs.csv").write_bytes(b"\xff\xfe\x00")
     for name, reason in (("pairs.csv", "not a CSV file"), ("gone.csv", "no such file"), ("", "is")):
         with pytest.raises(ScoringError, match=reason):
-            ListedPairs(tmp_path / name, PROBES, REFERENCES)
+            ListedPairs(tmp_path / name, *NAMES)
 
 
 _DIGESTS = st.lists(st.sampled_from([b"", b"a", b"b", b"c"]), min_size=1, max_size=12)

@@ -19,7 +19,7 @@ from fpmatch.errors import (
     OutputError,
     ScoringError,
 )
-from fpmatch.gallery.batch import score_file
+from fpmatch.gallery.batch import resumed_rows, score_file
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.store import Store
@@ -338,7 +338,7 @@ def test_what_cannot_be_scored(tmp_path, monkeypatch, name, options, error, reas
     assert [p.name for p in tmp_path.iterdir()] == ["folder.csv"]
 
 
-def test_an_engine_that_breaks_down_leaves_what_is_done(output):
+def test_an_engine_that_breaks_down_leaves_what_is_done(output, monkeypatch):
     class Breaking:
         def __enter__(self):
             return self
@@ -352,8 +352,9 @@ def test_an_engine_that_breaks_down_leaves_what_is_done(output):
                     raise EngineError("broke down")
                 yield work(shared, chunk)
 
+    monkeypatch.setattr(resumed_rows, "SAVE_EVERY_S", 1000)
     with pytest.raises(EngineError):
-        go_on(output, engine=Breaking(), save_every_s=1000)
+        go_on(output, engine=Breaking())
     assert go_on(output).resumed == 4
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import ImageError
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import Verification
+from fpmatch.matching.verification import Verification
 from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
 from fpmatch.printable import html_table

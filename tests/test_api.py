@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -117,6 +118,14 @@ def test_a_room_imports_only_what_it_may(room):
     files = place.glob("*.py") if place.is_dir() else [place.with_suffix(".py")]
     imported = set().union(*map(modules_imported, files))
     assert {room_of(module) for module in imported} - {None, "__version__"} <= allowed(room)
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    names = {
+        ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts): file for file in MODULES
+    }
+    graph = {name: modules_imported(file) & set(names) for name, file in names.items()}
+    assert len([*TopologicalSorter(graph).static_order()]) == len(names)
 
 
 def test_every_folder_is_a_room_of_the_contract():

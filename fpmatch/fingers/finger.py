@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Matcher, Verification
+    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.verification import Verification
     from fpmatch.templates.minutiae import Template
 
 MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with

@@ -1,13 +1,9 @@
-"""Erasure of what was removed from a gallery: in its file, its prepared prints and its index.
-
-`free_space` erases, and frees, all that is unused or outdated: ``fpmatch gallery compact``.
-"""
+"""Erasure of what was removed from a gallery: in its file, its prepared prints and its index."""
 
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -25,7 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.store.reader import GalleryReader
 
 _PATTERNS: Final = (f"*{PREPARED}", "*.prints", "*.npy", ".*.part")
@@ -122,42 +117,10 @@ def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Itera
             yield from folder.glob(pattern)
 
 
-def _size_of_prepared(gallery: GalleryReader) -> int:
+def size_of_prepared(gallery: GalleryReader) -> int:
     """Return the bytes of all prepared prints of a gallery, and of its index."""
     sizes = 0
     for path in _files(gallery, (*_PATTERNS, f"*{SEGMENT}", f"*{INDEX}")):
         with suppress(OSError):
             sizes += path.stat().st_size
     return sizes
-
-
-@dataclass(frozen=True, slots=True)
-class FreedSpace:
-    """Sizes in bytes before and after: of the database, and of the prepared prints."""
-
-    database_before: int
-    database_after: int
-    prepared_before: int
-    prepared_after: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the sizes as JSON values."""
-        return {
-            "database": {"before": self.database_before, "after": self.database_after},
-            "prepared": {"before": self.prepared_before, "after": self.prepared_after},
-        }
-
-
-def free_space(gallery: Gallery) -> FreedSpace:
-    """Rewrite the database of a gallery without free space, and delete outdated prepared prints.
-
-    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
-    another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
-    as before.
-    """
-    before = gallery.size(TABLES), _size_of_prepared(gallery)
-    gallery.record("compact")
-    gallery.vacuum(TABLES)
-    delete_outdated(gallery)
-    after = gallery.size(TABLES), _size_of_prepared(gallery)
-    return FreedSpace(before[0], after[0], before[1], after[1])

@@ -40,8 +40,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
-    from fpmatch.image.preprocess.arrays import Grey, Mask, Recorder
-    from fpmatch.image.preprocess.foreground import Box
+    from fpmatch.image.preprocess.arrays import Box, Grey, Mask, Recorder
 
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, max_megapixels=16.0)

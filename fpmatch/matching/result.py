@@ -1,23 +1,17 @@
-"""What a comparison of two templates yields: `Comparison` (a matcher's) and `Verification`."""
+"""What a matcher is, and what its comparison of two templates yields."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
-
-from fpmatch.matching.scale import find_scale
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
-    from fpmatch.matching.scale import ScaleMeasurement
-    from fpmatch.matching.verify import Explanation
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
 
@@ -153,149 +147,3 @@ def may_match(matcher: Matcher, comparison: Comparison) -> bool:
     It needs a transform, unless the matcher states by ``aligns = False`` that it finds none.
     """
     return comparison.transform is not None or not getattr(matcher, "aligns", True)
-
-
-@dataclass(frozen=True)
-class Verification:
-    """The decision on two templates and the evidence for it.
-
-    A decision alone costs one comparison. What else is asked for comes from `explanation`: the
-    evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) and what
-    the prints lack for a decision are computed there, once.
-
-    Parameters
-    ----------
-    match : bool
-        The decision: whether `score` reaches `threshold`; where `rho` decides, whether
-        `matched_share` is more than it.
-    score : float
-        ``-10 * log10(FMR)`` of the calibrated matcher, 0 to 100; NaN where `rho` decides and the
-        matcher is not calibrated.
-    fmr : float
-        Estimated rate at which impostors reach this score; NaN with `score`.
-    threshold : float
-        The least score of a match; where `rho` decides, the score of a matched share of `rho`.
-    matcher : str
-        Name of the matcher.
-    comparison : Comparison
-        The matcher's result.
-    probe, reference : Template
-        The two templates compared.
-    smallest_measured_fmr : float
-        Smallest FMR that the calibration data measure; a lower `fmr` is extrapolated.
-    rho : float or None
-        Where the matcher decided by the share of minutiae that are paired: the share that is not
-        enough for a match. None where the score decided.
-    explanation : Explanation, optional
-        What explains the decision; without it `comparison` is all there is.
-    dpi_assumed : tuple of str
-        The sides, "probe" and "reference", whose resolution neither a file nor the caller states.
-    """
-
-    match: bool
-    score: float
-    fmr: float
-    threshold: float
-    matcher: str
-    comparison: Comparison = field(repr=False)
-    probe: Template = field(repr=False)
-    reference: Template = field(repr=False)
-    smallest_measured_fmr: float = 0.0
-    rho: float | None = None
-    explanation: Explanation | None = field(default=None, repr=False, compare=False)
-    dpi_assumed: tuple[str, ...] = ()
-
-    @property
-    def decision(self) -> Decision:
-        """The outcome: "match", "no match" or "inconclusive"; the last where evidence lacks."""
-        if self.match:
-            return MATCH
-        return NO_MATCH if self.shortage is None else INCONCLUSIVE
-
-    @cached_property
-    def shortage(self) -> Shortage | None:
-        """What the prints lack for a decision; None for a match, and where they lack nothing."""
-        if self.match:
-            return None
-        if self.dpi_assumed and self.scale is not None and self.scale.differs:
-            sides = " and ".join(f"the {side}" for side in self.dpi_assumed)
-            message = f"the resolution of {sides} is unknown, and at another one the prints match"
-            return Shortage(UNKNOWN_RESOLUTION, message)
-        return None if self.explanation is None else self.explanation.shortage
-
-    @property
-    def reachable_score(self) -> float | None:
-        """Score that half of the genuine comparisons of as much skin reach; None if unknown."""
-        return None if self.explanation is None else self.explanation.reachable_score
-
-    @cached_property
-    def scale(self) -> ScaleMeasurement | None:
-        """Scale between the prints; see `fpmatch.find_scale`."""
-        return find_scale(self)
-
-    @property
-    def evidence(self) -> Comparison:
-        """The comparison in full: for a non-match, under the best transform there is."""
-        return self.comparison if self.explanation is None else self.explanation.evidence
-
-    @property
-    def transform(self) -> Similarity | None:
-        """The transform from the probe's pixels to the reference's; see `Comparison`."""
-        return self.evidence.transform
-
-    @property
-    def pairs(self) -> NDArray[np.int32]:
-        """Pairs of minutiae, shape (K, 2)."""
-        return self.evidence.pairs
-
-    @property
-    def rms_px(self) -> float:
-        """Root mean square distance of the pairs, in reference pixels."""
-        return self.evidence.rms_px
-
-    @property
-    def agreement(self) -> float:
-        """Share of the minutiae inside the common region that are paired."""
-        return self.evidence.agreement
-
-    @property
-    def overlap(self) -> float:
-        """Share of the smaller print that lies inside the other's region."""
-        return self.evidence.overlap
-
-    @property
-    def reason(self) -> str:
-        """What is missing for a decision, or the main reason for a non-match; "" for a match."""
-        if self.match:
-            return ""
-        return self.evidence.reason if self.shortage is None else self.shortage.message
-
-    @property
-    def compared(self) -> Compared | None:
-        """How much was compared; None where the matcher does not give it."""
-        return self.evidence.compared
-
-    @property
-    def ridge_map(self) -> RidgeMap | None:
-        """Where the ridges agree; None where they were not compared. Its mean is scored."""
-        return None if self.explanation is None else self.explanation.ridge_map
-
-    @property
-    def mesh_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """The pairs where the matcher's mesh has them, in pixels of probe and reference, (K, 2).
-
-        They lie between the minutiae, which are not located exactly, and what their neighbours
-        predict. None where the matcher has no mesh.
-        """
-        return None if self.explanation is None else self.explanation.mesh_points
-
-    @property
-    def matched_share(self) -> float:
-        """Pairs over minutiae of the template that has fewer; 0 where it has none."""
-        fewest = min(len(self.probe.minutiae), len(self.reference.minutiae))
-        return len(self.pairs) / fewest if fewest else 0.0
-
-    @property
-    def extrapolated(self) -> bool:
-        """Whether the FMR lies beyond what the calibration data could measure."""
-        return self.fmr < self.smallest_measured_fmr

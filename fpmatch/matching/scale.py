@@ -8,25 +8,21 @@ skin was stretched on purpose. Where paired minutiae differ more, a resolution i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
+from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.result import Verification
     from fpmatch.templates.minutiae import Template
 
 MIN_PAIRS: Final = 8  # below which no scale is measured
 MAX_LOG_DIFFERENCE: Final = math.log1p(0.07)  # of scales that count as one
-SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)  # up to which a scale is not measured again
 STANDARD_ERRORS: Final = 3.0  # that the ratio must lie beyond `MAX_LOG_DIFFERENCE`
-CANDIDATE_RATIOS: Final = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)  # where nothing matches
-REFINEMENTS: Final = 2  # times that a scale is measured with the resolutions corrected
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,79 +68,11 @@ def measure_scale(
     ratio = math.sqrt(spread_b / spread_a)
     coherence = min(together / math.sqrt(spread_a * spread_b), 1.0)
     error = ratio * math.sqrt((1 - coherence**2) / (2 * (len(pairs) - 2)))
-    return _assessed(ratio, error)
+    return assessed(ratio, error)
 
 
-def find_scale(verification: Verification) -> ScaleMeasurement | None:
-    """Find the scale between the prints of a verification, whether they match or not.
-
-    Where they match, it is that of their pairs. Where they do not, the probe is compared at the
-    other scales that are possible; one at which the prints match is a reason for the no (never a
-    yes). Where a share of pairs decided, which no scale changes, none is tried. A scale that
-    differs is measured again with the resolutions corrected: otherwise pairs far from the middle
-    are lost.
-
-    Parameters
-    ----------
-    verification : Verification
-        What ``fpmatch.verify`` returned.
-
-    Returns
-    -------
-    ScaleMeasurement or None
-        None where no scale can be measured.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template, find_scale, verify
-    >>> empty = Template(Minutiae.empty(), width=300, height=300)
-    >>> find_scale(verify(empty, empty)) is None
-    True
-    """
-    v = verification
-    if v.match:
-        measured = measure_scale(v.probe, v.reference, v.pairs)
-        if measured is None or abs(math.log(measured.ratio)) < SMALL_LOG_DIFFERENCE:
-            return measured
-        return _refined(v, measured.ratio) or measured
-    if v.rho is not None or v.explanation is None:
-        return None
-    needed = v.threshold + 10.0 * math.log10(len(CANDIDATE_RATIOS))  # for so many tries
-    possible = [ratio for ratio in CANDIDATE_RATIOS if _at_scale(v.probe, ratio)]
-    tries = [
-        (v.explanation.score_at_scale(rescaled), ratio)
-        for ratio in v.explanation.possible_scales(possible)
-        if (rescaled := _at_scale(v.probe, ratio))
-    ]
-    score, ratio = max(tries, default=(-math.inf, 1.0))
-    return _refined(v, ratio) if score >= needed else None
-
-
-def _refined(verification: Verification, ratio: float) -> ScaleMeasurement | None:
-    """Measure a scale that is `ratio`, roughly; None where it turns out to be 1."""
-    v, measured = verification, None
-    if v.explanation is None:
-        return None
-    for _ in range(REFINEMENTS):
-        rescaled = _at_scale(v.probe, ratio)
-        if rescaled is None:
-            return None
-        pairs = v.explanation.pairs_at_scale(rescaled)
-        refined = measure_scale(rescaled, v.reference, pairs)
-        if refined is None:
-            return None
-        ratio *= refined.ratio
-        measured = _assessed(ratio, ratio / refined.ratio * refined.error)
-    return measured if measured is not None and measured.differs else None
-
-
-def _at_scale(probe: Template, ratio: float) -> Template | None:
-    """Return a print whose lengths are `ratio` times as long; None where that cannot be."""
-    dpi = probe.dpi / ratio
-    return replace(probe, dpi=dpi) if MIN_DPI <= dpi <= MAX_DPI else None
-
-
-def _assessed(ratio: float, error: float) -> ScaleMeasurement:
+def assessed(ratio: float, error: float) -> ScaleMeasurement:
+    """Return a measurement of a ratio with its standard error."""
     beyond = abs(math.log(ratio)) - STANDARD_ERRORS * error / ratio
     return ScaleMeasurement(ratio, error, differs=beyond > MAX_LOG_DIFFERENCE)
 

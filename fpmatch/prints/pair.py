@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.matchers.paper import PaperMatcher
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.matching.verify import Identity
     from fpmatch.prints.reading import GivenPrint
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
-    from fpmatch.matching.result import Verification
     from fpmatch.matching.scale import ScaleMeasurement
+    from fpmatch.matching.verification import Verification
     from fpmatch.matching.verify import Identity
     from fpmatch.pointset.geometry.similarity import Similarity
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.pointset.geometry.affine_transform import AffineTransform
     from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.pointset.geometry.similarity import Similarity

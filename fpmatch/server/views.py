@@ -17,7 +17,7 @@ from fpmatch.server.pair import INKED, LARGEST_SIDE_SHOWN, pixels_of, rgba
 
 if TYPE_CHECKING:
     from fpmatch.drawing.overlay.warp import PairWarp
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.prints.pair import ComparedPair
     from fpmatch.server.pair import PairRequest
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.templates.minutiae import Template
 

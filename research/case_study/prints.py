@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from research.case_study.case import Case
 
     Floats = NDArray[np.float64]

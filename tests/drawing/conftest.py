@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.matching.result import Comparison, Verification
+from fpmatch.matching.result import Comparison
+from fpmatch.matching.verification import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 

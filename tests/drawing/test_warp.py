@@ -14,7 +14,8 @@ from fpmatch.drawing.overlay.superposed import probe_outline
 from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.items import Box, of_transform
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.matching.result import Comparison, Verification
+from fpmatch.matching.result import Comparison
+from fpmatch.matching.verification import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 

@@ -21,13 +21,13 @@ from made_prints import entry_of
 from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import prepare_gallery
 from fpmatch.gallery.index.print_segment import PrintSegment
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store import database
+from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template

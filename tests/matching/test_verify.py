@@ -15,7 +15,8 @@ from fpmatch.matching.calibration import Calibration, load_calibration, score_to
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.verify import as_explaining, verify
+from fpmatch.matching.verification import as_explaining
+from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_text
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fpmatch.matching.result import Compared, Comparison, Verification
+from fpmatch.matching.result import Compared, Comparison
+from fpmatch.matching.verification import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_text
 

@@ -12,7 +12,7 @@ from fpmatch.prints.words import odds
 
 if TYPE_CHECKING:
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
 
 Fact = tuple[str, str]  # a label and its value
 

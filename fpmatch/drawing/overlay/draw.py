@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.items import Scene
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
 
 NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
 NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.templates.minutiae import Template
 
 _LEAST_PAGE_WIDTH: Final = 800.0

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
 
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
 
 _COMFORTABLE_SIDE: Final = 760.0  # page pixels of each print
 _LEAST_SIDE: Final = 360.0

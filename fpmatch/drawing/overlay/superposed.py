@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.overlay.warp import PairWarp
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.pointset.geometry.similarity import Similarity
 
     Matrix = NDArray[np.float64]

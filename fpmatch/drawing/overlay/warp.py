@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.drawing.scene.items import Box
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.verification import Verification
     from fpmatch.pointset.geometry.similarity import Similarity
 
     Points = NDArray[np.float64]

@@ -12,7 +12,7 @@ from fpmatch.cli.options import json_option, key_option
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.erasure import FreedSpace
+    from fpmatch.gallery.tasks.space import FreedSpace
 
 
 @click.command(
@@ -76,8 +76,8 @@ def compact(gallery: str, as_json: bool) -> None:
 
     What versions up to 0.2 removed, which did not overwrite it, is erased.
     """
-    from fpmatch.gallery.erasure import free_space
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.space import free_space
 
     with open_gallery(gallery) as opened:
         done, name = free_space(opened), opened.name

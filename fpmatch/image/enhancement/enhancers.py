@@ -20,7 +20,12 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import FpmatchError
-from fpmatch.image.preprocess.arrays import block_mean_product, blocks_to_pixels, blur_blocks
+from fpmatch.image.preprocess.arrays import (
+    OrientationField,
+    block_mean_product,
+    blocks_to_pixels,
+    blur_blocks,
+)
 from fpmatch.image.preprocess.foreground import mask_at_pixels, segment, segment_enhanced
 
 if TYPE_CHECKING:
@@ -48,13 +53,6 @@ SIDE_STEP_PX: Final = 16  # the sides of its input are multiples of this
 # Of the two engines of OpenCV 5, the older one, which is that of OpenCV 4, is faster here.
 _ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC") else ()
 _own = threading.local()  # a network of OpenCV serves one thread
-
-
-class OrientationField(NamedTuple):
-    """The local ridge orientation of blocks, (rows, columns)."""
-
-    orientation: Floats  # radians in [0, π), counter-clockwise on screen from +x
-    coherence: Floats  # agreement of the neighbourhood with it, 0 (none) to 1
 
 
 def enhanced_orientation(enhanced: Floats, mask: Mask) -> OrientationField:

@@ -16,8 +16,7 @@ from fpmatch.image.preprocess.arrays import blur_blocks
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
-    from fpmatch.image.enhancement.enhancers import OrientationField
-    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask, OrientationField
     from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 PERIOD_SMOOTHING_BLOCKS: Final = 2.0

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import reduce
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 import cv2
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from fpmatch.image.preprocess.foreground import Box
 
     Grey = NDArray[np.uint8]
     Floats = NDArray[np.float32]
@@ -21,6 +19,39 @@ if TYPE_CHECKING:
     Mask = NDArray[np.bool_]
 BLOCK_PX: Final = 8  # side of a block, at 500 dpi
 _CHANNELS: Final = 4  # that OpenCV blurs at a time
+
+
+class Box(NamedTuple):
+    """A box of an image: rows `top` to before `bottom`, columns `left` to before `right`."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The slices that cut the box out of an array (H, W)."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def uncrop(
+        self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
+    ) -> NDArray[Any]:
+        """Pad an array (h, w) of the box to the whole image (H, W), with the value `around`.
+
+        Each value is that of a square of `step_px` pixels a side, which divides `top` and `left`.
+        """
+        whole = np.full([-(-side // step_px) for side in shape], around, array.dtype)
+        top, left = self.top // step_px, self.left // step_px
+        whole[top : top + array.shape[0], left : left + array.shape[1]] = array
+        return whole
+
+
+class OrientationField(NamedTuple):
+    """The local ridge orientation of blocks, (rows, columns)."""
+
+    orientation: Floats  # radians in [0, π), counter-clockwise on screen from +x
+    coherence: Floats  # agreement of the neighbourhood with it, 0 (none) to 1
 
 
 def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> Doubles:

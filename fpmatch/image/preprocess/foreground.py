@@ -5,22 +5,22 @@ Later stages work on that box alone. It may contain much besides the print, but 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 from fpmatch.image.preprocess.arrays import (
     BLOCK_PX,
+    Box,
     block_mean_product,
     blocks_to_pixels,
     blur_blocks,
     percentiles,
 )
+from fpmatch.image.preprocess.normalize import local_range
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
     from fpmatch.image.preprocess.spectrum import RidgeSpectrum
@@ -49,32 +49,6 @@ MIN_AREA_BLOCKS: Final = 40
 MIN_RELATIVE_AREA: Final = 0.2  # of the largest part
 
 
-class Box(NamedTuple):
-    """A box of an image: rows `top` to before `bottom`, columns `left` to before `right`."""
-
-    top: int
-    bottom: int
-    left: int
-    right: int
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        """The slices that cut the box out of an array (H, W)."""
-        return slice(self.top, self.bottom), slice(self.left, self.right)
-
-    def uncrop(
-        self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
-    ) -> NDArray[Any]:
-        """Pad an array (h, w) of the box to the whole image (H, W), with the value `around`.
-
-        Each value is that of a square of `step_px` pixels a side, which divides `top` and `left`.
-        """
-        whole = np.full([-(-side // step_px) for side in shape], around, array.dtype)
-        top, left = self.top // step_px, self.left // step_px
-        whole[top : top + array.shape[0], left : left + array.shape[1]] = array
-        return whole
-
-
 def foreground_box(grey: Grey) -> Box:
     """Find the box of all that varies in grey level, in an image (H, W) at 500 dpi.
 
@@ -91,12 +65,6 @@ def foreground_box(grey: Grey) -> Box:
     opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
     rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
     return Box(*_side(rows, height), *_side(columns, width))
-
-
-def local_range(grey: Grey, window_px: int) -> Grey:
-    """Return the range of the grey levels in a square window around each pixel, (H, W)."""
-    window = np.ones((window_px, window_px), np.uint8)
-    return np.asarray(cv2.subtract(cv2.dilate(grey, window), cv2.erode(grey, window)), np.uint8)
 
 
 def _side(lively: Mask, size: int) -> tuple[int, int]:

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.image.preprocess.foreground import local_range
-
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
 
@@ -94,3 +92,9 @@ class _Blur:
         small = cv2.resize(whole, self.small, interpolation=cv2.INTER_AREA)
         blurred = cv2.GaussianBlur(small, (0, 0), self.sigma, borderType=cv2.BORDER_REFLECT)
         return np.asarray(blurred, np.float32)
+
+
+def local_range(grey: Grey, window_px: int) -> Grey:
+    """Return the range of the grey levels in a square window around each pixel, (H, W)."""
+    window = np.ones((window_px, window_px), np.uint8)
+    return np.asarray(cv2.subtract(cv2.dilate(grey, window), cv2.erode(grey, window)), np.uint8)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry.points import as_points
-from fpmatch.pointset.geometry.similarity import is_finite
+from fpmatch.pointset.geometry.points import as_points, is_finite
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -95,3 +96,11 @@ def _number_of_repeat(index: NDArray[np.int64]) -> NDArray[np.int64]:
     number = np.empty(len(index), np.int64)
     number[order] = np.arange(len(index)) - in_order.searchsorted(in_order, "left")
     return number
+
+
+def is_finite(value: float) -> bool:
+    """Return whether a number is one that float64 can hold."""
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an int
+        return False

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry.points import as_points
+from fpmatch.pointset.geometry.points import as_points, is_finite
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -173,11 +173,3 @@ class Similarity:
 def _rotation_matrix(angle: float) -> NDArray[np.float64]:
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.array([[cosine, -sine], [sine, cosine]])
-
-
-def is_finite(value: float) -> bool:
-    """Return whether a number is one that float64 can hold."""
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an int
-        return False

@@ -15,7 +15,7 @@ from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.scale import find_scale
+from fpmatch.matching.verification import find_scale
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField

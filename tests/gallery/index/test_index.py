@@ -21,12 +21,12 @@ from made_prints import changed, entry_of, scattered
 
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
 from fpmatch.gallery.index.gallery_index import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.stored_template import pack_template
 

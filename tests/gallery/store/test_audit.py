@@ -13,7 +13,6 @@ import sqlalchemy as sa
 from made_prints import refused
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.erasure import free_space
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.gallery.store import audit
@@ -23,6 +22,7 @@ from fpmatch.gallery.store.audit_log import check_audit_log
 from fpmatch.gallery.tasks.api import identify
 from fpmatch.gallery.tasks.consistency import check_fingers
 from fpmatch.gallery.tasks.export import export_templates
+from fpmatch.gallery.tasks.space import free_space
 from fpmatch.templates.minutiae import Minutiae, Template
 
 

@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from fpmatch.image.preprocess.arrays import StageRecorder, UncropRecorder, percentiles
-from fpmatch.image.preprocess.foreground import Box
+from fpmatch.image.preprocess.arrays import Box, StageRecorder, UncropRecorder, percentiles
 
 GREYS = st.floats(0, 255, width=32)
 

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import concentric_rings, hostile_pictures
 
+from fpmatch.image.preprocess.arrays import Box
 from fpmatch.image.preprocess.foreground import (
     ALIGNMENT_PX,
     MARGIN_PX,
     MIN_SIDE_PX,
     WINDOW_PX,
-    Box,
     foreground_box,
 )
 

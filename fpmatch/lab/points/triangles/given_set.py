@@ -13,12 +13,12 @@ from fpmatch.lab.points.triangles.descriptors import density_of
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
 from fpmatch.pointset.geometry.points import (
+    is_finite,
     pairs_of_coincident,
     points_in_box,
     sort_into_cells,
     unique_points,
 )
-from fpmatch.pointset.geometry.similarity import is_finite
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,8 @@ from fpmatch.lab.evaluation.report.hardest import (
     hardest_pairs,
 )
 from fpmatch.lab.evaluation.run import evaluate
-from fpmatch.matching.result import Comparison, Verification
+from fpmatch.matching.result import Comparison
+from fpmatch.matching.verification import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 

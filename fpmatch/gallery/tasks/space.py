@@ -1,0 +1,44 @@
+"""Space that a gallery frees: all that is unused or outdated (``fpmatch gallery compact``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.gallery.erasure import delete_outdated, size_of_prepared
+from fpmatch.gallery.store.tables import TABLES
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.gallery import Gallery
+
+
+@dataclass(frozen=True, slots=True)
+class FreedSpace:
+    """Sizes in bytes before and after: of the database, and of the prepared prints."""
+
+    database_before: int
+    database_after: int
+    prepared_before: int
+    prepared_after: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the sizes as JSON values."""
+        return {
+            "database": {"before": self.database_before, "after": self.database_after},
+            "prepared": {"before": self.prepared_before, "after": self.prepared_after},
+        }
+
+
+def free_space(gallery: Gallery) -> FreedSpace:
+    """Rewrite the database of a gallery without free space, and delete outdated prepared prints.
+
+    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
+    another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
+    as before.
+    """
+    before = gallery.size(TABLES), size_of_prepared(gallery)
+    gallery.record("compact")
+    gallery.vacuum(TABLES)
+    delete_outdated(gallery)
+    after = gallery.size(TABLES), size_of_prepared(gallery)
+    return FreedSpace(before[0], after[0], before[1], after[1])

@@ -101,8 +101,8 @@ def draw(
     Examples
     --------
     >>> import numpy as np
-    >>> from fpmatch import draw
-    >>> from fpmatch.matching.result import Comparison, Verification
+    >>> from fpmatch import Verification, draw
+    >>> from fpmatch.matching.result import Comparison
     >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> blank = Template(Minutiae.empty(), width=60, height=40)
     >>> found = Comparison(0.0, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "no ridges found")

@@ -22,6 +22,7 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "printable": set(),
     "errors": {"printable"},
     "base": {"errors"},
+    "__init__": {"_version", "base"},
     "base/encryption": {"base"},
     "pointset/geometry": {"errors"},
     "templates": {"base"},

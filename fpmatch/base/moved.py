@@ -10,7 +10,7 @@ from importlib.machinery import ModuleSpec
 
 TYPE_CHECKING = False  # importing `typing`, or `importlib.abc`, would cost `import fpmatch` 8 ms
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from types import ModuleType
     from typing import Final
 
@@ -113,11 +113,12 @@ def new_place(name: str) -> str | None:
 class OldNames:
     """Find modules by old names.
 
-    It is asked first: a module of a folder that moved is found in the new place, too.
+    Once a folder is imported by one, it is asked first: else Python would find the modules in it
+    by their files, as copies.
     """
 
     def find_spec(
-        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+        self, fullname: str, path: object = None, target: object = None
     ) -> ModuleSpec | None:
         """Return how to load a module that moved."""
         moved = fullname.startswith("fpmatch.") and new_place(fullname) is not None
@@ -128,6 +129,8 @@ class OldNames:
         import warnings  # noqa: PLC0415
         from importlib import import_module  # noqa: PLC0415
 
+        if not isinstance(sys.meta_path[0], OldNames):
+            sys.meta_path.insert(0, self)
         new = new_place(spec.name) or spec.name
         spec.loader_state = import_module(new)
         warnings.warn(f"{spec.name} is now {new}", FutureWarning, stacklevel=2)

@@ -35,9 +35,7 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
     try:
         from fpmatch.cli.group import fpmatch
 
-        os.environ["PYTHONSAFEPATH"] = (
-            "1"  # processes of the command import nothing from its directory
-        )
+        os.environ["PYTHONSAFEPATH"] = "1"  # its processes import nothing from its directory
         atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
         repeat_swallowed_interrupts()
         fpmatch(args=args, prog_name=prog_name)

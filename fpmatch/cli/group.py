@@ -124,7 +124,8 @@ class _Fpmatch(LazyGroup):
         super().format_commands(ctx, formatter)
         sections = {wing.title: wing.commands for wing in registered().values()}
         known = summaries()
-        sections["Of other packages"] = {k: of for k, of in _added().items() if k not in known}
+        added = {name: of for name, of in _added().items() if name not in known}
+        sections["Commands of other packages"] = added
         for title, commands in sections.items():
             if commands:
                 with formatter.section(title):

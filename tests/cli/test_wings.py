@@ -15,7 +15,7 @@ import sys
 class NoWings:
     @staticmethod
     def find_spec(name, path=None, target=None):
-        if name.split(".")[:2][1:] and name.split(".")[1] in {WINGS!r}:
+        if name.split(".")[1:2] in {[[wing] for wing in WINGS]}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, NoWings)

@@ -41,9 +41,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.listing.print_file import PrintFile
-    from fpmatch.gallery.search.identification import (
-        Identification,
-    )
+    from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
 
 PREPARE: Final = {"prepare": "preparing prints"}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.fused import identify_fused
-from fpmatch.gallery.search.identify import ComparedProbe, compare_probes, find_candidates
+from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.gallery.search.whole import piece_size
 
@@ -48,8 +48,8 @@ def identify_entries(
     """
     search = search.current(gallery)
     changes["consolidate"] = consolidated is not None
-    given = replace(options, **changes).checked(search.matcher)
-    (compared,) = compare_probes(search, [probe], given, search.threads(workers))
+    given = replace(options, **changes)
+    compared, given = compare_probe(search, probe, given, workers)
     return _with_entries(gallery, compared, given, consolidated)
 
 

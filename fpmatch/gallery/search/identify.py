@@ -12,7 +12,7 @@ import numpy as np
 from fpmatch.fingers.finger import fused_scores
 from fpmatch.gallery.search.identification import Candidate, Identification
 from fpmatch.gallery.search.search import USUAL
-from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -69,8 +69,8 @@ def identify(
     (1, 1)
     """
     changes["consolidate"] = consolidated is not None
-    given = replace(options, **changes).checked(search.matcher)
-    (compared,) = compare_probes(search, [probe], given, search.threads(workers))
+    given = replace(options, **changes)
+    compared, given = compare_probe(search, probe, given, workers)
     return find_candidates(
         compared, given, consolidated=consolidated, subject_of=subject_of, skipped=skipped
     )
@@ -82,6 +82,15 @@ class ComparedProbe(NamedTuple):
     search: Search
     probe: Any
     listed: Listed
+
+
+def compare_probe(
+    search: Search, probe: Template, options: SearchOptions, workers: int | None
+) -> tuple[ComparedProbe, SearchOptions]:
+    """Compare a probe by threads, as `identify`; return the options, too, which are checked."""
+    checked = options.checked(search.matcher)
+    (compared,) = compare_probes(search, [probe], checked, search.threads(workers))
+    return compared, checked
 
 
 def compare_probes(
@@ -115,13 +124,13 @@ def find_candidates(
     ]
     if consolidated is not None:
         candidates = consolidated.rerank(compared.probe, candidates)
-    curve = options.calibration or load_calibration(search.matcher.name)
+    assert options.calibration is not None
     return Identification(
         enrolled=scored.enrolled,
         compared=len(scored.similarities),
         candidates=tuple(one for one in candidates if one.score >= options.threshold),
         matcher=search.matcher.name,
-        smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
+        smallest_measured_fmr=score_to_fmr(options.calibration.largest_measured_score),
         fingers=scored.fingers,
         loss=options.loss if search.in_stages else None,
         passed_on=compared.listed.passed_on,
@@ -164,8 +173,8 @@ class _Scored:
             places if single else search.finger_of[places], return_inverse=True
         )
         of_listed = np.ones(len(listed), np.intp) if single else sizes[listed]
-        curve = options.calibration or load_calibration(search.matcher.name)
-        singles = curve.scores(similarities)
+        assert options.calibration is not None
+        singles = options.calibration.scores(similarities)
         finger = finger.ravel()
         return cls(
             places=places,

@@ -123,6 +123,9 @@ class ScoreParameters:
     doubt_minutiae: float = 5.0  # to the minutiae,
     doubt_cells: float = 10.0  # and to the cells
     usual_correlation: float = 0.2  # of the ridges of different fingers
+    beyond_from: float = 2.0  # decades of the FMR from which pairs are held against chance,
+    beyond_less: float = 1.0  # which explains so many more decades, since the best transform is
+    beyond_share: float = 0.5  # taken; of what is above, so much does not count
 
 
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small

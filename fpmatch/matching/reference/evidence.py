@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline._kernels._amount_kernel import most_decades, quality_correction
+from fpmatch.matching.pipeline._kernels._amount_kernel import (
+    decades_beyond_chance,
+    most_decades,
+    quality_correction,
+)
 from fpmatch.matching.pipeline.evidence import Evidence, ScoreParameters, load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
 from fpmatch.matching.reference.pair_mesh import measure
@@ -28,6 +32,10 @@ if TYPE_CHECKING:
 LEAST_RELAXED: Final = 0.01  # added before the logarithm is taken
 PAIR_AREA: Final = 75.0  # px²: within 12 px and 30° of a minutia
 LEAST_SPREAD: Final = 0.5  # between the two quantiles
+AROUND_PX, BESIDE_PX, LEAST_COSINE = 60.0, 12.0, math.cos(math.radians(30.0))
+PER_AROUND: Final = 0.1255  # pairs within 12 px and 30° for what lies around
+NEAR_PX, TURN = 5.0, math.radians(10.0)  # standard deviations of genuine pairs
+DENSER_PLACE, DENSER_TURN, FAR_SHARE = 3.0513, 2.3937, 0.05
 
 
 def weigh(
@@ -52,6 +60,7 @@ def weigh(
         features = _features(model, entries)
     total = float(model.sums(features))
     decade, estimate = _condition(model, total, entries)
+    estimate = _beyond_chance(pairing, entries, estimate)
     entries |= {"features": features, "total": total, "decade": decade, "minus_log_fmr": estimate}
     return pairing, Evidence(**entries)
 
@@ -139,3 +148,26 @@ def _condition(model: ScoreModel, total: float, e: dict[str, Any]) -> tuple[floa
     unusual = e["ridges"] - ScoreParameters().usual_correlation
     limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
     return decade, math.log(10.0) * min(2.0 + (total - low) / decade, limit)
+
+
+def _beyond_chance(pairing: Pairing, e: dict[str, Any], estimate: float) -> float:
+    """Return an estimate of -ln(FMR), lowered where the pairs are by chance."""
+    p = ScoreParameters()
+    if not estimate > math.log(10.0) * p.beyond_from:
+        return estimate
+    _, place, direction, _ = pairing.mesh
+    squared = abs(pairing.places[1] - place[:, None]) ** 2
+    cosine = (direction[:, None] * pairing.directions[1].conj()).real
+    near = np.minimum(squared / BESIDE_PX**2, 1.0) * np.maximum(1.0 - squared / AROUND_PX**2, 0.0)
+    around = near * np.maximum((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
+    i = np.flatnonzero((pairing.partner >= 0))
+    squared, cosine = (each[i, pairing.partner[i]] for each in (squared, cosine))
+    nearness = np.log10(FAR_SHARE + DENSER_PLACE * np.exp(-0.5 * squared / NEAR_PX**2))
+    nearness += np.log10(FAR_SHARE + DENSER_TURN * np.exp((cosine - 1.0) / TURN**2))
+    counted = nearness[squared < AROUND_PX**2].sum()
+    unusual = e["ridges"] - p.usual_correlation
+    by_chance = PER_AROUND * around.sum()
+    bound = decades_beyond_chance(e["pairs"], by_chance, counted, unusual, e["cells"])
+    above = estimate - math.log(10.0) * (bound - p.beyond_less)
+    lowered = estimate - p.beyond_share * max(above, 0.0)
+    return max(lowered, math.log(10.0) * p.beyond_from)

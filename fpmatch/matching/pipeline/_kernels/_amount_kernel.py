@@ -17,6 +17,10 @@ USUAL_CHANCE = cython.declare(cython.double, 3.0)  # pairs expected by chance in
 DENSER = cython.declare(cython.double, 2.0)  # with so many more, prints are dense
 FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts wholly
 CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
+# Of what the pairs are worth beyond chance, see `decades_beyond_chance`:
+LEAST_BY_CHANCE = cython.declare(cython.double, 0.05)  # pairs
+POORLY_ALIGNED = cython.declare(cython.double, 0.1)  # ridge correlation above the usual: no more
+FULL_CELLS = cython.declare(cython.double, 24.0)  # beyond these, a cell counts a quarter
 LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
 
 
@@ -73,6 +77,19 @@ def most_decades(pairs, chance, ridges, cells):
         decades = min(decades, poisson_decades(pairs, chance))
     ridges = min(max(ridges / FULL_AGREEMENT, 0.0), 1.0)
     return decades + ridges * cells / CELLS_PER_DECADE
+
+
+def decades_beyond_chance(pairs, by_chance, nearness, ridges, cells):
+    """Return about how many decades of the FMR pairs and ridges justify under the best transform.
+
+    `by_chance` is the number of pairs expected of the minutiae around, `nearness` the decades by
+    which the pairs lie nearer to their predictions, in place and direction, than those would;
+    half of them count, since the mesh fits the pairs. `ridges` is the ridge correlation less that
+    of different fingers.
+    """
+    decades = poisson_decades(pairs, max(by_chance, LEAST_BY_CHANCE)) + 0.5 * nearness
+    ridges = min(max((ridges - POORLY_ALIGNED) / FULL_AGREEMENT, 0.0), 1.0)
+    return decades + ridges * (cells - 0.75 * max(cells - FULL_CELLS, 0.0)) / CELLS_PER_DECADE
 
 
 def poisson_decades(count, mean):

@@ -21,6 +21,7 @@ cdef class EvidenceScorer:
     cdef readonly double total, decade
     cdef Py_ssize_t model
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
+    cdef double beyond_from, beyond_less, beyond_share
 
     cpdef int choose_model(self, bint ridges_a, bint ridges_b, double area) noexcept nogil
     cpdef double prefilter_shortfall(self, int weight, Py_ssize_t smaller) noexcept nogil
@@ -39,6 +40,7 @@ cdef class EvidenceScorer:
     cdef double _compare_ridges(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cpdef double condition(self, double total) noexcept nogil
+    cpdef double beyond_chance(self, Aligner aligner, Py_ssize_t row, double estimate) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity

@@ -6,7 +6,7 @@ A transform is (c, s, x, y) as `_alignment_kernel` has it; ``evidence`` has the 
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import log, sqrt
+from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 
@@ -31,6 +31,16 @@ TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors 
 PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
+# Of the pairs expected by chance, see `EvidenceScorer.beyond_chance`; lengths in px at 500 dpi:
+AROUND2 = cython.declare(cython.double, 3600.0)  # minutiae nearer than 60 px to a prediction,
+BESIDE2 = cython.declare(cython.double, 144.0)  # and those within 12 px by their square distance,
+LEAST_COSINE = cython.declare(cython.double, 0.8660254037844387)  # in about its direction, count
+PER_AROUND = cython.declare(cython.double, 0.1255)  # pairs within 12 px and 30° for what counts
+NEAR2 = cython.declare(cython.double, 25.0)  # σ² of genuine pairs' distance from the prediction,
+TURN2 = cython.declare(cython.double, 0.030461741978670857)  # and of their directions, 10°
+DENSER_PLACE = cython.declare(cython.double, 3.0513)  # of genuine pairs at a prediction, by chance
+DENSER_TURN = cython.declare(cython.double, 2.3937)  # 1; likewise of directions
+FAR_SHARE = cython.declare(cython.double, 0.05)  # of that by chance, which genuine pairs have too
 FEATURES = cython.declare(cython.Py_ssize_t, 13)
 LEAST_RELAXED = cython.declare(cython.double, 0.01)  # added before the logarithm is taken
 
@@ -63,6 +73,9 @@ class EvidenceScorer:
         self.doubt_cells = score.doubt_cells
         self.doubt_minutiae = score.doubt_minutiae
         self.usual_correlation = score.usual_correlation
+        self.beyond_from = score.beyond_from
+        self.beyond_less = score.beyond_less
+        self.beyond_share = score.beyond_share
 
     def last_evidence(self) -> tuple:
         """Return the evidence and the features of the alignment scored last, as lists."""
@@ -102,7 +115,8 @@ class EvidenceScorer:
         total = self.weigh(a, b, aligner, similarity, False)
         if total > self.limits[self.model, REFINE]:
             total = self._compare_ridges(a, b, aligner)
-        return self.condition(total)
+        aligner.keep(0)
+        return self.beyond_chance(aligner, 0, self.condition(total))
 
     def refine_threshold(self):
         """Return the sum beyond which a hypothesis is grown to the end."""
@@ -190,6 +204,41 @@ class EvidenceScorer:
         cells = self.evidence[CELLS]
         limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
         return LOG_10 * min(2.0 + (total - low) / high, limit)
+
+    def beyond_chance(self, aligner, row, estimate):
+        """Return an estimate of -ln(FMR), lowered where the pairs of a kept row are by chance.
+
+        An estimate above the decades that `decades_beyond_chance` finds, less some, is lowered by a
+        share of what it is above, as far as `beyond_from` decades; lower ones stay. The pairs
+        expected by chance are measured where the pairs lie: by how many minutiae of B lie around
+        the prediction of a minutia of A in about its direction. So minutiae that are made to match
+        many prints, in frequent places and directions, are expected to pair.
+        """
+        if not estimate > LOG_10 * self.beyond_from:
+            return estimate
+        around: cython.double = 0.0
+        nearness: cython.double = 0.0
+        place, b = aligner.kept_predicted, aligner.b
+        for i in range(aligner.size_a):
+            paired: cython.Py_ssize_t = aligner.kept_partner[row, i]
+            for j in range(aligner.size_b):
+                dx = b[0, j] - place[row, 0, i]
+                dy = b[1, j] - place[row, 1, i]
+                d2: cython.double = dx * dx + dy * dy
+                if d2 < AROUND2:
+                    cosine: cython.double = place[row, 2, i] * b[2, j] + place[row, 3, i] * b[3, j]
+                    near: cython.double = min(d2 / BESIDE2, 1.0) * (1.0 - d2 / AROUND2)
+                    around += near * max((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
+                    if j == paired:
+                        nearness += log10(FAR_SHARE + DENSER_PLACE * exp(-0.5 * d2 / NEAR2))
+                        nearness += log10(FAR_SHARE + DENSER_TURN * exp((cosine - 1.0) / TURN2))
+        ridges = self.evidence[RIDGES] - self.usual_correlation
+        bound = amount.decades_beyond_chance(
+            self.evidence[PAIRS], PER_AROUND * around, nearness, ridges, self.evidence[CELLS]
+        )
+        above = estimate - LOG_10 * (bound - self.beyond_less)
+        lowered = estimate - self.beyond_share * max(above, 0.0)
+        return max(lowered, LOG_10 * self.beyond_from)
 
     @cython.locals(k=cython.Py_ssize_t)
     def _total(self):

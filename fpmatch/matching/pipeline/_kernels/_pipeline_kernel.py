@@ -115,7 +115,10 @@ class Pipeline:
         if doubtful and not self._is_confident(best):
             best = self._search_by_ridges(a, b, aligner, best)
         self.best = best
-        return self.scorer.score(self.evidence, best) if best >= 0 else 0.0
+        if best < 0:
+            return 0.0
+        estimate = self.scorer.score(self.evidence, best)
+        return self.scorer.beyond_chance(aligner, best, estimate)
 
     def _match_locally(self, a, b, aligner):
         """Fill the local similarities of A and B: the probe is B in the aligner `before`."""

@@ -13,34 +13,35 @@ from fpmatch.image.extract import extract, resample
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
-from research.partial_templates import fragment
 from research.wolves.probes import grey_of
 from research.wolves.scores import FORMS
 from research.wolves.search import SearchSpace
 from research.wolves.templates import (
     CELL_PX,
     FRAME_PX,
-    MANY,
     Wave,
     around_minutiae,
-    compact,
     drawn_field,
     with_ridges,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from research.wolves.scores import Prints
 
-TEMPLATE_SIZES: Final = (3, 5, 8, 12, 40, 150)
 IMAGE_SIDES_PX: Final = (96, 128, 192)
-FRAGMENT_SHARE: Final = 0.5  # of the candidates of up to `LARGEST_FRAGMENT` minutiae
-LARGEST_FRAGMENT: Final = 40
+MOST_MINUTIAE: Final = 100  # of a template that is searched for
+MOST_JOINED: Final = 4  # patches of prints that a search of templates begins with
+JOIN_SHARE: Final = 0.15  # of the changes; the others are of a minutia or of the ridges
+PATCH_RADII_PX: Final = (20.0, 150.0)
 MOST_PATCHES: Final = 12
 CELLS: Final = round(FRAME_PX / CELL_PX)
+
+
+Part = tuple[Template, int]  # a print in the frame, and its finger
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,29 +59,85 @@ class TemplateCandidate:
         """Return no image."""
 
 
-def search_spaces(prints: Prints) -> Iterator[SearchSpace]:
+def search_spaces(
+    prints: Prints, kind: str = "wolf", *, images: bool = True
+) -> Iterator[SearchSpace]:
     """Yield the spaces to search, given the prints that may be searched on."""
+    parts = [
+        (centred(template), int(k))
+        for template, k in zip(prints.templates, prints.finger, strict=True)
+    ]
     for form in FORMS:
-        for size in TEMPLATE_SIZES:
-            start = partial(_start, prints=prints, size=size, ridges=form == FORMS[0])
-            yield SearchSpace("wolf", size, form, start, partial(changed, most=size))
-    for side in IMAGE_SIDES_PX:
+        start = partial(_start, parts=parts, ridges=form == FORMS[0])
+        change = partial(changed, parts=parts)
+        for against in FORMS:
+            yield SearchSpace(kind, 0, form, against, start, change)
+    for side in IMAGE_SIDES_PX if images else ():
         compose = partial(ImageCandidate.random, prints=prints, side=side)
-        yield SearchSpace("wolf image", side, FORMS[0], compose, changed_image)
+        yield SearchSpace(f"{kind} image", side, FORMS[0], FORMS[0], compose, changed_image)
 
 
-def _start(
-    rng: np.random.Generator, prints: Prints, size: int, *, ridges: bool
+def _start(rng: np.random.Generator, parts: Sequence[Part], *, ridges: bool) -> TemplateCandidate:
+    """Return a few patches of prints, joined; with their ridges, and drawn ones between them."""
+    nothing = Template(Minutiae.empty(), FRAME_PX, FRAME_PX)
+    wave = Wave.random(rng, (6.0, 14.0))
+    candidate = TemplateCandidate(nothing)
+    for _ in range(rng.integers(1, MOST_JOINED + 1)):
+        candidate = _joined(candidate, rng, parts)
+        if ridges and candidate.made.field is None:
+            candidate = replace(candidate, made=with_ridges(candidate.made, wave))
+    return candidate
+
+
+def _joined(
+    candidate: TemplateCandidate, rng: np.random.Generator, parts: Sequence[Part]
 ) -> TemplateCandidate:
-    """Return a fragment of a print, or a template of random minutiae."""
-    if size <= LARGEST_FRAGMENT and rng.random() < FRAGMENT_SHARE:
-        k = rng.integers(len(prints.templates))
-        cut = fragment(prints.templates[k], size, rng)
-        cut = cut if ridges else replace(cut, field=None)
-        return TemplateCandidate(centred(cut), (int(prints.finger[k]),))
-    makers = [compact] if size <= LARGEST_FRAGMENT else list(MANY.values())
-    made = makers[rng.integers(len(makers))](size, rng)
-    return TemplateCandidate(with_ridges(made, Wave.random(rng, (6.0, 14.0))) if ridges else made)
+    """Return a template with a disc of it replaced by one of a print, moved by whole cells."""
+    print_, finger = parts[rng.integers(len(parts))]
+    base, m = candidate.made, print_.minutiae
+    if not len(m):
+        return candidate
+    middle = m.xy[rng.integers(len(m))]
+    cells = np.round(rng.normal(0.0, 2.0, 2)).astype(int)
+    radius = float(rng.uniform(*PATCH_RADII_PX))
+    shift = cells * CELL_PX
+    taken = m.take(np.flatnonzero(np.hypot(*(m.xy - middle).T) <= radius))
+    x, y = np.clip((taken.xy + shift).T, 0.0, FRAME_PX - 1.0)
+    left = base.minutiae
+    if len(left):
+        outside = np.hypot(*(left.xy - middle - shift).T) > radius
+        left = left.take(np.flatnonzero(outside)[: MOST_MINUTIAE - len(taken)])
+    minutiae = Minutiae(
+        np.append(left.x, x),
+        np.append(left.y, y),
+        np.append(left.angle, taken.angle),
+        quality=np.append(left.quality, taken.quality),
+    )
+    made = replace(base, minutiae=minutiae)
+    if base.field is not None and print_.field is not None:
+        made = replace(made, field=_with_disc(base.field, print_.field, middle, radius, cells))
+    return TemplateCandidate(made, tuple({*candidate.fingers, finger}))
+
+
+def _with_disc(
+    base: RidgeField,
+    other: RidgeField,
+    middle: NDArray[np.floating],
+    radius: float,
+    cells: NDArray[np.intp],
+) -> RidgeField:
+    """Return a ridge field with the cells of a disc of another one, moved by whole cells."""
+    row, column = np.indices(other.mask.shape)
+    x, y = (column + 0.5) * CELL_PX, (row + 0.5) * CELL_PX
+    right, down = cells
+    disc = (np.hypot(x - middle[0], y - middle[1]) <= radius) & other.mask
+    disc &= (row + down >= 0) & (row + down < CELLS) & (column + right >= 0)
+    row, column = np.nonzero(disc & (column + right < CELLS))
+    arrays = {}
+    for name in ("orientation", "mask", "ridges"):
+        arrays[name] = np.array(getattr(base, name))
+        arrays[name][row + down, column + right] = getattr(other, name)[row, column]
+    return replace(base, **arrays)
 
 
 def centred(template: Template) -> Template:
@@ -110,13 +167,17 @@ def centred(template: Template) -> Template:
     return replace(moved, field=RidgeField(CELL_PX, *arrays))
 
 
-def changed(candidate: TemplateCandidate, rng: np.random.Generator, most: int) -> TemplateCandidate:
-    """Return a template with a few of its minutiae or its ridges changed."""
+def changed(
+    candidate: TemplateCandidate, rng: np.random.Generator, parts: Sequence[Part]
+) -> TemplateCandidate:
+    """Return a template with a patch, a few of its minutiae, or its ridges changed."""
     template = candidate.made
+    if rng.random() < JOIN_SHARE:
+        return _joined(candidate, rng, parts)
     if template.field is not None and rng.random() < 0.5:
         return replace(candidate, made=replace(template, field=_changed_field(template, rng)))
     return replace(
-        candidate, made=replace(template, minutiae=_changed_minutiae(template, rng, most))
+        candidate, made=replace(template, minutiae=_changed_minutiae(template, rng, MOST_MINUTIAE))
     )
 
 

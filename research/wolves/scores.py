@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepared_prints import PreparedPrints
+from fpmatch.templates.minutiae import STANDARD_DPI
 from research.experiments.calibration_check import SCORES, CalibrationCheck
 
 if TYPE_CHECKING:
@@ -49,6 +51,13 @@ class Prints:
         templates, shown, impressions, dpi = (list(column) for column in zip(*rows, strict=True))
         _, finger = np.unique(np.array(shown), axis=0, return_inverse=True)
         return cls(templates, finger.ravel(), impressions, dpi)
+
+    @classmethod
+    def made(cls, fingers: int, seed: int) -> Prints:
+        """Return templates of synthetic fingers, made without images, one a finger."""
+        templates = list(make_templates(seed, range(1, fingers + 1)))
+        nothing: list[Any] = [None] * fingers
+        return cls(templates, np.arange(fingers), nothing, [STANDARD_DPI] * fingers)
 
     def take(self, chosen: NDArray[np.bool_]) -> Prints:
         """Return some of the prints."""
@@ -102,8 +111,7 @@ class Row:
     pixels. `probes`, `references`: whether they have ridges, one of `FORMS`. `templates`: their
     number. `check`: the comparisons that reach each score. `highest`: the highest score. `worst`:
     the template that matches the most of the prints that were searched on. `worst_share`: the share
-    of the other prints that it matches. `adversarial`: whether the templates were searched for, so
-    that the stated rates do not apply.
+    of the other prints that it matches. `adversarial`: whether the templates were searched for.
     """
 
     kind: str

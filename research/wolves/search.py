@@ -1,9 +1,8 @@
 """Search for wolves, templates and images that match as many prints as possible.
 
-The search is hill climbing: it starts from the best of some random templates and fragments (or
-compositions), makes a small random change, and keeps it where the smoothed share of matched prints
-does not fall. After many steps without a gain it restarts from the next best; it returns the best
-of all.
+The search is evolutionary: of some random candidates a dozen are kept, one of which is changed at
+random in each step; the result takes the place of the least of the dozen where it matches more of
+the prints that may be searched on, by the mean excess of its scores.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from research.wolves.scores import AT, FORMS, Probe, References, Row, measured, scores_of
+from research.wolves.scores import Probe, References, Row, measured, scores_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,10 +26,11 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
     from research.wolves.scores import Prints
 
-MOST_SEARCHED: Final = 160  # prints of the objective
-INITIAL_CANDIDATES: Final = 100  # random ones, of which the search starts from the best
-PATIENCE: Final = 150  # steps without a gain before a restart
-SMOOTHING: Final = 5.0  # of the share of matched prints, in units of score
+MOST_SEARCHED: Final = 1500  # prints of the objective
+INITIAL_CANDIDATES: Final = 60  # random ones, of which the search starts from the best
+KEPT: Final = 12  # candidates
+EXCESS: Final = (30.0, 45.0)  # scores: weighed as 1, and the last that weighs more
+SMOOTHING: Final = 5.0  # by which the score rises where its weight does e-fold
 
 
 class Candidate(Protocol):
@@ -49,11 +49,15 @@ class Candidate(Protocol):
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """The kind and size of wolves, and the functions that start and change a candidate."""
+    """The kind and size of wolves, and the functions that start and change a candidate.
+
+    `form` and `against`, of `FORMS`, are those of the wolves and of the prints they should match.
+    """
 
     kind: str
     size: int
     form: str
+    against: str
     start: Callable[[np.random.Generator], Candidate]
     change: Callable[[Candidate, np.random.Generator], Candidate]
 
@@ -76,23 +80,23 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """Measure the share of the searched prints that a candidate matches, smoothed."""
+    """Measure by how much a candidate matches the searched prints, on average."""
 
     references: References
 
     @classmethod
-    def on(cls, prints: Prints) -> Objective:
-        """Take some of the prints that may be searched on, with their ridges."""
+    def on(cls, prints: Prints, form: str) -> Objective:
+        """Take some of the prints that may be searched on, in a form."""
         searched = np.flatnonzero(prints.searched)
         every = -(-len(searched) // MOST_SEARCHED)
         chosen = np.zeros(len(prints.finger), bool)
         chosen[searched[::every]] = True
-        return cls(References.of(prints.take(chosen), FORMS[0]))
+        return cls(References.of(prints.take(chosen), form))
 
     def of(self, candidate: Candidate) -> float:
-        """Return the objective, 0 to a little more than 1."""
+        """Return the mean weight of the scores, 0 to 20."""
         template = candidate.template()
-        if template is None:
+        if template is None or not len(template.minutiae):
             return 0.0
         score = scores_of(MATCHER, load_calibration(MATCHER.name), template, self.references.many)
         counted = ~np.isin(self.references.finger, candidate.fingers)
@@ -100,32 +104,25 @@ class Objective:
 
 
 def smoothed(score: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the weight of scores: 1 at the threshold, little more above, less below."""
-    return np.asarray(np.exp((np.minimum(score, AT + 2.0) - AT) / SMOOTHING))
+    """Return the weight of scores, which rises with them: 1 at 30."""
+    one, last = EXCESS
+    return np.asarray(np.exp((np.minimum(score, last) - one) / SMOOTHING))
 
 
-def climb(
+def evolve(
     space: SearchSpace, objective: Objective, budget: Budget, seed: Sequence[int]
 ) -> tuple[Candidate, float]:
     """Return the best candidate of a search, and its objective."""
     rng = np.random.default_rng(seed)
     pool = [space.start(rng) for _ in range(INITIAL_CANDIDATES)]
-    starts = sorted(((objective.of(one), k) for k, one in enumerate(pool)), reverse=True)
-    most, k = starts[0]
-    best = pool[k]
-    reached, at, idle, begun = most, best, 0, 1
+    rated = [(one, objective.of(one)) for one in pool]
+    kept = sorted(rated, key=lambda each: -each[1])[:KEPT]
     for _ in budget.steps_of():
-        if idle == PATIENCE:
-            reached, k = starts[begun % INITIAL_CANDIDATES]
-            at, idle, begun = pool[k], 0, begun + 1
-        trial = space.change(at, rng)
-        found = objective.of(trial)
-        idle = 0 if found > reached else idle + 1
-        if found >= reached:
-            at, reached = trial, found
-        if reached > most:
-            best, most = at, reached
-    return best, most
+        trial = space.change(kept[rng.integers(KEPT)][0], rng)
+        value = objective.of(trial)
+        if value > kept[-1][1]:
+            kept = sorted([*kept[:-1], (trial, value)], key=lambda each: -each[1])
+    return kept[0]
 
 
 def searched_rows(
@@ -139,10 +136,11 @@ def searched_rows(
     finished: Callable[[SearchSpace], None],
 ) -> list[Row]:
     """Search for a wolf of each space, and measure it on the prints that were not searched on."""
-    objective = Objective.on(prints)
+    objectives = {form: Objective.on(prints, form) for form in references}
 
     def run(number: int) -> Probe:
-        candidate, _ = climb(planned[number], objective, budget, (seed, number))
+        space = planned[number]
+        candidate, _ = evolve(space, objectives[space.against], budget, (seed, number))
         template = candidate.template()
         assert template is not None
         return Probe(template, pixels=candidate.pixels())
@@ -150,10 +148,9 @@ def searched_rows(
     rows = []
     with ThreadPoolExecutor(workers) as pool:
         for space, probe in zip(planned, pool.map(run, range(len(planned))), strict=True):
-            for form, compared in references.items():
-                forms = (space.form, form)
-                rows.append(
-                    measured(space.kind, space.size, [probe], forms, compared, adversarial=True)
-                )
+            forms, compared = (space.form, space.against), references[space.against]
+            rows.append(
+                measured(space.kind, space.size, [probe], forms, compared, adversarial=True)
+            )
             finished(space)
     return rows

@@ -82,16 +82,18 @@ def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges():
 PRINTS = prints(2)
 
 
-@given(SEEDS, st.booleans(), st.sampled_from(candidates.TEMPLATE_SIZES))
-def test_changes_keep_a_template_within_its_limits(seed, ridges, size):
+@given(SEEDS, st.booleans(), st.booleans())
+def test_changes_keep_a_template_within_its_limits(seed, ridges, against):
     rng = np.random.default_rng(seed)
-    wanted = "wolf", size, scores.FORMS[0 if ridges else 1]
-    spaces = {(one.kind, one.size, one.form): one for one in candidates.search_spaces(PRINTS)}
-    candidate = spaces[wanted].start(rng)
+    wanted = tuple(scores.FORMS[0 if each else 1] for each in (ridges, against))
+    spaces = candidates.search_spaces(PRINTS, images=False)
+    space = {(one.form, one.against): one for one in spaces}[wanted]
+    candidate = space.start(rng)
+    assert set(candidate.fingers) <= {0, 1}
     for _ in range(10):
-        candidate = spaces[wanted].change(candidate, rng)
+        candidate = space.change(candidate, rng)
         template = candidate.template()
-        assert MIN_MINUTIAE <= len(template.minutiae) <= size
+        assert MIN_MINUTIAE <= len(template.minutiae) <= candidates.MOST_MINUTIAE
         assert 0 <= template.minutiae.xy.min() <= template.minutiae.xy.max() < 400
         assert (template.field is not None) == ridges
 
@@ -107,19 +109,20 @@ NUMBERS = search.SearchSpace(
     "number",
     1,
     "",
+    "",
     lambda rng: SimpleNamespace(value=rng.uniform(0, 10), fingers=()),
     lambda candidate, rng: SimpleNamespace(value=candidate.value + rng.normal(), fingers=()),
 )
 
 
-def test_a_search_climbs_and_is_the_same_for_the_same_seed():
+def test_a_search_rises_and_is_the_same_for_the_same_seed():
     def reached(steps, seed=1):
-        return search.climb(NUMBERS, Nearness(), search.Budget(0.0, steps), (seed,))[1]
+        return search.evolve(NUMBERS, Nearness(), search.Budget(0.0, steps), (seed,))[1]
 
-    found = [reached(steps) for steps in (0, 50, 400)]
+    found = [reached(steps) for steps in (0, 50, 900)]
     assert found == sorted(found)
     assert found[0] < -85
-    assert found[2] > -5
+    assert found[2] > -30
     assert reached(50) == found[1] != reached(50, seed=2)
     assert list(search.Budget(0.0).steps_of()) == []  # ends with its time
 
@@ -144,7 +147,7 @@ def test_prints_of_the_same_finger_are_not_counted():
 
 def test_the_objective_leaves_out_the_fingers_that_parts_are_of():
     known = prints(6)
-    objective = search.Objective.on(known)
+    objective = search.Objective.on(known, scores.FORMS[0])
     candidate = candidates.TemplateCandidate(known.templates[2])
     assert objective.of(candidate) > 1 / 3
     assert objective.of(candidates.TemplateCandidate(known.templates[2], (2,))) < 0.1
@@ -171,9 +174,11 @@ def row(**other):
 
 def test_the_table_marks_what_is_beyond_its_limit():
     assert wolf_cells([row()])[1][-4:] == ["0.500 %", "50.00 !", "41.2", "2.00 % !"]
+    assert wolf_cells([row(adversarial=True)])[1][-3] == "50.00"  # one of 200, by chance
+    many = [{"score": 40.0, "reached": 4, "share": 0.02, "factor": 200.0}]
+    assert wolf_cells([row(adversarial=True, scores=many)])[1][-3] == "200.00 !"
     none = [{"score": 40.0, "reached": 0, "share": 0.0, "factor": 0.0}]
     assert not any("!" in cell for cell in wolf_cells([row(scores=none, worst_share=0.01)])[1])
-    assert wolf_cells([row(adversarial=True)])[1][-3] == "50.00"
 
 
 def test_the_short_table_has_a_row_a_kind_and_size():
@@ -181,7 +186,7 @@ def test_the_short_table_has_a_row_a_kind_and_size():
     lines = format_wolves(rows).splitlines()
     assert len(lines) == 4
     assert lines[2] == "| crop | 64 | 50 | 2.00 % | 50 | 2.00 % |"
-    assert lines[3] == "| wolf | 64 | – | 2.00 % |  |  |"
+    assert lines[3] == "| wolf | 64 | 50 | 2.00 % |  |  |"
 
 
 @pytest.mark.slow
@@ -195,7 +200,7 @@ def test_the_command_prints_and_writes_what_it_measures(run_research, tmp_path):
     assert done.exit_code in {0, 1}, done.stderr
     document = json.loads((tmp_path / "w.json").read_text())
     found = [(r["kind"], r["size"], r["probes"], r["references"]) for r in document["rows"]]
-    assert len(found) == len(set(found)) == 8 * 4 + 3 * 2
+    assert len(found) == len(set(found)) == 8 * 4 + 3
     assert done.stdout.startswith("templates ")
     assert {r["impostors"] for r in document["rows"] if r["kind"] == "fragment"} == {2 * 12}
     assert (tmp_path / "w.md").read_text().startswith("| templates | size |")

@@ -16,6 +16,7 @@ from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MinutiaKind
+from fpmatch.templates.plausibility import implausibility
 
 if TYPE_CHECKING:
     import os
@@ -135,6 +136,7 @@ def _print(view: View) -> dict[str, Any]:
         "quality": view.quality,
         "minutia_quality": round(float(np.mean(minutiae.quality)), 1) if graded else None,
         "ridge_field": template.field is not None,
+        "implausible": implausibility(template),
         "extended": tuple(extended_kinds(view.extended)),
         "fields": dict(view.fields),
     }

@@ -1,0 +1,67 @@
+"""Templates that no finger can have are named; those of fingers are not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.formats.files import NO_FINGER, load_record, save_template
+from fpmatch.image.extract import extract
+from fpmatch.lab.synthesis.templates import make_templates
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.plausibility import DISORDERED, OFF_RIDGES, implausibility
+
+SAMPLES = Path(__file__).parents[2] / "sample_data"
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def random_template(seed, size, field=None):
+    """Return minutiae in random places and directions."""
+    rng = np.random.default_rng(seed)
+    columns = rng.uniform((20, 20, 0), (380, 380, 2 * np.pi), (size, 3)).T
+    return Template(Minutiae(*columns), 400, 400, field=field)
+
+
+def ridges(orientation=0.0, part=1.0):
+    """Return parallel ridges on the left part of the frame."""
+    mask = np.broadcast_to(np.arange(25) < 25 * part, (25, 25))
+    return RidgeField(16.0, np.full((25, 25), orientation), mask)
+
+
+@given(SEEDS, st.integers(80, 150))
+def test_random_directions_are_those_of_no_finger(seed, size):
+    assert implausibility(random_template(seed, size)) == DISORDERED
+
+
+@given(SEEDS, st.integers(0, 9))
+def test_few_minutiae_are_never_named(seed, size):
+    assert implausibility(random_template(seed, size, ridges())) is None
+
+
+@given(SEEDS, st.integers(20, 100), st.floats(0, 3.1), st.booleans())
+def test_minutiae_along_their_ridges_are_not_named_and_across_them_are(seed, size, turn, back):
+    given_ = random_template(seed, size)
+    angle = np.full(size, turn + np.pi * back)
+    m = given_.minutiae
+    along = replace(given_, minutiae=Minutiae(m.x, m.y, angle), field=ridges(turn))
+    assert implausibility(along) is None
+    across = replace(along, minutiae=Minutiae(m.x, m.y, angle + np.pi / 2))
+    assert implausibility(across) == OFF_RIDGES
+    assert implausibility(replace(along, field=ridges(turn, part=0.3))) == OFF_RIDGES
+
+
+def test_prints_of_fingers_are_not_named():
+    made = [extract(path) for path in sorted(SAMPLES.glob("*_1.tif"))]
+    made += make_templates(seed=31, fingers=range(1, 201))
+    forms = [*made, *(replace(one, field=None) for one in made)]
+    assert {implausibility(one) for one in forms} == {None}
+
+
+@pytest.mark.parametrize("suffix", [".json", ".iso"])
+def test_a_file_of_such_a_template_has_a_note(tmp_path, suffix):
+    path = tmp_path / f"made{suffix}"
+    save_template(path, random_template(1, 80))
+    assert f"{NO_FINGER}: {DISORDERED}" in load_record(path).notes

@@ -31,6 +31,8 @@ from score_cases import (
     with_itself,
 )
 
+from fpmatch.matching.pipeline._kernels._amount_kernel import decades_beyond_chance
+from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
 from fpmatch.matching.prints.prepare import prepare
@@ -103,6 +105,34 @@ def test_pairs_of_dense_prints_are_bounded_by_what_chance_gives():
     assert bounds[:2] == pytest.approx([10.8, 10.8])
     assert bounds[2] > bounds[3] > 0
     assert bounds[-2:] == pytest.approx([0.0, 1.0])
+
+
+@given(
+    st.integers(0, 80), st.floats(0, 60), st.floats(-20, 30), st.floats(-1, 1), st.floats(0, 900)
+)
+def test_decades_beyond_chance(pairs, by_chance, nearness, ridges, cells):
+    mean = max(by_chance, 0.05)
+    decades = 0.5 * nearness
+    if pairs > mean:
+        decades += (pairs * math.log(pairs / mean) - pairs + mean) / math.log(10)
+    agreeing = float(np.clip((ridges - 0.1) / 0.2, 0, 1))
+    decades += agreeing * (min(cells, 24) / 12 + max(cells - 24, 0) / 48)
+    measured = decades_beyond_chance(pairs, by_chance, nearness, ridges, cells)
+    assert measured == pytest.approx(decades, abs=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-5, 60))
+def test_an_estimate_is_lowered_to_20_at_most(seed, estimate):
+    """Higher ones are not left lower."""
+    rng = np.random.default_rng(seed)
+    a, b = (prepare(template_of(spread_points(rng, 20, size=150.0))) for _ in range(2))
+    aligner = aligner_of(a.points, b.points)
+    aligner.impose(rng.permutation(20).astype(np.int32), 1.0, 0.0, 0.0, 0.0)
+    aligner.keep(0)
+    scorer = scorer_of(some_weights(), pairs=20)
+    one, other = (scorer.beyond_chance(aligner, 0, x) for x in (estimate, estimate + 1.0))
+    least = 2.0 * math.log(10)
+    assert min(estimate, least) <= one <= min(estimate, max(other, least))
 
 
 @pytest.mark.parametrize("shown", [True, False])

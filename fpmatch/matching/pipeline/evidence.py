@@ -41,6 +41,13 @@ less down to 0.2, that of different fingers. In dense prints many minutiae are p
 where more than 3 such pairs are expected, the FMR is at least the probability of so many pairs in a
 Poisson distribution. Genuine whole prints stay far from these bounds.
 
+Minutiae in frequent places, in the directions that are usual there, pair in many prints. Therefore
+an FMR below 1 % is held against the pairs expected by chance under the best transform: the minutiae
+of B within 60 pixels of where a minutia of A is predicted, in about its direction, show how many.
+A Poisson distribution with that mean gives the decades of the FMR for so many pairs; pairs that lie
+nearer to their predictions than by chance, and ridges that correlate by more than 0.3, add to them.
+Of what the estimate exceeds these decades by, less half a decade, only 15 % counts.
+
 The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
 similarity is ``log(1 + e^estimate)``, which is positive. Prints that the prefilter rejects get an
 estimate of -5 or less, by how far they fall short.
@@ -124,8 +131,8 @@ class ScoreParameters:
     doubt_cells: float = 10.0  # and to the cells
     usual_correlation: float = 0.2  # of the ridges of different fingers
     beyond_from: float = 2.0  # decades of the FMR from which pairs are held against chance,
-    beyond_less: float = 1.0  # which explains so many more decades, since the best transform is
-    beyond_share: float = 0.5  # taken; of what is above, so much does not count
+    beyond_less: float = 0.5  # which explains so many more decades, since the best transform is
+    beyond_share: float = 0.85  # taken; of what is above, so much does not count
 
 
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small

@@ -160,7 +160,7 @@ def _beyond_chance(pairing: Pairing, e: dict[str, Any], estimate: float) -> floa
     cosine = (direction[:, None] * pairing.directions[1].conj()).real
     near = np.minimum(squared / BESIDE_PX**2, 1.0) * np.maximum(1.0 - squared / AROUND_PX**2, 0.0)
     around = near * np.maximum((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
-    i = np.flatnonzero((pairing.partner >= 0))
+    i = np.flatnonzero(pairing.partner >= 0)
     squared, cosine = (each[i, pairing.partner[i]] for each in (squared, cosine))
     nearness = np.log10(FAR_SHARE + DENSER_PLACE * np.exp(-0.5 * squared / NEAR_PX**2))
     nearness += np.log10(FAR_SHARE + DENSER_TURN * np.exp((cosine - 1.0) / TURN**2))

@@ -66,6 +66,7 @@ def search_spaces(
     parts = [
         (centred(template), int(k))
         for template, k in zip(prints.templates, prints.finger, strict=True)
+        if len(template.minutiae)
     ]
     for form in FORMS:
         start = partial(_start, parts=parts, ridges=form == FORMS[0])
@@ -93,7 +94,7 @@ def _joined(
     candidate: TemplateCandidate, rng: np.random.Generator, parts: Sequence[Part]
 ) -> TemplateCandidate:
     """Return a template with a disc of it replaced by one of a print, moved by whole cells."""
-    print_, finger = parts[rng.integers(len(parts))]
+    print_, finger = parts[int(rng.integers(len(parts)))]
     base, m = candidate.made, print_.minutiae
     if not len(m):
         return candidate
@@ -101,7 +102,8 @@ def _joined(
     cells = np.round(rng.normal(0.0, 2.0, 2)).astype(int)
     radius = float(rng.uniform(*PATCH_RADII_PX))
     shift = cells * CELL_PX
-    taken = m.take(np.flatnonzero(np.hypot(*(m.xy - middle).T) <= radius))
+    near = np.flatnonzero(np.hypot(*(m.xy - middle).T) <= radius)
+    taken = m.take(near[:MOST_MINUTIAE])
     x, y = np.clip((taken.xy + shift).T, 0.0, FRAME_PX - 1.0)
     left = base.minutiae
     if len(left):
@@ -127,17 +129,26 @@ def _with_disc(
     cells: NDArray[np.intp],
 ) -> RidgeField:
     """Return a ridge field with the cells of a disc of another one, moved by whole cells."""
-    row, column = np.indices(other.mask.shape)
-    x, y = (column + 0.5) * CELL_PX, (row + 0.5) * CELL_PX
-    right, down = cells
+    y, x = (np.indices(other.mask.shape) + 0.5) * CELL_PX
     disc = (np.hypot(x - middle[0], y - middle[1]) <= radius) & other.mask
-    disc &= (row + down >= 0) & (row + down < CELLS) & (column + right >= 0)
-    row, column = np.nonzero(disc & (column + right < CELLS))
-    arrays = {}
-    for name in ("orientation", "mask", "ridges"):
-        arrays[name] = np.array(getattr(base, name))
-        arrays[name][row + down, column + right] = getattr(other, name)[row, column]
-    return replace(base, **arrays)
+    at = np.argwhere(disc)
+    to = at + cells[::-1]
+    inside = ((to >= 0) & (to < CELLS)).all(axis=1)
+    row, column = at[inside].T
+
+    def placed(array: NDArray[Any], taken: NDArray[Any]) -> NDArray[Any]:
+        changed = array.copy()
+        changed[tuple(to[inside].T)] = taken[row, column]
+        return changed
+
+    assert base.ridges is not None
+    assert other.ridges is not None
+    return RidgeField(
+        CELL_PX,
+        placed(base.orientation, other.orientation),
+        placed(base.mask, other.mask),
+        placed(base.ridges, other.ridges),
+    )
 
 
 def centred(template: Template) -> Template:

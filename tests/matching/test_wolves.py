@@ -1,14 +1,15 @@
 """Wolves: templates that were found to match many prints at a score of 40 must not any more.
 
 `python -m research measure wolves` finds such templates. Those stored here were searched for on
-synthetic prints, when the score did not yet depend on how much was compared; they are tried on
-prints of other fingers.
+synthetic prints, the small ones when the score did not yet depend on how much was compared, that of 21
+minutiae when pairs were not held against chance; they are tried on prints of other fingers.
 
 Those are stored small, no two of one finger: the first impressions of every other finger of the
 eight databases that `research.synthetic_sets` makes from seed 601 on, 30 fingers each; positions in
 eighths of a pixel, directions in 2048ths of a turn, ridge orientations in 256ths of half a turn.
 """
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -70,3 +71,11 @@ def test_a_wolf_matches_hardly_any_print(path):
     wolf, prints = load_template(path), stored_prints()[::EVERY]
     matched = sum(verify(wolf, one, threshold=THRESHOLD).match for one in prints)
     assert matched <= LARGEST_SHARE * len(prints)
+
+
+@pytest.mark.parametrize("ridges", [True, False])
+def test_frequent_minutiae_are_expected_to_pair(ridges):
+    """At 30, 21 minutiae with ridges matched 6 of these prints given as minutiae alone."""
+    wolf = load_template(WOLVES[0].with_name("21-minutiae-with-ridges.json"))
+    forms = (one if ridges else replace(one, field=None) for one in stored_prints()[::EVERY])
+    assert sum(verify(wolf, one, threshold=30.0).match for one in forms) <= 1

@@ -160,14 +160,14 @@ def _beyond_chance(pairing: Pairing, e: dict[str, Any], estimate: float) -> floa
     cosine = (direction[:, None] * pairing.directions[1].conj()).real
     near = np.minimum(squared / BESIDE_PX**2, 1.0) * np.maximum(1.0 - squared / AROUND_PX**2, 0.0)
     around = near * np.maximum((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
-    i = np.flatnonzero(pairing.partner >= 0)
-    squared, cosine = (each[i, pairing.partner[i]] for each in (squared, cosine))
     nearness = np.log10(FAR_SHARE + DENSER_PLACE * np.exp(-0.5 * squared / NEAR_PX**2))
     nearness += np.log10(FAR_SHARE + DENSER_TURN * np.exp((cosine - 1.0) / TURN**2))
-    counted = nearness[squared < AROUND_PX**2].sum()
+    nearness[squared >= AROUND_PX**2] = 0.0
+    i = np.flatnonzero(pairing.partner >= 0)
+    counted = nearness[i, pairing.partner[i]].sum()
     unusual = e["ridges"] - p.usual_correlation
     by_chance = PER_AROUND * around.sum()
     bound = decades_beyond_chance(e["pairs"], by_chance, counted, unusual, e["cells"])
     above = estimate - math.log(10.0) * (bound - p.beyond_less)
     lowered = estimate - p.beyond_share * max(above, 0.0)
-    return max(lowered, math.log(10.0) * p.beyond_from)
+    return float(max(lowered, math.log(10.0) * p.beyond_from))

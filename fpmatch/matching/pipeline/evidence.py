@@ -45,8 +45,8 @@ Minutiae in frequent places, in the directions that are usual there, pair in man
 an FMR below 1 % is held against the pairs expected by chance under the best transform: the minutiae
 of B within 60 pixels of where a minutia of A is predicted, in about its direction, show how many.
 A Poisson distribution with that mean gives the decades of the FMR for so many pairs; pairs that lie
-nearer to their predictions than by chance, and ridges that correlate by more than 0.3, add to them.
-Of what the estimate exceeds these decades by, less half a decade, only 15 % counts.
+nearer to their predictions than by chance, and ridges that correlate by over 0.38, add to them.
+Of what the estimate exceeds these decades by, less half a decade, only 10 % counts.
 
 The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
 similarity is ``log(1 + e^estimate)``, which is positive. Prints that the prefilter rejects get an
@@ -132,7 +132,7 @@ class ScoreParameters:
     usual_correlation: float = 0.2  # of the ridges of different fingers
     beyond_from: float = 2.0  # decades of the FMR from which pairs are held against chance,
     beyond_less: float = 0.5  # which explains so many more decades, since the best transform is
-    beyond_share: float = 0.85  # taken; of what is above, so much does not count
+    beyond_share: float = 0.9  # taken; of what is above, so much does not count
 
 
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small

@@ -19,7 +19,8 @@ FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts w
 CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 # Of what the pairs are worth beyond chance, see `decades_beyond_chance`:
 LEAST_BY_CHANCE = cython.declare(cython.double, 0.05)  # pairs
-POORLY_ALIGNED = cython.declare(cython.double, 0.1)  # ridge correlation above the usual: no more
+ALIGNED = cython.declare(cython.double, 0.18)  # ridge correlation above the usual: counts from
+FULLY_ALIGNED = cython.declare(cython.double, 0.15)  # there on, wholly from so much more on
 FULL_CELLS = cython.declare(cython.double, 24.0)  # beyond these, a cell counts a quarter
 LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
 
@@ -88,7 +89,7 @@ def decades_beyond_chance(pairs, by_chance, nearness, ridges, cells):
     of different fingers.
     """
     decades = poisson_decades(pairs, max(by_chance, LEAST_BY_CHANCE)) + 0.5 * nearness
-    ridges = min(max((ridges - POORLY_ALIGNED) / FULL_AGREEMENT, 0.0), 1.0)
+    ridges = min(max((ridges - ALIGNED) / FULLY_ALIGNED, 0.0), 1.0)
     return decades + ridges * (cells - 0.75 * max(cells - FULL_CELLS, 0.0)) / CELLS_PER_DECADE
 
 

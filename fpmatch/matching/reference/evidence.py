@@ -36,6 +36,7 @@ AROUND_PX, BESIDE_PX, LEAST_COSINE = 60.0, 12.0, math.cos(math.radians(30.0))
 PER_AROUND: Final = 0.1255  # pairs within 12 px and 30° for what lies around
 NEAR_PX, TURN = 5.0, math.radians(10.0)  # standard deviations of genuine pairs
 DENSER_PLACE, DENSER_TURN, FAR_SHARE = 3.0513, 2.3937, 0.05
+FEW_MINUTIAE, ENOUGH_MINUTIAE = 20.0, 28.0
 
 
 def weigh(
@@ -168,6 +169,8 @@ def _beyond_chance(pairing: Pairing, e: dict[str, Any], estimate: float) -> floa
     unusual = e["ridges"] - p.usual_correlation
     by_chance = PER_AROUND * around.sum()
     bound = decades_beyond_chance(e["pairs"], by_chance, counted, unusual, e["cells"])
-    above = estimate - math.log(10.0) * (bound - p.beyond_less)
+    few = (ENOUGH_MINUTIAE - e["fewest"]) / (ENOUGH_MINUTIAE - FEW_MINUTIAE)
+    less = p.beyond_less + p.beyond_few * min(max(few, 0.0), 1.0)
+    above = estimate - math.log(10.0) * (bound - less)
     lowered = estimate - p.beyond_share * max(above, 0.0)
     return float(max(lowered, math.log(10.0) * p.beyond_from))

@@ -21,7 +21,7 @@ cdef class EvidenceScorer:
     cdef readonly double total, decade
     cdef Py_ssize_t model
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
-    cdef double beyond_from, beyond_less, beyond_share
+    cdef double beyond_from, beyond_less, beyond_few, beyond_share
 
     cpdef int choose_model(self, bint ridges_a, bint ridges_b, double area) noexcept nogil
     cpdef double prefilter_shortfall(self, int weight, Py_ssize_t smaller) noexcept nogil

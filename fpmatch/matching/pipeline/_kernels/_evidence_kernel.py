@@ -41,6 +41,8 @@ TURN2 = cython.declare(cython.double, 0.030461741978670857)  # and of their dire
 DENSER_PLACE = cython.declare(cython.double, 3.0513)  # of genuine pairs at a prediction, by chance
 DENSER_TURN = cython.declare(cython.double, 2.3937)  # 1; likewise of directions
 FAR_SHARE = cython.declare(cython.double, 0.05)  # of that by chance, which genuine pairs have too
+FEW_MINUTIAE = cython.declare(cython.double, 20.0)  # of the smaller print: the commonest
+ENOUGH_MINUTIAE = cython.declare(cython.double, 28.0)  # arrangement of so many is not more common
 FEATURES = cython.declare(cython.Py_ssize_t, 13)
 LEAST_RELAXED = cython.declare(cython.double, 0.01)  # added before the logarithm is taken
 
@@ -75,6 +77,7 @@ class EvidenceScorer:
         self.usual_correlation = score.usual_correlation
         self.beyond_from = score.beyond_from
         self.beyond_less = score.beyond_less
+        self.beyond_few = score.beyond_few
         self.beyond_share = score.beyond_share
 
     def last_evidence(self) -> tuple:
@@ -208,11 +211,12 @@ class EvidenceScorer:
     def beyond_chance(self, aligner, row, estimate):
         """Return an estimate of -ln(FMR), lowered where the pairs of a kept row are by chance.
 
-        An estimate above the decades that `decades_beyond_chance` finds, less some, is lowered by a
-        share of what it is above, as far as `beyond_from` decades; lower ones stay. The pairs
-        expected by chance are measured where the pairs lie: by how many minutiae of B lie around
-        the prediction of a minutia of A in about its direction. So minutiae that are made to match
-        many prints, in frequent places and directions, are expected to pair.
+        An estimate above the decades that `decades_beyond_chance` finds, less some, and less more
+        of them for few minutiae, is lowered by a share of what it is above, as far as `beyond_from`
+        decades; lower ones stay. The pairs expected by chance are measured where the pairs lie: by
+        how many minutiae of B lie around the prediction of a minutia of A in about its direction.
+        So minutiae that are made to match many prints, in frequent places and directions, are
+        expected to pair.
         """
         if not estimate > LOG_10 * self.beyond_from:
             return estimate
@@ -236,7 +240,9 @@ class EvidenceScorer:
         bound = amount.decades_beyond_chance(
             self.evidence[PAIRS], PER_AROUND * around, nearness, ridges, self.evidence[CELLS]
         )
-        above = estimate - LOG_10 * (bound - self.beyond_less)
+        few = (ENOUGH_MINUTIAE - self.evidence[FEWEST]) / (ENOUGH_MINUTIAE - FEW_MINUTIAE)
+        less = self.beyond_less + self.beyond_few * min(max(few, 0.0), 1.0)
+        above = estimate - LOG_10 * (bound - less)
         lowered = estimate - self.beyond_share * max(above, 0.0)
         return max(lowered, LOG_10 * self.beyond_from)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
@@ -18,7 +18,7 @@ from fpmatch.printable import printable
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
-    from logging import LogRecord
+    from logging import Logger, LogRecord
 
 BUSY_S: Final = 60.0  # to wait for another program that holds a SQLite file
 CONNECT_S: Final = 10  # to wait for a server
@@ -64,7 +64,7 @@ class Database:
             self.name = _without_secrets(url)
             self._engine = _postgresql(url.set(drivername="postgresql+psycopg"))
         sa.event.listen(self._engine, "begin", _begin)
-        self._engine.pool.logger.addFilter(_tells_of_no_interrupt)
+        cast("Logger", self._engine.pool.logger).addFilter(_tells_of_no_interrupt)
 
     def close(self) -> None:
         """Close all connections."""

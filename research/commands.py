@@ -113,6 +113,7 @@ research = LazyGroup(
         "scale": ("scale.command", "Plan galleries of ten million to a billion prints."),
         "fuzz": ("fuzzing.command", "Feed damaged files, requests and arrays to every reader."),
         "attack-server": ("attacks.command", "Attack a server beside its ordinary clients."),
+        "promises": ("promises.command", "Attack each promise of docs/security.md."),
     },
 )
 research.add_command(

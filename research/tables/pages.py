@@ -25,6 +25,7 @@ from research.tables.identification import format_fusion, format_identification,
 from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
+from research.tables.promises import format_promises
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
 from research.tables.searching import format_searching
@@ -192,6 +193,10 @@ PAGES: Final = {
             },
         },
         draw=_points_plot,
+    ),
+    "promises": Page(
+        {"attacks": Part("python -m research promises --json", "promises.json", alone=True)},
+        {(DOCS / "security.md", "promises"): lambda results: format_promises(results["attacks"])},
     ),
     "quality": Page(
         {

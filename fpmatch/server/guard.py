@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CLIENT: Final = "fpmatch.client"  # key of the client in the scope of a request
 RETRY_AFTER_S: Final = 5
 FORM_BYTES: Final = 64 * 1024  # of a request, besides its files
+HEADER_BYTES: Final = 16 * 1024  # h11 bounds only what comes in several pieces
 MOST_FILES: Final = 2
 SMALL_BYTES: Final = 1_000_000  # smaller requests are read at once, without a turn
 _CLOSE: Final = (b"connection", b"close")
@@ -169,6 +170,8 @@ class Guard:
 
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
+        if sum(len(name) + len(value) for name, value in scope["headers"]) > HEADER_BYTES:
+            raise _RefusedError(400, f"the header has more than {HEADER_BYTES // 1024} kB")
         host = headers.get(b"host", "")
         name = _without_port(host).lower()
         if not self._is_ours(name):
@@ -258,16 +261,15 @@ def _is_public(scope: Scope) -> bool:
 
 
 def _without_port(host: str) -> str:
-    """Return the name of a Host header.
+    """Return the name of a Host header; all of it where what follows the name is no port.
 
     Examples
     --------
     >>> _without_port("localhost:8000"), _without_port("[::1]:8000"), _without_port("host")
     ('localhost', '[::1]', 'host')
     """
-    if host.startswith("["):
-        return host.partition("]")[0] + "]"
-    return host.partition(":")[0]
+    name, colon, port = host.rpartition(":")
+    return name if colon and port.isdecimal() else host
 
 
 def _is_address(name: str) -> bool:

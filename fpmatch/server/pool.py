@@ -122,8 +122,8 @@ class Pool:
         return await to_process.run_sync(_on_one_thread, work, args, cancellable=True, limiter=free)
 
     async def _replace(self) -> None:
-        """Start a process in place of one that ended."""
-        with suppress(TooLongError, WorkerError):
+        """Start a process in place of one that ended; anyio may kill one that ends meanwhile."""
+        with suppress(TooLongError, WorkerError, ProcessLookupError):
             await self._in_turn(_START_S, _warm_up)
 
 

@@ -132,7 +132,7 @@ def _write(place: Place, gallery: Path, lines: Sequence[str]) -> Path:
 def changed_events(place: Place) -> Tries:
     """Change, remove, repeat and exchange events in a gallery, and in a file of its lines."""
     gallery, lines = _unlocked(place)
-    for k in range(20):
+    for k in range(10):
         where, changed = place.random.randrange(len(lines) - 1), list(lines)
         old = changed[where]
         letter = place.random.randrange(len(old))
@@ -239,14 +239,12 @@ def told_by_events(place: Place) -> Tries:
     with served(place, "--audit-log", "audit.jsonl") as web:
         candidates += json.loads(web.ask("POST /identify").body)["candidates"]
         web.ask("POST /compare")
-    events = place.folder / "events"
-    events.mkdir()
     texts = [*_lines(gallery), *(place.folder / "audit.jsonl").read_text().splitlines()]
+    (place.folder / "events").mkdir()
+    yield traces(secrets, place.write("events/all", "".join(texts)).parent, 12) == 0 or "bytes"
     for text in texts:
         told = any(f"{one['score']:.4f}"[:-1] in text for one in candidates)
-        place.write("events/one", text)
-        bare = traces(secrets, events, 12) or any(code in text.encode() for code in codes)
-        yield not (told or bare) or text
+        yield not (told or any(code in text.encode() for code in codes)) or text
 
 
 @attack("What the container installs is pinned by hash")

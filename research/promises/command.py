@@ -14,6 +14,7 @@ from research.commands import ROOT, Command, json_file, write_json
 from research.promises import audits, damage, files, network, thieves
 from research.promises.attack import ATTACKS, NOT_TRIED, Outcome, attempt
 from research.promises.program import Place
+from research.tables.pages import read_json
 
 MODULES = (files, network, damage, thieves, audits)  # they register their attacks
 
@@ -44,7 +45,8 @@ def command(
     """Attack each promise of docs/security.md from outside.
 
     Attacks use the commands, HTTP, the public Python names and the files of fpmatch. The exit
-    status is 1 where a promise is broken.
+    status is 1 where a promise is broken. With --only, the file of --json keeps the outcomes of
+    the other attacks.
     """
     known = [function.__name__ for function in ATTACKS.values()]
     if unknown := set(names) - set(known):
@@ -65,7 +67,9 @@ def command(
     rows = [["promise", "attack", "tries", "outcome"], *map(_cells, outcomes)]
     click.echo(text_table(rows, left=2))
     if json_file:
-        write_json(json_file, [asdict(outcome) for outcome in outcomes])
+        known = read_json(json_file) if names and json_file.exists() else []
+        records = {one["promise"]: one for one in (*known, *map(asdict, outcomes))}
+        write_json(json_file, [records[one] for one in promises() if one in records])
     context.exit(1 if any(outcome.broken for outcome in outcomes) else 0)
 
 

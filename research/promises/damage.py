@@ -22,7 +22,7 @@ def killed_enrolments(place: Place) -> Tries:
     """Kill enrolments and removals at random moments; check; complete them."""
     want, _ = place.search(place.gallery("whole.db"))
     new, less = place.folder / "new.db", place.gallery("less.db")
-    for k in range(1, 13, 2):
+    for k in range(1, 11, 2):
         place.kill(2.0, "enrol", new, SAMPLES)
         place.kill(0.7, "gallery", "remove", less, k, k + 1)
         for path in (new, less):
@@ -42,7 +42,7 @@ def killed_enrolments(place: Place) -> Tries:
 def damaged_rows(place: Place) -> Tries:
     """Cut, overwrite and replace stored templates; search with and without prepared prints."""
     every, _ = place.search(place.gallery())
-    for k in range(12):
+    for k in range(8):
         number = place.random.randrange(1, 17)
         gallery = place.gallery()
         good = templates(gallery)[number]
@@ -66,7 +66,7 @@ def damaged_rows(place: Place) -> Tries:
 def damaged_prepared(place: Place) -> Tries:
     """Flip bits, cut and overwrite prepared prints: the same candidates, and a note."""
     want, _ = place.search(place.gallery())
-    for k in range(30):
+    for k in range(20):
         gallery = place.gallery()
         path = place.prepared(gallery)
         good = path.read_bytes()
@@ -103,7 +103,7 @@ def synthetic_files(place: Place) -> Tries:
     place.done(*words)
     paths = sorted(path for path in (place.folder / "prints").rglob("*") if path.is_file())
     good = {path: path.read_bytes() for path in paths}
-    for path, content in (*good.items(), *good.items()):
+    for path, content in good.items():
         where = place.random.randrange(len(content))
         bad = (content[:where], flipped(content, where), b"")
         path.write_bytes(place.random.choice(bad))

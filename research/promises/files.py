@@ -95,7 +95,7 @@ def damaged_files(place: Place) -> Tries:
     for name, words in commands.items():
         source = place.folder / name
         good = (source if source.exists() else SAMPLES / name).read_bytes()
-        for content in mutants(good, place.random, 6):
+        for content in mutants(good, place.random, 4):
             yield place.run(*words, place.write(name, content)).read_or_refused
 
 
@@ -181,7 +181,7 @@ def bad_input(place: Place) -> Tries:
     for command, rest in commands.items():
         waits = command.startswith(("points", "evaluate --"))  # as a shell's <(...) needs it
         pipe = [] if waits else [place.folder / "pipe"]
-        for name in (*place.random.sample(inputs, 4), *pipe):
+        for name in (*place.random.sample(inputs, 3), *pipe):
             yield place.run(*command.split(), name, *rest, timeout_s=9).refused
     pair: Words = ("verify", PROBE, REFERENCE)
     options: dict[str, Words] = {
@@ -193,7 +193,7 @@ def bad_input(place: Place) -> Tries:
         "--min-quality": ("enrol", gallery, PROBE),
     }
     for option, words in options.items():
-        for number in place.random.sample(("nan", "-inf", "-1", "1e999", "", "0x10", "1,5"), 3):
+        for number in place.random.sample(("nan", "-inf", "-1", "1e999", "", "0x10", "1,5"), 2):
             yield place.run(*words, option, number).refused
 
 

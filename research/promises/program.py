@@ -83,7 +83,8 @@ class Place:
     ) -> subprocess.Popen[bytes]:
         """Start a command in this folder, in a process group and an environment of its own."""
         base = {"PATH": os.environ["PATH"], "LC_ALL": "C.UTF-8", "PYTHONPATH": str(ROOT)}
-        base |= {"HOME": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1", "FPMATCH_KEY": KEY}
+        base |= {"HOME": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
+        base |= {"FPMATCH_KEY": KEY} if (self.folder / "keys.txt").exists() else {}
         return subprocess.Popen(
             [*before, sys.executable, *(_word(word) for word in (*program, *words))],
             cwd=self.folder,

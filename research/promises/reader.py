@@ -41,7 +41,7 @@ def read_files(place: Place, kind: str, files: Sequence[Path]) -> Iterator[dict[
         rest = rest[len(lines) :]
         if rest:
             yield {"file": str(rest.pop(0)), "kind": "crash", "text": f"status {run.status}"}
-        elif run.err:
+        elif not all(line.isprintable() for line in run.err.splitlines()):
             yield {"file": "", "kind": "crash", "text": f"it wrote {run.err[:200]}"}
 
 

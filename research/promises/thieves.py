@@ -77,10 +77,10 @@ def removed_templates(place: Place) -> Tries:
     for kind in ("plain", "sealed", "audited"):
         gallery, numbers = place.gallery(kind=kind), list(range(1, 17))
         place.random.shuffle(numbers)
-        for k in range(0, 15, 3):
-            secrets = [templates(gallery)[number] for number in numbers[k : k + 3]]
+        for k in range(0, 15, 5):
+            secrets = [templates(gallery)[number] for number in numbers[k : k + 5]]
             place.search(gallery)
-            run = place.done("gallery", "remove", gallery, *numbers[k : k + 3])
+            run = place.done("gallery", "remove", gallery, *numbers[k : k + 5])
             left = traces(secrets, place.folder, 32)
             yield left == 0 or f"{left} traces after {run}"
 
@@ -91,12 +91,12 @@ def killed_compactions(place: Place) -> Tries:
     gallery = place.gallery()
     place.done("gallery", "remove", gallery, 1, 2, 3)
     want, _ = place.search(gallery)
-    for _ in range(10):
+    for _ in range(6):
         place.kill(0.6, "gallery", "compact", gallery)
         yield (
             sound(gallery) and place.search(gallery)[0] == want
         ) or "another gallery after a kill"
-    for size in (1, 8, 40, 70, 90):
+    for size in (1, 40, 90):
         limit = ("bash", "-c", f'ulimit -f {size}; exec "$0" "$@"')
         run = place.run("gallery", "compact", gallery, before=limit)
         whole = sound(gallery) and place.search(gallery)[0] == want
@@ -189,16 +189,15 @@ def changed_ciphertexts(place: Place) -> Tries:
 
 @attack("An encrypted gallery gives the same results")
 def sealed_results(place: Place) -> Tries:
-    """Compare searches for 16 prints, and all scores, with those of a plain gallery."""
-    galleries = place.gallery("one.db"), place.gallery("two.db", kind="sealed")
-    for path in sorted(SAMPLES.glob("*.tif")):
-        plain, sealed = (place.search(gallery, path)[0] for gallery in galleries)
-        yield plain == sealed or f"another result for {path.name}"
-    rows = []
-    for gallery in galleries:
-        place.done("score", "--references", gallery, "--probes", SAMPLES, "-o", f"{gallery}.csv")
-        rows.append(Path(f"{gallery}.csv").read_text().replace(gallery.name, ""))
-    yield rows[0] == rows[1] or "the scores differ"
+    """Compare all candidates and scores of 16 prints with those of a plain gallery, as text."""
+    lines: list[list[str]] = []
+    for gallery in (place.gallery("one.db"), place.gallery("two.db", kind="sealed")):
+        for words in (("identify", gallery), ("score", "--references", gallery)):
+            out = place.folder / f"{gallery.name}.{words[0]}.csv"
+            place.done(*words, "--probes", SAMPLES, "-o", out)
+            lines.append(out.read_text().replace(gallery.name, "").splitlines())
+    for plain, sealed in zip(lines[0] + lines[1], lines[2] + lines[3], strict=True):
+        yield plain == sealed or f"{plain} and {sealed}"
 
 
 @attack("Files of keys are private, and others are refused")
@@ -269,7 +268,7 @@ def keys_in_the_open(place: Place) -> Tries:
 @attack("A rotation of keys loses nothing")
 def killed_rotations(place: Place) -> Tries:
     """Kill rotations at random moments, beside searches and enrolments; then take the old key."""
-    for kind in ("plain", "sealed", "plain", "sealed"):
+    for kind in ("plain", "sealed"):
         gallery = place.gallery(kind=kind)
         want, _ = place.search(gallery)
         place.done("key", "new", "keys.txt", "--add")

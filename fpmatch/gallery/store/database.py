@@ -201,6 +201,8 @@ def _check_file(path: Path, *, create: bool) -> None:
     try:
         if path.is_dir():
             why, code = "is a folder, not a gallery", "no gallery"
+        elif path.exists() and not path.is_file():
+            why, code = "is not a regular file, not a gallery", "no gallery"
         elif path.exists():
             with path.open("rb") as stream:
                 head = stream.read(len(SQLITE_HEADER))

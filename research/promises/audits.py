@@ -280,7 +280,7 @@ def connections(place: Place) -> Tries:
 
 
 def _protected(place: Place, *keys: str) -> tuple[dict[str, str], list[list[bytes]]]:
-    """Return the environment of revocable templates, and those of all prints under each key."""
+    """Return the environment of revocable templates, and the templates of all prints under each key."""
     source, info = ROOT / "examples" / "revocable", place.folder / "revocable-1.dist-info"
     info.mkdir()
     project = tomllib.loads((source / "pyproject.toml").read_text())["project"]
@@ -310,7 +310,7 @@ def _words(content: bytes) -> list[int]:
 
 @attack("A revocable template has one size and order")
 def revocable_bytes(place: Place) -> Tries:
-    """Protect 16 prints; compare sizes, and the frequencies of bytes with those of chance."""
+    """Protect 16 prints; compare sizes, and how frequent each byte is with random bytes."""
     _, (contents,) = _protected(place, "one")
     yield len({len(one) for one in contents}) == 1 or "sizes differ"
     for one in contents:

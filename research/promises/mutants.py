@@ -84,7 +84,7 @@ def _record(kind: int, fields: list[str]) -> bytes:
 
 def mutants(good: bytes, random: Random, number: int) -> Iterator[bytes]:
     """Damage a file in one of many ways, so many times."""
-    places = [found.span() for found in re.finditer(rb"-?\d+(\.\d+)?", good)]
+    places = [one.span() for one in re.finditer(rb"-?\d+(\.\d+)?", good)]
     for _ in range(number):
         k, length = random.randrange(len(good)), random.choice((1, 2, 4, 30, 400))
         match random.randrange(7):

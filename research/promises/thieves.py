@@ -87,7 +87,7 @@ def removed_templates(place: Place) -> Tries:
 
 @attack("`gallery compact` leaves the gallery whole")
 def killed_compactions(place: Place) -> Tries:
-    """Kill it at random moments, on disks that are full, and beside another program."""
+    """Kill it at random moments; run it on full disks, and while another program writes."""
     gallery = place.gallery()
     place.done("gallery", "remove", gallery, 1, 2, 3)
     want, _ = place.search(gallery)
@@ -189,7 +189,7 @@ def changed_ciphertexts(place: Place) -> Tries:
 
 @attack("An encrypted gallery gives the same results")
 def sealed_results(place: Place) -> Tries:
-    """Compare all candidates and scores of 16 prints with those of a plain gallery, as text."""
+    """Compare files of candidates and scores of 16 prints with the files of a plain gallery."""
     lines: list[list[str]] = []
     for gallery in (place.gallery("one.db"), place.gallery("two.db", kind="sealed")):
         for words in (("identify", gallery), ("score", "--references", gallery)):
@@ -267,18 +267,18 @@ def keys_in_the_open(place: Place) -> Tries:
 
 @attack("A rotation of keys loses nothing")
 def killed_rotations(place: Place) -> Tries:
-    """Kill rotations at random moments, beside searches and enrolments; then take the old key."""
+    """Kill rotations at random moments, during searches and enrolments; take the old key away."""
     for kind in ("plain", "sealed"):
         gallery = place.gallery(kind=kind)
         want, _ = place.search(gallery)
         place.done("key", "new", "keys.txt", "--add")
         for _ in range(3):
-            beside = place.start("enrol", gallery, SAMPLES)
+            other = place.start("enrol", gallery, SAMPLES)
             place.kill(0.7, "gallery", "rotate", gallery)
             have, run = place.search(gallery)
             yield have["probes"] == want["probes"] or str(run)
-            err = beside.communicate()[1].decode()
-            yield beside.returncode == 0 or f"enrol beside a rotation: {err[-200:]}"
+            err = other.communicate()[1].decode()
+            yield other.returncode == 0 or f"enrol during a rotation: {err[-200:]}"
         place.done("gallery", "rotate", gallery)
         lines = (place.folder / "keys.txt").read_text().splitlines()[:2]
         place.write("keys.txt", "\n".join([*lines, ""]))

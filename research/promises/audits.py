@@ -280,7 +280,7 @@ def connections(place: Place) -> Tries:
 
 
 def _protected(place: Place, *keys: str) -> tuple[dict[str, str], list[list[bytes]]]:
-    """Return the environment of revocable templates, and the templates of all prints under each key."""
+    """Return the environment of revocable templates, and the prints' templates by key."""
     source, info = ROOT / "examples" / "revocable", place.folder / "revocable-1.dist-info"
     info.mkdir()
     project = tomllib.loads((source / "pyproject.toml").read_text())["project"]

@@ -22,9 +22,11 @@ def killed_enrolments(place: Place) -> Tries:
     """Kill enrolments and removals at random moments; check; complete them."""
     want, _ = place.search(place.gallery("whole.db"))
     new, less = place.folder / "new.db", place.gallery("less.db")
-    for k in range(1, 11, 2):
-        place.kill(2.0, "enrol", new, SAMPLES)
-        place.kill(0.7, "gallery", "remove", less, k, k + 1)
+    enrolling = place.seconds("enrol", "other.db", SAMPLES)
+    removing = place.seconds("gallery", "remove", "other.db", 1, 2)
+    for k in range(1, 15, 2):
+        place.kill(enrolling, "enrol", new, SAMPLES)
+        place.kill(removing, "gallery", "remove", less, k, k + 1)
         for path in (new, less):
             if path.exists():
                 run = place.run("gallery", "check", path)

@@ -118,10 +118,16 @@ class Place:
             raise OSError(str(run))
         return run
 
+    def seconds(self, *words: object) -> float:
+        """Return how long a command takes."""
+        start = time.monotonic()
+        self.done(*words)
+        return time.monotonic() - start
+
     def kill(self, seconds: float, *words: object) -> None:
-        """Kill a command and its workers at a random moment within so many seconds."""
+        """Kill a command that takes so long, and its workers, at a random moment of its work."""
         process = self.start(*words)
-        time.sleep(self.random.uniform(0.2, seconds))
+        time.sleep(self.random.uniform(0.3, 1.0) * seconds)
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.communicate()

@@ -7,6 +7,7 @@ import json
 import shutil
 import time
 import zlib
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,8 +36,8 @@ def rights_of_files(place: Place) -> Tries:
     place.gallery("wide.db").chmod(0o644)
     known = set(place.folder.rglob("*"))
     commands: tuple[Words, ...] = (
-        ("enrol", "new.db", SAMPLES, "--audit"),
         ("gallery", "remove", "wide.db", 3),
+        ("enrol", "new.db", SAMPLES, "--audit"),
         ("identify", "new.db", PROBE),
         ("identify", "new.db", "--probes", SAMPLES, "-o", "candidates.csv"),
         ("score", "--references", "new.db", "--probes", SAMPLES, "-o", "scores.csv"),
@@ -65,9 +66,10 @@ def _wide(place: Place, known: set[Path]) -> dict[str, str]:
     """Return what others may read, of the files that are new here, but for caches of matplotlib."""
     modes: dict[str, str] = {}
     for path in set(place.folder.rglob("*")) - known:
-        if path.exists() and not path.relative_to(place.folder).parts[0].startswith("."):
-            mode = path.stat().st_mode & 0o777
-            modes |= {path.name: oct(mode)} if mode & 0o077 else {}
+        if not path.relative_to(place.folder).parts[0].startswith("."):
+            with suppress(FileNotFoundError):
+                mode = path.stat().st_mode & 0o777
+                modes |= {path.name: oct(mode)} if mode & 0o077 else {}
     return modes
 
 
@@ -91,8 +93,9 @@ def killed_compactions(place: Place) -> Tries:
     gallery = place.gallery()
     place.done("gallery", "remove", gallery, 1, 2, 3)
     want, _ = place.search(gallery)
-    for _ in range(6):
-        place.kill(0.6, "gallery", "compact", gallery)
+    seconds = place.seconds("gallery", "compact", gallery)
+    for _ in range(10):
+        place.kill(seconds, "gallery", "compact", gallery)
         yield (
             sound(gallery) and place.search(gallery)[0] == want
         ) or "another gallery after a kill"
@@ -271,10 +274,11 @@ def killed_rotations(place: Place) -> Tries:
     for kind in ("plain", "sealed"):
         gallery = place.gallery(kind=kind)
         want, _ = place.search(gallery)
+        seconds = place.seconds("gallery", "rotate", place.gallery("other.db", kind=kind))
         place.done("key", "new", "keys.txt", "--add")
-        for _ in range(3):
+        for _ in range(5):
             other = place.start("enrol", gallery, SAMPLES)
-            place.kill(0.7, "gallery", "rotate", gallery)
+            place.kill(seconds, "gallery", "rotate", gallery)
             have, run = place.search(gallery)
             yield have["probes"] == want["probes"] or str(run)
             err = other.communicate()[1].decode()

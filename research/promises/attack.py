@@ -38,6 +38,7 @@ class Outcome:
 ATTACKS: Final[dict[str, Function]] = {}  # by the promise
 NOT_TRIED: Final = {
     "No version with a known advisory": "`packaging/audit_dependencies` compares with the list",
+    "A clock that is set back": "it takes a computer whose clock may be set",
     "The container runs without privileges": "it takes a system of containers",
 }
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from research.attacks.server import resident_mb
 from research.promises.attack import attack
 from research.promises.files import NASTY, extreme_templates
-from research.promises.program import KEY, PROBE, templates
+from research.promises.program import KEY, PROBE, database, templates
 from research.promises.web import FORM, IMAGE, PAIR, ROLES, ROUTES, descendants, multipart, served
 
 if TYPE_CHECKING:
@@ -230,6 +230,29 @@ def many_connections(place: Place) -> Tries:
             one.close()
 
 
+@attack("A gallery that does not answer")
+def hanging_gallery(place: Place) -> Tries:
+    """Hold the file of the gallery; request readiness, work with it, and work without it."""
+    gallery = place.gallery()
+    with served(place) as web, ThreadPoolExecutor(8) as threads:
+        usual = _seconds(web)
+        with database(gallery) as opened:
+            opened.execute("BEGIN EXCLUSIVE")
+            asked = [threads.submit(web.ask, what) for what in ("GET /ready", "POST /identify") * 4]
+            for _ in range(8):
+                seconds = _seconds(web)
+                yield seconds < max(2.0, 2 * usual) or f"a verification took {seconds:.1f} s"
+            start = time.monotonic()
+            answer = web.ask("GET /ready")
+            seconds = time.monotonic() - start
+            yield (answer.status == 503 and seconds < 2.5) or f"after {seconds:.1f} s: {answer}"
+            answers = [one.result() for one in asked]
+            opened.rollback()
+        yield from (one.status in (200, 500, 503) or str(one) for one in answers)
+        answer = web.ask("POST /identify")
+        yield answer.status == 200 or f"when it answers again: {answer}"
+
+
 @attack("Work that ends its worker process")
 def killed_workers(place: Place) -> Tries:
     """Kill a worker process while it is idle, and all while they work."""
@@ -364,6 +387,24 @@ def sealed_uploads(place: Place) -> Tries:
                 told = [word for word in (secret, "keys.txt", "file:") if word in text]
                 opened = sent is sealed and form and answer.status in (200, 201)
                 yield not (told or opened) or f"{what}: {told} {answer}"
+
+
+@attack("A key file that is replaced while a server runs")
+def replaced_keys(place: Place) -> Tries:
+    """Put another key into the file of a running server, request the gallery, put it back."""
+    gallery, file = place.gallery(kind="sealed"), place.folder / "keys.txt"
+    before, right = templates(gallery), file.read_text()
+    with served(place, "--key", KEY) as web:
+        yield web.ask("POST /identify").status == 200 or "the key is not used"
+        file.unlink()
+        place.done("key", "new", "keys.txt")
+        for what in ("POST /enrol", "POST /gallery/2/compare", "POST /gallery/verify"):
+            answer = web.ask(what)
+            refused = answer.status >= 400 and json.loads(answer.body)["error"].isprintable()
+            yield (refused and templates(gallery) == before) or f"{what}: {answer}"
+        place.write("keys.txt", right)
+        answer = web.ask("POST /identify")
+        yield answer.status == 200 or f"when it is back: {answer}"
 
 
 @attack("Errors of a database contain no password")

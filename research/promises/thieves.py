@@ -260,7 +260,8 @@ def keys_in_the_open(place: Place) -> Tries:
     while running.poll() is None:
         for pid in descendants(running.pid):
             for path in (Path(f"/proc/{pid}/environ"), Path(f"/proc/{pid}/cmdline")):
-                seen |= {path.read_bytes()} if path.exists() else set()
+                with suppress(OSError):
+                    seen.add(path.read_bytes())
         time.sleep(0.02)
     sent = (place.folder / "trace").read_text() if before else ""
     for form in (raw, secret.encode(), raw.hex().encode()):

@@ -248,6 +248,7 @@ def hanging_gallery(place: Place) -> Tries:
             yield (answer.status == 503 and seconds < 2.5) or f"after {seconds:.1f} s: {answer}"
             answers = [one.result() for one in asked]
             opened.rollback()
+        time.sleep(3)  # an answer of readiness holds for a second
         yield from (one.status in (200, 500, 503) or str(one) for one in answers)
         answer = web.ask("POST /identify")
         yield answer.status == 200 or f"when it answers again: {answer}"

@@ -15,9 +15,9 @@ from fpmatch.errors import FpmatchError, GalleryError, ImageError
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.matching.result import Comparison
 from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.stored_template import pack_template
 
 
 def refused(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from skimage import data
 
 from fpmatch import extract, verify
-from fpmatch.fingers.finger import verify_finger
+from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     INCONCLUSIVE,

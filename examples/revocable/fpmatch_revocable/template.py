@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
 

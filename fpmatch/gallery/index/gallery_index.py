@@ -23,7 +23,7 @@ from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index.state import IndexState, Part, removals_between
 from fpmatch.gallery.store.kept_files import FAULTS, kept_folders
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.fingers.finger import Finger
+from fpmatch.gallery.fingers.finger import Finger
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class ConsolidatedFingers:
         self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
 
     def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """Score fingers by `fpmatch.fingers.finger.Finger`, and rank them again.
+        """Score fingers by `fpmatch.gallery.fingers.finger.Finger`, and rank them again.
 
         The score of a finger with one impression is unchanged.
         """

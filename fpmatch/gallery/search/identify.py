@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fpmatch.fingers.finger import fused_scores
+from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.search.identification import Candidate, Identification
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import score_to_fmr

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.fingers.consolidate import link_impressions, linked_groups
-from fpmatch.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.fingers.consolidate import link_impressions, linked_groups
+from fpmatch.gallery.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.tables import parts

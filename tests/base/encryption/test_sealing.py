@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.base.encryption import blocks
-from fpmatch.base.encryption.blocks import BLOCK_BYTES, sealed_blocks, unseal_blocks
 from fpmatch.base.encryption.keys import Key, KeyRing, new_key
 from fpmatch.base.encryption.records import HEAD_BYTES, OVERHEAD, is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError
+from fpmatch.gallery.store import blocks
+from fpmatch.gallery.store.blocks import BLOCK_BYTES, sealed_blocks, unseal_blocks
 
 KEY, OTHER = Key(bytes(range(32))), Key(bytes(32))
 RING = KeyRing([KEY, OTHER])

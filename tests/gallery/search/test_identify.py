@@ -9,8 +9,8 @@ import pytest
 from made_prints import FAKE, entries_of, scattered, template_at
 
 from fpmatch.errors import MatcherError
-from fpmatch.fingers.finger import fused_score, verify_finger
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.fingers.finger import fused_score, verify_finger
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import consolidated as consolidated_module
 from fpmatch.gallery.search import whole

@@ -65,7 +65,7 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "gallery/cli": {"cli", "gallery/batch", "gallery/tasks"},
     # The wing of the server.
     "server": {"drawing", "drawing/stages", "gallery/tasks"},
-    "server/cli": {"cli", "server"},
+    "server/cli": {"gallery/cli", "server"},
     # The wing of the laboratory.
     "lab/evaluation/databases": {"gallery/batch"},
     "lab/evaluation/rates": {"gallery/batch"},
@@ -85,9 +85,9 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "lab/points/van_wamelen": {"pointset/geometry"},
     "lab/points": {"base", "lab/points/affine", "lab/points/van_wamelen", "pointset/paper"},
     "lab/paper_figures": {"lab/plots", "lab/points"},
-    "lab/points/bench": {"_version", "lab/plots", "lab/points"},
+    "lab/points/bench": {"gallery/engine", "lab/plots", "lab/points"},
     "lab/cli": {
-        "cli",
+        "gallery/cli",
         "lab/evaluation",
         "lab/evaluation/ground_truth",
         "lab/evaluation/open_set",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import anyio
 from anyio import to_process
 
-from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.processes import keep_single_threaded
 from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
 
 if TYPE_CHECKING:

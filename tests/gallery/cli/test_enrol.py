@@ -4,7 +4,7 @@ import pytest
 from PIL import Image
 
 from fpmatch import assess
-from fpmatch.cli import notes
+from fpmatch.gallery.cli import notes
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
 from tests.conftest import assert_refused, copied

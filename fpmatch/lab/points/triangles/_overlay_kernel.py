@@ -9,12 +9,12 @@ order of its cells.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+    from cython.cimports.fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
     from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
     from math import expm1, log, log1p, sqrt
 
-    from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+    from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 
 COMPILED = cython.compiled
 

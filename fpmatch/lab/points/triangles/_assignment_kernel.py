@@ -17,23 +17,6 @@ _MAX_VISITS_PER_POINT = cython.declare(cython.longlong, 200)
 _SHORT = cython.declare(cython.longlong, 500)  # points visited for one path then
 
 
-@cython.locals(e=cython.Py_ssize_t)
-def find_candidates(p, grid, move, t2, most, start, near, cost):
-    """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
-
-    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost is
-    d² - t², at most 0.
-    """
-    start[0] = 0
-    for i in range(p.shape[1]):
-        x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
-        y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
-        start[i + 1] = start[i] + grid.within(x, y, t2, most, near, cost, start[i])
-        for e in range(start[i], start[i + 1]):
-            cost[e] -= t2
-    return start[p.shape[1]]
-
-
 @cython.locals(visits=cython.longlong, end=cython.int, end_edge=cython.int, e=cython.Py_ssize_t)
 def assign(start, near, cost, least_gain, edge, owner, path, work):
     """Assign candidates to points at the least cost in all; return how many have one.

@@ -2,7 +2,7 @@
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
 A move is a similarity transform of four values or an affine one of six, as in
-`fpmatch.pointset.geometry._least_squares_kernel`. Q is a grid; indices of its points are in the
+`fpmatch.lab.points.triangles._partner_fit_kernel`. Q is a grid; indices of its points are in the
 order of its cells.
 """
 

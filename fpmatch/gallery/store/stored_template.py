@@ -221,7 +221,7 @@ def _pack_minutiae(template: Template) -> bytes:
     """Return resolution, frame and minutiae packed."""
     columns = rounded_minutiae(template)
     count = columns.shape[1]
-    least = columns[:2].min(axis=1) if count else np.zeros(2, np.int64)
+    least = np.minimum.reduce(columns[:2], axis=1) if count else np.zeros(2, np.int64)
     columns[:2] -= least[:, None]
     bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
     size = template.width, template.height

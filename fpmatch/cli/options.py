@@ -21,7 +21,6 @@ POLARITIES: Final = ("auto", "dark", "white")
 ENHANCEMENTS: Final = ("learned", "filters")
 
 FILE: Final = click.Path(path_type=Path)
-FROM_1: Final = click.IntRange(min=1)
 
 
 class Name(click.Choice[str]):

@@ -9,7 +9,6 @@ import click
 
 from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
-    FROM_1,
     file_option,
     files_argument,
     json_option,
@@ -18,7 +17,7 @@ from fpmatch.cli.options import (
     polarity_option,
     raw_option,
 )
-from fpmatch.gallery.cli.options import check_where, old_names, scheduler_option
+from fpmatch.gallery.cli.options import FROM_1, check_where, old_names, scheduler_option
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,9 +8,8 @@ from typing import Any, Final
 import click
 from click.core import ParameterSource
 
-from fpmatch.cli.options import FROM_1
-
 FROM_0: Final = click.IntRange(min=0)
+FROM_1: Final = click.IntRange(min=1)
 
 
 def old_names(**names: str) -> dict[str, Any]:

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fpmatch import extract
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.finger import (
     MOST_IMPRESSIONS,
@@ -16,8 +17,10 @@ from fpmatch.gallery.fingers.finger import (
 )
 from fpmatch.matching.calibration import Calibration, load_calibration
 from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.result import INCONCLUSIVE, NO_MATCH
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, Template
+from tests.matching.matching_prints import fragment
 
 scores_of_impressions = st.lists(st.floats(0, 100), min_size=1, max_size=30)
 
@@ -110,3 +113,11 @@ def test_the_chosen_impressions_are_spread_over_all(count, most):
     chosen = choose_impressions([one] * count, most)
     assert len(chosen) == min(count, most)
     assert np.diff([*chosen, count]).max() <= -(-count // len(chosen))
+
+
+def test_a_finger_is_judged_by_its_best_impression(fingers):
+    print_, impostor = (extract(image, dpi=500) for image in fingers)
+    parts = [fragment(impostor, 2), impostor]
+    assert verify_finger(print_, parts).verification.decision == NO_MATCH
+    assert verify_finger(print_, parts[:1]).verification.decision == INCONCLUSIVE
+    assert verify_finger(fragment(print_, 2), parts).verification.decision == INCONCLUSIVE

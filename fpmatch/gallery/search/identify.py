@@ -123,7 +123,7 @@ def find_candidates(
         for rank, k in enumerate(islice(best, min(options.count, len(search))), start=1)
     ]
     if consolidated is not None:
-        candidates = consolidated.rerank(compared.probe, candidates)
+        candidates = consolidated.rerank(compared.probe, candidates, scored.fingers)
     assert options.calibration is not None
     return Identification(
         enrolled=scored.enrolled,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
@@ -18,6 +18,7 @@ from fpmatch.printable import printable
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
+    from logging import Logger, LogRecord
 
 BUSY_S: Final = 60.0  # to wait for another program that holds a SQLite file
 CONNECT_S: Final = 10  # to wait for a server
@@ -63,6 +64,7 @@ class Database:
             self.name = _without_secrets(url)
             self._engine = _postgresql(url.set(drivername="postgresql+psycopg"))
         sa.event.listen(self._engine, "begin", _begin)
+        cast("Logger", self._engine.pool.logger).addFilter(_tells_of_no_interrupt)
 
     def close(self) -> None:
         """Close all connections."""
@@ -250,6 +252,11 @@ def _postgresql(url: sa.URL) -> sa.Engine:
         raise GalleryError(
             "a gallery on PostgreSQL needs psycopg: pip install 'fpmatch[postgres]'"
         ) from error
+
+
+def _tells_of_no_interrupt(record: LogRecord) -> bool:
+    """Return whether a record of the pool tells of anything but Ctrl-C, which is raised, too."""
+    return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 
 def _begin(connection: sa.Connection) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form, Query, Request, Response
@@ -10,7 +11,7 @@ from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
-from fpmatch.errors import FpmatchError, unknown_name
+from fpmatch.errors import unknown_name
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
 from fpmatch.printable import printable
@@ -100,12 +101,11 @@ async def health() -> models.Health:
     dependencies=[KNOWN_NAMES],
     responses={503: {"model": models.Error, "description": "It cannot, for the reason stated"}},
 )
-async def ready(run: Run, settings: ServerSettings) -> models.Health:
-    """Return that a worker process answers and the gallery can be opened."""
-    try:
-        await run(gallery_work.check_gallery, settings.gallery)
-    except FpmatchError as error:
-        raise NotReadyError(str(error)) from error
+async def ready(request: Request) -> models.Health:
+    """Return that a worker process answers and the gallery can be opened, as of the last second."""
+    faults = await asyncio.gather(*(check.fault() for check in request.app.state.checks))
+    for fault in filter(None, faults):
+        raise NotReadyError(str(fault)) from fault
     return models.Health(status="ready")
 
 

@@ -24,6 +24,7 @@ from research.tables.serving import OTHER_SERVERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from contextlib import AbstractContextManager
 
     from research.attacks.kinds import Attack
 
@@ -136,8 +137,8 @@ def command(
             click.echo(_row(outcomes[0]), err=True)
             for attack in chosen:
                 for source in sources:
-                    with gallery.hangs() if attack.hangs else nullcontext():
-                        outcome = _attack(attack, source, seconds, client, server, outcomes[0])
+                    hangs = gallery.hangs() if attack.hangs else nullcontext()
+                    outcome = _attack(attack, source, seconds, client, server, outcomes[0], hangs)
                     outcomes.append(outcome)
                     click.echo(_row(outcome), err=True)
     click.echo(format_outcomes(outcomes))
@@ -173,13 +174,15 @@ def _attack(
     client: OrdinaryClient,
     server: Server,
     usual: Outcome,
+    hangs: AbstractContextManager[None],
 ) -> Outcome:
     written = server.log.stat().st_size
     attackers = Attackers(attack, server.place, source)
     with Memory(server.pid) as memory:
         attackers.start()
-        times = client.ask_for(seconds, hangs=attack.hangs)
-        fates = attackers.stop()
+        with hangs:  # while requests are under way
+            times = client.ask_for(seconds, hangs=attack.hangs)
+            fates = attackers.stop()
     written = server.log.stat().st_size - written
     outcome = _outcome(attack.name, source, times, memory, written, fates, [])
     kinds = [kind for kind in KINDS if not (attack.hangs and kind in OF_GALLERY)]

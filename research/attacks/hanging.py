@@ -41,12 +41,23 @@ class Proxy:
         finally:
             self._flows.set()
 
+    def close(self) -> None:
+        """Accept no more connections."""
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+
     def _accept(self) -> None:
-        while True:
-            near, _ = self._listener.accept()
-            far = socket.create_connection(self._server)
-            for source, target in ((near, far), (far, near)):
-                threading.Thread(target=self._forward, args=(source, target), daemon=True).start()
+        with suppress(OSError):  # it is closed
+            while True:
+                near, _ = self._listener.accept()
+                threading.Thread(target=self._connect, args=(near,), daemon=True).start()
+
+    def _connect(self, near: socket.socket) -> None:
+        with near, socket.create_connection(self._server) as far:
+            back = threading.Thread(target=self._forward, args=(far, near), daemon=True)
+            back.start()
+            self._forward(near, far)
+            back.join()
 
     def _forward(self, source: socket.socket, target: socket.socket) -> None:
         with suppress(OSError):
@@ -54,9 +65,8 @@ class Proxy:
                 self._flows.wait()
                 target.sendall(data)
         self._flows.wait()
-        for one in (source, target):
-            with suppress(OSError):
-                one.shutdown(socket.SHUT_RDWR)
+        with suppress(OSError):
+            target.shutdown(socket.SHUT_WR)
 
 
 class HangingFile:
@@ -81,4 +91,4 @@ class HangingDatabase:
         proxy = Proxy(parsed.host or "127.0.0.1", parsed.port or _DEFAULT_PORT)
         near = parsed.set(host="127.0.0.1", port=proxy.port)
         self.place = near.render_as_string(hide_password=False)
-        self.hangs = proxy.hangs
+        self.hangs, self.close = proxy.hangs, proxy.close

@@ -45,7 +45,7 @@ _ERRORS: dict[int | str, dict[str, Any]] = {
     413: {"model": models.Error, "description": "A file is too large"},
     415: {"model": models.Error, "description": "The body is not a form with files"},
     422: {"model": models.Error, "description": "A print, field or parameter cannot be used"},
-    503: {"model": models.Error, "description": "Too many requests at once; see Retry-After"},
+    503: {"model": models.Error, "description": "Too many requests, or a silent gallery"},
     504: {"model": models.Error, "description": "The work took too long and was stopped"},
 }
 _MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import asyncio
 import sqlite3
 import threading
@@ -15,6 +16,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from fpmatch import server
 from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.server import readiness
 from fpmatch.server.guard import OF_GALLERY
@@ -93,6 +95,18 @@ def test_addresses_that_need_the_gallery_are_told_by_their_beginning() -> None:
     assert all(path.startswith(OF_GALLERY) for path in paths)
     others = [route.path for route in router.routes]  # type: ignore[attr-defined]
     assert not any(path.startswith(OF_GALLERY) for path in others)
+
+
+def test_the_server_measures_time_by_a_clock_that_nobody_sets() -> None:
+    files = sorted(Path(server.__file__).parent.glob("*.py"))
+    assert len(files) > 10
+    for file in files:
+        named = {
+            f"{node.value.id}.{node.attr}"
+            for node in ast.walk(ast.parse(file.read_text("utf-8")))
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
+        }
+        assert not named & {"time.time", "time.time_ns", "datetime.now", "date.today"}, file
 
 
 @contextmanager

@@ -237,6 +237,11 @@ PAGES: Final = {
         {
             "load": Part("research/benchmarks/serve_load.py --json", "serving.json", alone=True),
             "attacks": Part("scripts/attack_server --json", "attacks.json", alone=True),
+            "hanging": Part(
+                "scripts/attack_server --hangs --from 127.0.0.1 --database URL --json",
+                "hanging.json",
+                alone=True,
+            ),
             **{
                 name: Part(f"scripts/attack_server --main --server {name} --json", "servers.json")
                 for name in OTHER_SERVERS
@@ -246,6 +251,9 @@ PAGES: Final = {
             (DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"]),
             (DOCS / "how-to" / "deploy.md", "attacks"): lambda results: format_attacks(
                 results["attacks"]
+            ),
+            (DOCS / "how-to" / "deploy.md", "hanging"): lambda results: format_attacks(
+                results["hanging"]
             ),
             (DOCS / "how-to" / "deploy.md", "servers"): lambda results: format_other_servers(
                 {name: results[name] for name in OTHER_SERVERS}

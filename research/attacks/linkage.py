@@ -167,7 +167,7 @@ def judged(
     return {
         "d_sys": d_sys(values[mated], values[~mated]),
         "by_chance": max(d_sys(values[m], values[~m]) for m in (mixed() for _ in range(ORDERS))),
-        "eer": error_rates(values[mated], values[~mated]).eer,
+        "eer": float(error_rates(values[mated], values[~mated]).eer or 0.0),
         "mated": int(mated.sum()),
         "non_mated": int((~mated).sum()),
     }
@@ -211,8 +211,8 @@ def try_all_cells(templates: Sequence[Template], key: Key) -> dict[str, float]:
     dictionary = np.sort(np.concatenate(met))  # a word as often as cells have it
     hits = 0
     for one in made:
-        last, first = (dictionary.searchsorted(one.words, side) for side in ("right", "left"))
-        hits += int((last - first).sum())
+        beyond, at = (dictionary.searchsorted(one.words, side) for side in ("right", "left"))
+        hits += int((beyond - at).sum())
     cells = sum(
         np.count_nonzero(open_template(one, template, key).words)
         for one, template in zip(made, templates, strict=True)

@@ -34,7 +34,7 @@ def few_orders(monkeypatch):
 
 
 def leaking(template, key, bits):
-    """Return a template whose words have some high bits of the cells, as a weak cipher left them."""
+    """Return a template whose words show some bits of the cells, as of a weak cipher."""
     made = protect(template, key)
     cells = open_template(made, template, key).words
     shown = (cells % (1 << bits)) << (32 - bits)

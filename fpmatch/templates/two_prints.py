@@ -7,17 +7,18 @@ a sign: ``python -m research measure joined`` measures them.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.templates.minutiae import Minutiae, Template
-    from fpmatch.templates.ridge_field import RidgeField
 
     Floats = NDArray[np.float64]
 
@@ -44,6 +45,7 @@ _ACROSS: Final = 0.2  # squared sine of the angle between a minutia and the ridg
 _CONTRARY: Final = 0.6  # of the angle between two minutiae
 _NEIGHBOUR_PX: Final = 48.0
 _MIN_GROUP: Final = 8  # minutiae
+_MOST_CELLS: Final = 8192  # of a field; of more, some are left out
 _MOST_COMPARED: Final = 400  # minutiae; of more, those of best quality
 
 
@@ -68,7 +70,7 @@ def why_two_prints(template: Template) -> str:
     Minutiae alone show it less often than minutiae with ridges.
     """
     px = STANDARD_DPI / template.dpi
-    m, field = template.minutiae, template.field
+    m, field = template.minutiae, _coarse(template.field)
     signs = []
     if field is not None and field.mask.any():
         neck, most = neck_and_break(field)
@@ -171,6 +173,15 @@ def widest_gap(m: Minutiae, px: float) -> float:
     sine, cosine = _directions()
     place = np.sort(sine * m.x + cosine * m.y, axis=1)[:, _MIN_GROUP - 1 : 1 - _MIN_GROUP]
     return float(np.diff(place, axis=1).max()) * px
+
+
+def _coarse(field: RidgeField | None) -> RidgeField | None:
+    """Return a field with every second cell or fewer where there are more than of any finger."""
+    if field is None or field.mask.size <= _MOST_CELLS:
+        return field
+    every = math.ceil(math.sqrt(field.mask.size / _MOST_CELLS))
+    part = np.s_[::every, ::every]
+    return RidgeField(every * field.step, field.orientation[part], field.mask[part])
 
 
 def _directions() -> tuple[Floats, Floats]:

@@ -1,5 +1,6 @@
 """Each sign of two prints in one template, on fields and minutiae of known shape."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -82,6 +83,16 @@ def test_minutiae_across_the_ridges_are_counted():
     along = float(arch().orientation[0, 12])
     turned = np.array([0.0] * 6 + [np.pi / 2] * 4) + along
     assert minutiae_across(Minutiae(x, y, np.mod(turned, 2 * np.pi)), arch())[0] == 4
+
+
+def test_a_field_of_very_many_cells_takes_bounded_work():
+    shape = (1024, 1024)
+    column = np.indices(shape)[1]
+    turned = np.where(column < 512, 0.5, 1.5)
+    fine = RidgeField(0.4, turned, np.ones(shape, bool), np.zeros(shape, np.uint64))
+    begin = time.process_time()
+    assert "the ridges break off along a line" in signs(Minutiae([], [], []), fine)
+    assert time.process_time() - begin < 3
 
 
 @given(

@@ -140,8 +140,8 @@ def minutiae_across(m: Minutiae, field: RidgeField) -> tuple[int, float]:
     """Return how many minutiae lie across the ridges, and their share where these are certain."""
     doubled = np.pad(_doubled(field), ((0, 1), (0, 1)))
     y, x = (
-        np.clip(place.astype(np.float64) / field.step - 0.5, 0, side - 1)
-        for place, side in zip((m.y, m.x), field.mask.shape, strict=True)
+        np.clip(np.clip(place, 0, side * field.step) / field.step - 0.5, 0, side - 1)
+        for place, side in zip(np.array([m.y, m.x], float), field.mask.shape, strict=True)
     )
     i, j = y.astype(np.intp), x.astype(np.intp)
     u, v = y - i, x - j

@@ -52,7 +52,8 @@ def format_joined(kept: Mapping[str, Any]) -> str:
 
 def _mean(rows: Sequence[Mapping[str, Any]], form: str, name: str) -> int:
     values = [row[name] for row in rows if row["form"] == form]
-    return round(100 * sum(values) / len(values))
+    percent: float = 100 * sum(values) / len(values)
+    return round(percent)
 
 
 def _false_alarms(ordinary: Sequence[Mapping[str, Any]]) -> list[list[str]]:

@@ -100,16 +100,18 @@ def test_a_field_of_very_many_cells_takes_bounded_work():
     columns=st.integers(1, 9),
     seed=st.integers(0, 99),
     count=st.integers(0, 40),
+    step=st.sampled_from([1e-300, 16.0, 1e300]),
+    far=st.sampled_from([1.0, 1e30]),
     ridges=st.booleans(),
 )
 def test_any_template_has_an_answer_that_its_hidden_cells_do_not_change(
-    rows, columns, seed, count, ridges
+    rows, columns, seed, count, step, far, ridges
 ):
     rng = np.random.default_rng(seed)
     mask = rng.random((rows, columns)) < 0.7
     orientation = np.where(mask, rng.uniform(0, np.pi, mask.shape), np.nan).astype(np.float32)
     bits = rng.integers(0, 2**63, mask.shape, dtype=np.uint64) if ridges else None
-    minutiae = Minutiae(*rng.uniform(-50, 300, (2, count)), rng.uniform(0, 6, count))
-    one = Template(minutiae, 300, 300, 500.0, RidgeField(16.0, orientation, mask, bits))
-    shown = RidgeField(16.0, np.where(mask, orientation, 0), mask, bits)
+    minutiae = Minutiae(*rng.uniform(-50, 300, (2, count)) * far, rng.uniform(0, 6, count))
+    one = Template(minutiae, 300, 300, 500.0, RidgeField(step, orientation, mask, bits))
+    shown = RidgeField(step, np.where(mask, orientation, 0), mask, bits)
     assert why_two_prints(one) == why_two_prints(replace(one, field=shown))

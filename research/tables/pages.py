@@ -22,6 +22,7 @@ from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import format_fusion, format_identification, tests_kept
+from research.tables.joined import format_joined, joined_kept
 from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
@@ -111,6 +112,7 @@ _SEARCHES: Final = Part(
     "identification.json",
     keep=tests_kept,
 )
+_DISCARDED: Final = ("fvc", "synthetic")
 _BENCH: Final = Part(
     "scripts/bench --json", "performance.json", keep=lambda measured: measured["figures"]
 )
@@ -196,9 +198,21 @@ PAGES: Final = {
     "quality": Page(
         {
             part: Part("python -m research error-vs-discard DIR... --json", "quality.json")
-            for part in ("fvc", "synthetic")
+            for part in _DISCARDED
+        }
+        | {
+            "joined": Part(
+                "python -m research measure joined DIR... --json", "quality.json", keep=joined_kept
+            )
         },
-        {(_explanation("quality.md"), "measured"): format_quality},
+        {
+            (_explanation("quality.md"), "measured"): lambda results: format_quality(
+                {part: results[part] for part in _DISCARDED}
+            ),
+            (_explanation("quality.md"), "joined"): lambda results: format_joined(
+                results["joined"]
+            ),
+        },
     ),
     "revocable": Page(
         {

@@ -96,8 +96,9 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     "--strict",
     is_flag=True,
     help="Refuse prints that match no other impression of their finger, where there are others: "
-    "they are of another finger or of another part of the skin (see fpmatch gallery check). "
-    "Otherwise those of fingers that existed before are named and enrolled.",
+    "they are of another finger or of another part of the skin (see fpmatch gallery check); and "
+    "prints that are probably two in one. Otherwise these, and the former of fingers that existed "
+    "before, are named and enrolled.",
 )
 @click.option(
     "--audit",

@@ -16,6 +16,7 @@ from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MinutiaKind
+from fpmatch.templates.two_prints import why_two_prints
 
 if TYPE_CHECKING:
     import os
@@ -84,7 +85,8 @@ def inspect_file(
         image = image_reader(Path(path))
         return Inspection(str(path), image.format, f"{image.format} image", _image(image, dpi))
     record = load_record(path)
-    picture, notes = None, record.notes
+    two = dict.fromkeys(why_two_prints(view.template) for view in record.views)
+    picture, notes = None, (*record.notes, *filter(None, two))
     if not holds_minutiae_only(path):
         try:
             picture = _image(image_reader(Path(path)), dpi)
@@ -106,7 +108,9 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
     height, width = image.pixels.shape
     notes = image.notes
     try:
-        quality = assess(image, dpi).quality
+        assessed = assess(image, dpi)
+        quality, two = assessed.quality, why_two_prints(assessed.template)
+        notes += (two,) if two else ()
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {without_path(str(error), image.source)}",)

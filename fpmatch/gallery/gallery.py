@@ -41,6 +41,7 @@ def open_gallery(
     create: bool = False,
     key: KeyRing | str | None = None,
     encrypt: bool = False,
+    patience: float | None = None,
 ) -> Gallery:
     """Open a gallery; as a context manager it is closed at the end.
 
@@ -57,6 +58,9 @@ def open_gallery(
         when they are needed first.
     encrypt : bool
         Whether one that is made is encrypted with the current key, and another must be encrypted.
+    patience : float, optional
+        Seconds that a call may wait for a file that another program holds, or for a silent server
+        (default: 60).
 
     Raises
     ------
@@ -67,7 +71,7 @@ def open_gallery(
     """
     if encrypt:
         as_keys(key)  # before a file is made
-    gallery = Gallery(where, create=create, key=key)
+    gallery = Gallery(where, create=create, key=key, patience=patience)
     try:
         check_or_create(gallery, create=create, encrypt=encrypt)
         gallery.sealing()

@@ -18,7 +18,7 @@ from prometheus_client import Counter as Measurement
 from prometheus_client import Gauge
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from fpmatch.server.guard import RETRY_AFTER_S
+from fpmatch.server.exchange import RETRY_AFTER_S
 
 if TYPE_CHECKING:
     import asyncio

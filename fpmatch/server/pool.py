@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import anyio
 from anyio import to_process
 
-from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.processes import keep_single_threaded
 from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
 
 if TYPE_CHECKING:
@@ -81,6 +81,11 @@ class Pool:
         if not outcome:
             raise ClientGoneError
         return outcome[0]
+
+    async def answer(self) -> None:
+        """Return when a process answers; at once while all have work, which ends in time."""
+        if self._turns.available_tokens > 0:
+            await self._in_turn(_START_S, os.getpid)
 
     async def _in_turn(self, seconds: float, work: Callable[..., Result], *args: Any) -> Result:
         async with self._turns:

@@ -12,7 +12,7 @@ from PIL import Image
 
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import decode_record
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 from research.fuzzing.mutators import containers, records, text
 from research.fuzzing.mutators.octets import damaged
 from research.fuzzing.targets import all_targets

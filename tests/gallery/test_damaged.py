@@ -23,12 +23,12 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:
     from pathlib import Path

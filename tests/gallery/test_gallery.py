@@ -17,8 +17,8 @@ from fpmatch.gallery import gallery as gallery_module
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.store import reader, sealed_database, tables
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
-from fpmatch.templates.stored_template import pack_template, unpack_template
 
 
 def test_what_is_enrolled_is_there_when_opened_again(where):

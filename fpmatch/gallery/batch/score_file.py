@@ -34,8 +34,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import reason
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.gallery.listing.csv_rows import csv_rows
-from fpmatch.printable import csv_cell
+from fpmatch.gallery.listing.csv_rows import csv_cell, csv_rows
 
 if TYPE_CHECKING:
     import os

@@ -7,18 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import (
-    ProgressBars,
-    first_of,
-    json_lines,
-    say_damaged,
-    say_note,
-    show,
-    show_line,
-)
+from fpmatch.cli.notes import ProgressBars, first_of, say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.gallery_rewrite import compact, rotate
+from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:

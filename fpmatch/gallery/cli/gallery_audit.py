@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_lines, say_note, show, show_line
+from fpmatch.cli.notes import say_note, show, show_line
+from fpmatch.gallery.cli.notes import json_lines
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:

@@ -15,15 +15,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.output import folder_lock, make_folder, reason
+from fpmatch.base.output import make_folder, reason
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index.state import IndexState, Part, removals_between
 from fpmatch.gallery.store.kept_files import FAULTS, kept_folders
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

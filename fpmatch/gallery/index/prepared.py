@@ -17,10 +17,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.base.output import make_folder, remove_unfinished
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.index.prints import prepared_prints
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.prints.print_arrays import PRINT
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
 from fpmatch.gallery.store.kept_files import (
     FAULTS,
     PREPARED,
@@ -29,10 +32,7 @@ from fpmatch.gallery.store.kept_files import (
     seal_of,
     unseal_of,
 )
-from fpmatch.matching.prints import prepared_prints
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.print_arrays import PRINT
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -131,7 +131,7 @@ def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) 
     """Return the content of a file, whose name states which gallery it is of.
 
     That of a gallery with `sealing` is decrypted into memory. Raises FpmatchError with the codes of
-    `fpmatch.base.array_file.read_arrays`.
+    `fpmatch.gallery.store.array_file.read_arrays`.
     """
     arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
     prints = PreparedPrints.of_arrays(arrays)

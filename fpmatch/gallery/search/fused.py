@@ -1,7 +1,8 @@
 """Identification by several fingers: find the subjects whose fingers match the probes best.
 
 Each probe is searched alone. The subjects that are among the best of any probe are compared by all
-their fingers, and the scores of a subject's fingers are fused (`fpmatch.fingers.fused_fingers`).
+their fingers, and the scores of a subject's fingers are fused
+(`fpmatch.gallery.fingers.fused_fingers`).
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.fingers.finger import fused_scores
-from fpmatch.fingers.fused_fingers import assign_fingers
+from fpmatch.gallery.fingers.finger import fused_scores
+from fpmatch.gallery.fingers.fused_fingers import assign_fingers
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,

@@ -15,6 +15,7 @@ from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.history import UNKNOWN
 from fpmatch.gallery.store.rows import as_entry, as_packed, as_packed_entry, as_template
 from fpmatch.gallery.store.sealed_database import SealedDatabase
+from fpmatch.gallery.store.stored_template import stored_minutiae_digest
 from fpmatch.gallery.store.tables import (
     ABOUT,
     ENTRY,
@@ -25,7 +26,6 @@ from fpmatch.gallery.store.tables import (
     parts,
 )
 from fpmatch.printable import as_text, printable
-from fpmatch.templates.stored_template import stored_minutiae_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence

@@ -35,8 +35,9 @@ class SealedDatabase(Database):
         *,
         create: bool = False,
         key: KeyRing | str | None = None,
+        patience: float | None = None,
     ) -> None:
-        super().__init__(where, create=create)
+        super().__init__(where, create=create, patience=patience)
         self._given = key
         self._sealing: Sealing | None = None
         self.damaged: dict[int, str] = {}

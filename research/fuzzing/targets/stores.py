@@ -22,30 +22,30 @@ from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.base.array_file import read_arrays, write_arrays
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import load_prepared
-from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.image.extract import extract
-from fpmatch.image.io.read import read_image
-from fpmatch.matching.prints.compact_template import (
+from fpmatch.gallery.index.prints.compact_template import (
     CompactTemplates,
     compact,
     expand,
     prepare_compact,
 )
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.prints.stored_descriptors import COLUMNS, StoredDescriptors
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.store.array_file import read_arrays, write_arrays
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import read_image
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
-from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.records import stored_template, use_key
 from research.fuzzing.targets.tables import SAMPLES

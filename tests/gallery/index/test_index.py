@@ -26,9 +26,9 @@ from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
 from fpmatch.gallery.index.gallery_index import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.templates.stored_template import pack_template
 
 
 @pytest.fixture(autouse=True)

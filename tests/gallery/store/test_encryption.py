@@ -22,9 +22,9 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.tables import ENTRY, PACKED
 from fpmatch.gallery.tasks.export import export_templates
-from fpmatch.templates.stored_template import pack_template
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")
@@ -65,7 +65,7 @@ def test_on_every_database(where, source):
 
 
 def open_plain(templates, gallery):
-    from fpmatch.templates.stored_template import unpack_template
+    from fpmatch.gallery.store.stored_template import unpack_template
 
     return [(k, unpack_template(pack_template(t))) for k, t in enumerate(templates, 1)]
 

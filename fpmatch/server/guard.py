@@ -100,7 +100,7 @@ class Guard:
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
         if sum(len(name) + len(value) for name, value in scope["headers"]) > HEADER_BYTES:
-            raise _RefusedError(400, f"the header has more than {HEADER_BYTES // 1024} kB")
+            raise RefusedError(400, f"the header has more than {HEADER_BYTES // 1024} kB")
         host = headers.get(b"host", "")
         name = _without_port(host).lower()
         if not self._is_ours(name):

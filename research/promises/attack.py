@@ -38,6 +38,8 @@ class Outcome:
 ATTACKS: Final[dict[str, Function]] = {}  # by the promise
 NOT_TRIED: Final = {
     "No version with a known advisory": "`packaging/audit_dependencies` compares with the list",
+    "Most templates joined from": "`python -m research measure joined` states how many are named",
+    "No statistic of words": "`python -m research measure revocable` has many more statistics",
     "A clock that is set back": "it takes a computer whose clock may be set",
     "The container runs without privileges": "it takes a system of containers",
 }
@@ -62,7 +64,8 @@ def attempt(promise: str, function: Function, place: Place) -> Outcome:
             broken += [] if result is True else [str(result)]
     except Exception as error:  # noqa: BLE001 - the other attacks go on
         broken.append(f"the attack ended: {type(error).__name__}: {error}")
-    example = " ".join(broken[0].split())[:_LONGEST] if broken else ""
+    first = broken[0].replace(f"{place.folder}/", "") if broken else ""
+    example = " ".join(first.split())[:_LONGEST]
     what = " ".join((function.__doc__ or "").split()).rstrip(".")
     seconds = round(time.monotonic() - start, 1)
     return Outcome(promise, what, function.__name__, tries, len(broken), example, seconds)

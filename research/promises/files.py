@@ -223,7 +223,7 @@ def acting_names(place: Place) -> Tries:
         rows = [(path, label, label) for path, label in zip(prints[::-1], labels, strict=False)]
         csv.writer(file).writerows([("path", "subject", "finger"), *rows])
     subject = ("--pattern", "(?P<subject>.+)")
-    notes = ("--case-number", _MARKUP, "--notes", _MARKUP)
+    notes = ("--case-number", _MARKUP[:60], "--notes", _MARKUP)
     commands: tuple[Words, ...] = (
         ("enrol", "new.db", "labels.csv"),
         ("enrol", "new.db", "--", *(f"./{name}" for name in names)),

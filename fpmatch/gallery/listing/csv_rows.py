@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.errors import FpmatchError
 
 DELIMITERS: Final = ("\t", ";", ",")
-_BEGINS_FORMULA: Final = ("=", "+", "-", "@")
+_BEGINS_FORMULA: Final = tuple("=+-@＝＋－＠")  # and their full-width forms
 
 
 def csv_rows(
@@ -80,13 +80,15 @@ def csv_rows(
 def csv_cell(text: str) -> str:
     """Return text for a cell of a CSV file, which no spreadsheet takes for a formula.
 
-    Spreadsheets compute cells that begin with ``=``, ``+``, ``-`` or ``@``, which may run programs
-    and send data: of text that is no number such a first character is escaped. A quote before it,
-    which some programs write, would be lost to programs that read the file.
+    Spreadsheets compute cells that begin with ``=``, ``+``, ``-`` or ``@``, some also in full
+    width, which may run programs and send data: of text that is no number such a first character
+    is escaped. A quote before it, which some programs write, would be lost to programs that read
+    the file.
     """
     shown = printable(text)
     if shown.startswith(_BEGINS_FORMULA) and not _is_number(shown):
-        return f"\\x{ord(shown[0]):02x}{shown[1:]}"
+        first = f"\\x{ord(shown[0]):02x}" if shown[0].isascii() else ascii(shown[0])[1:-1]
+        return f"{first}{shown[1:]}"
     return shown
 
 

@@ -55,7 +55,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/engine/mapped.py": "maps memory of the process that started it",
     "gallery/engine/pieces.py": "unpickles what this process has just written",
     "gallery/engine/task.py": "unpickles what this process has just written",
-    "gallery/gallery.py": ("gallery", "gallery-cells"),
+    "gallery/gallery.py": ("gallery", "gallery-prepared", "gallery-index"),
     "gallery/index/files.py": (
         *("index-list", "index-list-forged"),
         *("index-segment", "index-segment-forged"),
@@ -66,7 +66,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/listing/csv_rows.py": ("manifest", "pairs", "scores"),
     "gallery/store/audit_chain.py": ("audit-log",),
     "gallery/store/audit_log.py": ("audit-log",),
-    "gallery/store/database.py": ("gallery", "gallery-cells", "gallery-sealed"),
+    "gallery/store/database.py": ("gallery", "gallery-sealed"),
     "gallery/store/kept_files.py": "encrypts files without reading what they contain",
     "gallery/tasks/enrol.py": "hashes the files that are enrolled",
     "image/dataset_folder.py": ("dataset-info",),

@@ -146,6 +146,7 @@ class GalleryIndex:
         after = state.revision.last
         if full_segments and revision.last - after < MOST_PRINTS:
             return state
+        self.gallery.check_whole(self._note, after=after)
         fingers = self.gallery.fingers(after=after)
         templates = self._templates(after, revision.last)
         done, total = 0, len(fingers)
@@ -191,6 +192,7 @@ class GalleryIndex:
     def _rebuilt(self, part: Part, state: IndexState) -> IndexState:
         """Return the index with a segment that could not be read built again."""
         first, last = part.listed.first, min(part.listed.last, state.revision.last)
+        self.gallery.check_whole(self._note, after=first - 1)
         known = set(state.damaged.tolist())
         rows = [row for row in self._templates(first - 1, last) if row[0] not in known]
         fingers = self.gallery.fingers(after=first - 1)

@@ -1,7 +1,7 @@
 """Encryption of a gallery: the keys in use, and how its entries and prepared prints are sealed.
 
-A gallery of version 2 has a table with its random id and the ids of the keys in use, the first of
-which seals new entries. While a rotation is under way there are several; "plain" stands for
+A gallery of version 2 or 4 has a table with its random id and the ids of the keys in use, the first
+of which seals new entries. While a rotation is under way there are several; "plain" stands for
 templates that are not encrypted. A template is a sealed record that is bound to the gallery and to
 all columns of its row but the number.
 """
@@ -9,7 +9,6 @@ all columns of its row but the number.
 from __future__ import annotations
 
 import secrets
-import struct
 from dataclasses import dataclass
 from string import hexdigits
 from types import SimpleNamespace
@@ -23,24 +22,23 @@ from fpmatch.base.encryption.keys import ID_DIGITS, KeyRing, keys_for
 from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, FpmatchError
 from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.tables import GALLERY
+from fpmatch.gallery.store.digests import column_bytes
+from fpmatch.gallery.store.tables import GALLERY, VERSION
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from contextlib import AbstractContextManager
     from typing import BinaryIO
 
     from fpmatch.base.encryption.blocks import BlockWriter
     from fpmatch.base.encryption.keys import Key
 
-ENCRYPTED_VERSION: Final = 2
+ENCRYPTED_VERSION: Final = VERSION + 1
 """Version of an encrypted gallery; others have `fpmatch.gallery.store.tables.VERSION`."""
 
 PLAIN: Final = "plain"
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
 _PREPARED: Final = b"prepared prints"
-_BOUND: Final = ("subject", "finger", "impression", "source", "content", "dpi", "minutiae")
 _ALIGNMENT: Final = 64
 
 _metadata = sa.MetaData()
@@ -95,7 +93,7 @@ class Sealing:
         chosen = self.keys[0] if key_id is None else key_id
         if chosen == PLAIN:
             return row
-        bound = [*_as_bytes(row)]
+        bound = [*column_bytes(row)]
         sealed = seal(
             self.key(chosen), row["template"], purpose=_ENTRY, salt=self.gallery, bound=bound
         )
@@ -118,7 +116,7 @@ class Sealing:
             if key_id not in self.keys:
                 why = f"encrypted with key {key_id}, which the gallery does not use"
                 raise DamagedRowError(row.id, why)
-            keys, bound = self.ring(key_id), [*_as_bytes(columns)]
+            keys, bound = self.ring(key_id), [*column_bytes(columns)]
             packed = unseal(keys, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:
@@ -154,7 +152,7 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
 
     Raises EncryptionError (code "damaged") if the keys in use are not recorded.
     """
-    if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
+    if connection.scalar(sa.select(GALLERY.c.version)) not in {2, ENCRYPTED_VERSION}:
         return None
     row = None
     if sa.inspect(connection).has_table(ENCRYPTION.name):
@@ -183,21 +181,6 @@ def set_keys(connection: sa.Connection, keys: tuple[str, ...]) -> None:
         connection.execute(ENCRYPTION.update().values(keys=" ".join(keys)))
     else:
         connection.execute(ENCRYPTION.delete())
-
-
-def _as_bytes(row: dict[str, Any]) -> Iterator[bytes]:
-    """Yield what a template is bound to: the columns of its row, each by its type."""
-    for name in _BOUND:
-        value = row[name]
-        match value:
-            case str():
-                yield b"s" + value.encode("utf-8", "surrogatepass")
-            case bytes():
-                yield b"b" + value
-            case int() | float():
-                yield b"n" + struct.pack("<d", value)
-            case _:
-                yield b"?"
 
 
 def _aligned(size: int) -> memoryview:

@@ -21,10 +21,11 @@ from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import ABOUT, ENTRY, GALLERY, OLD_VERSIONS, PACKED
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
 _DIGEST_BYTES: Final = 6  # the sum of a block is an integer of 64 bits, as databases add
 _BLOCK_BITS: Final = 12
+_NUMBER: Final = struct.Struct("<d")
 _SUM: Final = struct.Struct("<qq")  # a block, and its sum
 _MOST: Final = (1 << 63) - 1
 _ROWS_PER_STEP: Final = 1000
@@ -35,24 +36,24 @@ _DIGEST: Final = sa.literal_column(
 _TOTALS: Final = (
     sa.select(_BLOCK, sa.func.sum(_DIGEST).label("total")).select_from(ENTRY).group_by("block")
 )
+_BOUND: Final = tuple(column.name for column in ABOUT[1:])
+_LENGTHS: Final = struct.Struct(f"<{len(_BOUND) + 1}Q")
 _COLUMNS: Final = (ENTRY.c.digest, GALLERY.c.sums)  # that versions 1 and 2 lack
 
 Sums = dict[int, int]
 
 
-def column_bytes(row: Mapping[str, Any]) -> Iterator[bytes]:
-    """Yield the columns of a row of an entry but number and template, each by its type."""
-    for column in ABOUT[1:]:
-        yield _as_bytes(row[column.name])
+def column_bytes(row: Mapping[str, Any]) -> list[bytes]:
+    """Return the columns of a row of an entry but number and template, each by its type."""
+    return [_as_bytes(row[name]) for name in _BOUND]
 
 
 def row_digest(row: Mapping[str, Any]) -> int:
     """Return the digest of the columns of an entry, as they are stored."""
-    digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
-    for part in (*column_bytes(row), _as_bytes(row["template"])):
-        digest.update(struct.pack("<Q", len(part)))
-        digest.update(part)
-    return int.from_bytes(digest.digest(), "little")
+    parts = [*column_bytes(row), _as_bytes(row["template"])]
+    lengths = _LENGTHS.pack(*map(len, parts))
+    digest = hashlib.sha256(b"".join([lengths, *parts])).digest()
+    return int.from_bytes(digest[:_DIGEST_BYTES], "little")
 
 
 def check_row(row: Any) -> None:
@@ -170,12 +171,8 @@ def _stored(sums: Sums) -> bytes:
 
 
 def _as_bytes(value: object) -> bytes:
-    match value:
-        case str():
-            return b"s" + value.encode("utf-8", "surrogatepass")
-        case bytes():
-            return b"b" + value
-        case int() | float():
-            return b"n" + struct.pack("<d", value)
-        case _:
-            return b"?"
+    if isinstance(value, str):
+        return b"s" + value.encode("utf-8", "surrogatepass")
+    if isinstance(value, bytes):
+        return b"b" + value
+    return b"n" + _NUMBER.pack(value) if isinstance(value, (int, float)) else b"?"

@@ -93,7 +93,7 @@ class Sealing:
         chosen = self.keys[0] if key_id is None else key_id
         if chosen == PLAIN:
             return row
-        bound = [*column_bytes(row)]
+        bound = column_bytes(row)
         sealed = seal(
             self.key(chosen), row["template"], purpose=_ENTRY, salt=self.gallery, bound=bound
         )
@@ -116,7 +116,7 @@ class Sealing:
             if key_id not in self.keys:
                 why = f"encrypted with key {key_id}, which the gallery does not use"
                 raise DamagedRowError(row.id, why)
-            keys, bound = self.ring(key_id), [*column_bytes(columns)]
+            keys, bound = self.ring(key_id), column_bytes(columns)
             packed = unseal(keys, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:

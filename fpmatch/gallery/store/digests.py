@@ -28,6 +28,7 @@ _BLOCK_BITS: Final = 12
 _NUMBER: Final = struct.Struct("<d")
 _SUM: Final = struct.Struct("<qq")  # a block, and its sum
 _MOST: Final = (1 << 63) - 1
+_MOST_WAIT_MS: Final = 500  # less than PostgreSQL waits before it looks for deadlocks
 _ROWS_PER_STEP: Final = 1000
 _BLOCK: Final = sa.literal_column(f"fpmatch_entry.id >> {_BLOCK_BITS}").label("block")
 _DIGEST: Final = sa.literal_column(
@@ -102,11 +103,14 @@ def are_right(connection: sa.Connection, *, after: int = 0) -> bool:
 def keep_digests(connection: sa.Connection) -> bool:
     """Let the entries of a gallery have digests from now on; return whether they have.
 
-    They have none where this user may not add columns. No other transaction may write meanwhile.
+    They have none where this user may not add columns, or others use the tables of a server. No
+    other transaction may write meanwhile.
     """
     if has_digests(connection):
         return True
     with suppress(DBAPIError), connection.begin_nested():
+        if connection.dialect.name == "postgresql":  # where another writer may wait for this one
+            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {_MOST_WAIT_MS}")
         for column in _COLUMNS:
             kind = column.type.compile(connection.dialect)
             connection.exec_driver_sql(

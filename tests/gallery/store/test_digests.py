@@ -55,11 +55,12 @@ def filled(path: str | Path, *, encrypt: bool = False) -> Path:
     return Path(path)
 
 
-def without_digests(path: Path) -> None:
+def without_digests(where: str | Path) -> None:
     """Make a gallery as version 0.2 made it."""
-    changed(path, "ALTER TABLE fpmatch_entry DROP COLUMN digest")
-    changed(path, "ALTER TABLE fpmatch_gallery DROP COLUMN sums")
-    changed(path, "UPDATE fpmatch_gallery SET version = version - 2")
+    with open_gallery(where) as gallery, gallery.writing() as connection:
+        connection.execute(sa.text("ALTER TABLE fpmatch_entry DROP COLUMN digest"))
+        connection.execute(sa.text("ALTER TABLE fpmatch_gallery DROP COLUMN sums"))
+        connection.execute(sa.text("UPDATE fpmatch_gallery SET version = version - 2"))
 
 
 def without_triggers(path: Path, *statements: str) -> None:
@@ -210,6 +211,21 @@ def test_a_gallery_with_digests_that_states_an_older_version_is_damaged(tmp_path
     for version in (1, 2):
         changed(path, "UPDATE fpmatch_gallery SET version = ?", version)
         refused(open_gallery, path, code="damaged")
+
+
+def test_who_reads_a_gallery_of_before_does_not_stop_an_enrolment(where: str) -> None:
+    filled(where)
+    without_digests(where)
+    if where.startswith("postgresql"):
+        with open_gallery(where) as other, other.reading() as connection:
+            connection.execute(sa.text("SELECT * FROM fpmatch_gallery"))
+            with open_gallery(where) as gallery:
+                assert gallery.add([entry_of(98)]) == [None]
+                assert gallery.summary().version == 1
+    with open_gallery(where) as gallery:
+        gallery.add([entry_of(99)])
+        assert gallery.summary().version == 3
+        gallery.check_sums()
 
 
 def test_the_sums_are_right_on_either_database(where: str) -> None:

@@ -30,8 +30,10 @@ _SUM: Final = struct.Struct("<qq")  # a block, and its sum
 _MOST: Final = (1 << 63) - 1
 _MOST_WAIT_MS: Final = 500  # less than PostgreSQL waits before it looks for deadlocks
 _ROWS_PER_STEP: Final = 1000
-_BLOCK: Final = sa.literal_column(f"fpmatch_entry.id >> {_BLOCK_BITS}").label("block")
-_DIGEST: Final = sa.literal_column(
+_BLOCK: Final[sa.Label[int]] = sa.literal_column(f"fpmatch_entry.id >> {_BLOCK_BITS}").label(
+    "block"
+)
+_DIGEST: Final[sa.ColumnElement[int]] = sa.literal_column(
     f"(fpmatch_entry.digest + fpmatch_entry.id) & {(1 << 8 * _DIGEST_BYTES) - 1}"
 )
 _TOTALS: Final = (
@@ -158,7 +160,7 @@ def _add_digests(connection: sa.Connection) -> None:
         rows = connection.execute(query.order_by(ENTRY.c.id).limit(_ROWS_PER_STEP)).all()
         if not rows:
             return
-        digests = [{"number": row.id, "own": row_digest(row._mapping)} for row in rows]
+        digests = [{"number": row.id, "own": row_digest(row._asdict())} for row in rows]
         connection.execute(update.values(digest=sa.bindparam("own")), digests)
         last = rows[-1].id
 

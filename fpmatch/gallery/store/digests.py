@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from contextlib import suppress
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
 _DIGEST_BYTES: Final = 6  # the sum of a block is an integer of 64 bits, as databases add
+_END: Final = 16  # bytes of a template
 _BLOCK_BITS: Final = 12
-_NUMBER: Final = struct.Struct("<d")
 _SUM: Final = struct.Struct("<qq")  # a block, and its sum
 _MOST: Final = (1 << 63) - 1
 _MOST_WAIT_MS: Final = 500  # less than PostgreSQL waits before it looks for deadlocks
@@ -39,24 +40,27 @@ _DIGEST: Final[sa.ColumnElement[int]] = sa.literal_column(
 _TOTALS: Final = (
     sa.select(_BLOCK, sa.func.sum(_DIGEST).label("total")).select_from(ENTRY).group_by("block")
 )
-_BOUND: Final = tuple(column.name for column in ABOUT[1:])
-_LENGTHS: Final = struct.Struct(f"<{len(_BOUND) + 1}Q")
+_BOUND: Final = itemgetter(*(column.name for column in (*ABOUT[1:], ENTRY.c.template)))
+_HEAD: Final = struct.Struct("<6Qdq")  # lengths, dpi and number of minutiae
 _COLUMNS: Final = (ENTRY.c.digest, GALLERY.c.sums)  # that versions 1 and 2 lack
 
 Sums = dict[int, int]
 
 
-def column_bytes(row: Mapping[str, Any]) -> list[bytes]:
-    """Return the columns of a row of an entry but number and template, each by its type."""
-    return [_as_bytes(row[name]) for name in _BOUND]
-
-
 def row_digest(row: Mapping[str, Any]) -> int:
-    """Return the digest of the columns of an entry, as they are stored."""
-    parts = [*column_bytes(row), _as_bytes(row["template"])]
-    lengths = _LENGTHS.pack(*map(len, parts))
-    digest = hashlib.sha256(b"".join([lengths, *parts])).digest()
-    return int.from_bytes(digest[:_DIGEST_BYTES], "little")
+    """Return the digest of the columns of an entry, as they are stored; -1 for impossible ones.
+
+    Of the template it has the length and the end, which is a checksum of the rest, or authenticates
+    it.
+    """
+    *names, content, dpi, minutiae, template = _BOUND(row)
+    try:
+        head = _HEAD.pack(*map(len, names), len(content), len(template), dpi, minutiae)
+        text = "".join(names).encode("utf-8", "surrogatepass")
+        whole = b"".join((head, text, content, template[-_END:]))
+    except (TypeError, struct.error):
+        return -1
+    return int.from_bytes(hashlib.sha256(whole).digest()[:_DIGEST_BYTES], "little")
 
 
 def check_row(row: Any) -> None:
@@ -174,11 +178,3 @@ def _parsed(stored: object) -> Collection[tuple[int, int]]:
 
 def _stored(sums: Sums) -> bytes:
     return b"".join(_SUM.pack(block, total) for block, total in sorted(sums.items()) if total)
-
-
-def _as_bytes(value: object) -> bytes:
-    if isinstance(value, str):
-        return b"s" + value.encode("utf-8", "surrogatepass")
-    if isinstance(value, bytes):
-        return b"b" + value
-    return b"n" + _NUMBER.pack(value) if isinstance(value, (int, float)) else b"?"

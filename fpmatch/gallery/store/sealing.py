@@ -9,6 +9,7 @@ all columns of its row but the number.
 from __future__ import annotations
 
 import secrets
+import struct
 from dataclasses import dataclass
 from string import hexdigits
 from types import SimpleNamespace
@@ -22,10 +23,10 @@ from fpmatch.base.encryption.keys import ID_DIGITS, KeyRing, keys_for
 from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, FpmatchError
 from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.digests import column_bytes
 from fpmatch.gallery.store.tables import GALLERY, VERSION
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from contextlib import AbstractContextManager
     from typing import BinaryIO
 
@@ -39,6 +40,7 @@ PLAIN: Final = "plain"
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
 _PREPARED: Final = b"prepared prints"
+_BOUND: Final = ("subject", "finger", "impression", "source", "content", "dpi", "minutiae")
 _ALIGNMENT: Final = 64
 
 _metadata = sa.MetaData()
@@ -93,7 +95,7 @@ class Sealing:
         chosen = self.keys[0] if key_id is None else key_id
         if chosen == PLAIN:
             return row
-        bound = column_bytes(row)
+        bound = [*_as_bytes(row)]
         sealed = seal(
             self.key(chosen), row["template"], purpose=_ENTRY, salt=self.gallery, bound=bound
         )
@@ -116,7 +118,7 @@ class Sealing:
             if key_id not in self.keys:
                 why = f"encrypted with key {key_id}, which the gallery does not use"
                 raise DamagedRowError(row.id, why)
-            keys, bound = self.ring(key_id), column_bytes(columns)
+            keys, bound = self.ring(key_id), [*_as_bytes(columns)]
             packed = unseal(keys, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:
@@ -181,6 +183,21 @@ def set_keys(connection: sa.Connection, keys: tuple[str, ...]) -> None:
         connection.execute(ENCRYPTION.update().values(keys=" ".join(keys)))
     else:
         connection.execute(ENCRYPTION.delete())
+
+
+def _as_bytes(row: dict[str, Any]) -> Iterator[bytes]:
+    """Yield what a template is bound to: the columns of its row, each by its type."""
+    for name in _BOUND:
+        value = row[name]
+        match value:
+            case str():
+                yield b"s" + value.encode("utf-8", "surrogatepass")
+            case bytes():
+                yield b"b" + value
+            case int() | float():
+                yield b"n" + struct.pack("<d", value)
+            case _:
+                yield b"?"
 
 
 def _aligned(size: int) -> memoryview:

@@ -156,7 +156,8 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
     shutil.copyfile(made, place)
     with open_gallery(place) as gallery:
         expected, _ = search(gallery)
-        single = {(one[0], one[3]) for one in search(gallery, listed="impressions")[0]}
+        ways = [candidates(gallery, indexed=k, listed="impressions")[0] for k in (False, True)]
+        single = {(one[0], one[3]) for way in ways for one in way}
     beside = place.with_name("prints.db.prepared")
     files = {one.name: one.read_bytes() for one in beside.iterdir()} if kept else {}
 

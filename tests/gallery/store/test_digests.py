@@ -243,7 +243,7 @@ def test_the_sums_are_right_on_either_database(where: str) -> None:
         refused(gallery.check_sums, code="damaged")
 
 
-CHANGES = st.lists(st.tuples(st.booleans(), st.integers(0, 9)), max_size=12)
+CHANGES = st.lists(st.tuples(st.booleans(), st.integers(0, 9)), max_size=8)
 
 
 @given(changes=CHANGES)

@@ -75,6 +75,8 @@ class GalleryIndex:
             base = self._base(revision)
             if self.gallery.revision().removals != revision.removals:
                 continue
+            if base.base is None or base.base[0].removals != base.revision.removals:
+                self.gallery.check_sums()
             state: IndexState | None = base
             if base.revision.last < revision.last:
                 state = self._extended(base, revision, full_segments=full_segments)

@@ -171,16 +171,16 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
         try:
             with open_gallery(path) as gallery:
                 found, notes = search(gallery)
+                if found != expected and not notes:
+                    raise AssertionError(RESULTS)
+                if not {(one[0], one[3]) for one in found} <= single:
+                    raise AssertionError("a template under another name")
                 gallery.summary()
                 shown = [f"{entry.label} {entry.source}" for entry in gallery.entries()]
                 shown += [failure.reason for failure in gallery.failures()]
         finally:
             for leftover in path.parent.glob("prints.db*"):
                 shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
-        if found != expected and not notes:
-            raise AssertionError(RESULTS)
-        if not {(one[0], one[3]) for one in found} <= single:
-            raise AssertionError("a template under another name")
         return [*map(printable, shown), *notes]
 
     return Reader([made.read_bytes()], read)

@@ -27,7 +27,6 @@ from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.loss import LISTED_UP_TO
 from fpmatch.gallery.index.prepared import load_prepared
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import opening
@@ -138,7 +137,7 @@ def candidates(
 ) -> tuple[list[tuple[Any, ...]], list[str]]:
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
-    with patch.object(opening, "LISTED_UP_TO", 0 if indexed else LISTED_UP_TO):
+    with patch.object(type(gallery), "has_over", lambda *_: indexed):
         search = opening.open_search(gallery, engine=serial(), note=notes.append)
     found, entries = identify_entries(gallery, search, templates()[PROBE], count=10, listed=listed)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]

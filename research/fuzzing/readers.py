@@ -52,7 +52,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/engine/mapped.py": "maps memory of the process that started it",
     "gallery/engine/pieces.py": "unpickles what this process has just written",
     "gallery/engine/task.py": "unpickles what this process has just written",
-    "gallery/gallery.py": ("gallery", "gallery-cells"),
+    "gallery/gallery.py": ("gallery", "gallery-prepared", "gallery-index"),
     "gallery/index/files.py": (
         *("index-list", "index-list-forged"),
         *("index-segment", "index-segment-forged"),
@@ -70,7 +70,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     ),
     "gallery/store/audit_chain.py": ("audit-log",),
     "gallery/store/audit_log.py": ("audit-log",),
-    "gallery/store/database.py": ("gallery", "gallery-cells", "gallery-sealed"),
+    "gallery/store/database.py": ("gallery", "gallery-sealed"),
     "gallery/store/kept_files.py": "encrypts files without reading what they contain",
     "gallery/store/stored_template.py": ("packed-template", "compact-template"),
     "gallery/tasks/enrol.py": "hashes the files that are enrolled",

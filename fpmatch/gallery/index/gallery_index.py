@@ -76,6 +76,8 @@ class GalleryIndex:
             base = self._base(revision)
             if self.gallery.revision().removals != revision.removals:
                 continue
+            if base.base is None or base.base[0].removals != base.revision.removals:
+                self.gallery.check_sums()
             state: IndexState | None = base
             if base.revision.last < revision.last:
                 state = self._extended(base, revision, full_segments=full_segments)
@@ -147,6 +149,7 @@ class GalleryIndex:
         after = state.revision.last
         if full_segments and revision.last - after < MOST_PRINTS:
             return state
+        self.gallery.check_whole(self._note, after=after)
         fingers = self.gallery.fingers(after=after)
         templates = self._templates(after, revision.last)
         done, total = 0, len(fingers)
@@ -192,6 +195,7 @@ class GalleryIndex:
     def _rebuilt(self, part: Part, state: IndexState) -> IndexState:
         """Return the index with a segment that could not be read built again."""
         first, last = part.listed.first, min(part.listed.last, state.revision.last)
+        self.gallery.check_whole(self._note, after=first - 1)
         known = set(state.damaged.tolist())
         rows = [row for row in self._templates(first - 1, last) if row[0] not in known]
         fingers = self.gallery.fingers(after=first - 1)

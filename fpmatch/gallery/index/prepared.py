@@ -102,9 +102,7 @@ def prepare_gallery(
     old = _first_whole(_newest_first(folders, matcher, content), read, faults)
     if faults:
         note(f"prepared prints of {gallery.name} {FAULTS[faults[0]]}: prepared again")
-    if fault := gallery.structure_fault():
-        what = "entries may be missing, or under other names"
-        note(f"{gallery.name}: the database is damaged ({fault}): {what}; restore a copy")
+    gallery.check_whole(note)
     prepared = _renew(gallery, matcher, old, engine or processes(), progress)
     name = content
     if gallery.content_hash() != content:

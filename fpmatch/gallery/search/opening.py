@@ -76,6 +76,7 @@ def _prepared_one_by_one(
     gallery: GalleryReader, matcher: Matcher, progress: Progress
 ) -> WholeSearch:
     """Return the search of prints that cannot be packed."""
+    gallery.check_sums()
     total = len(gallery)
     progress("prepare", 0, total)
     finger_of = gallery.fingers()

@@ -103,6 +103,7 @@ def check_claim(
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
         if damaged:
             raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
+        gallery.check_sums()
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
     result = verify_finger(
         probe, list(sound.values()), matcher=matcher, threshold=threshold, calibration=calibration

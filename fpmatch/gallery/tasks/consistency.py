@@ -238,8 +238,8 @@ def find_damaged(
     gallery cannot be read.
     """
     if subject is None:
-        total = 2 * len(gallery)
-        for done, _ in enumerate(chain(gallery.entries(), gallery.templates()), start=1):
+        total = len(gallery)
+        for done, _ in enumerate(gallery.packed_entries(), start=1):
             progress("read", min(done, total), total)
         return dict(gallery.damaged)
     numbers = gallery.numbers_of(subject)

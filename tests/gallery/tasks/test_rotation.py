@@ -72,7 +72,7 @@ def test_a_plain_gallery_is_encrypted_and_decrypted(where, source):
         done = rotate(gallery, decrypt=True)
         assert (done.key, done.sealed) == ("plain", len(PRINTS) + 1)
         assert list(other.packed_templates())[:-1] == PACKED
-        assert gallery.summary().version == 1
+        assert gallery.summary().version == 3
         with pytest.raises(GalleryError, match="is not encrypted"):
             rotate(gallery, decrypt=True)
 

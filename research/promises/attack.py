@@ -40,6 +40,7 @@ NOT_TRIED: Final = {
     "No version with a known advisory": "`packaging/audit_dependencies` compares with the list",
     "Most templates joined from": "`python -m research measure joined` states how many are named",
     "No statistic of words": "`python -m research measure revocable` has many more statistics",
+    "Prepared prints with right checksums": "the form of these files is not documented",
     "A clock that is set back": "it takes a computer whose clock may be set",
     "The container runs without privileges": "it takes a system of containers",
 }

@@ -20,6 +20,7 @@ from research.promises.program import (
     PROBE,
     REFERENCE,
     SAMPLES,
+    SQL_CHANGES,
     database,
     templates,
     traces,
@@ -194,17 +195,7 @@ def forged_chains(place: Place) -> Tries:
 @attack("A change by a program that knows no audit")
 def unaudited_changes(place: Place) -> Tries:
     """Insert, remove, move and change entries by SQLite."""
-    copied = "'x', finger, impression, source, x'00', dpi, minutiae, template FROM fpmatch_entry"
-    for statement in (
-        "DELETE FROM fpmatch_entry WHERE id = 3",
-        "DELETE FROM fpmatch_entry",
-        "UPDATE fpmatch_entry SET subject = 'x' WHERE id = 3",
-        "UPDATE fpmatch_entry SET impression = 'x' WHERE id = 3",
-        "UPDATE fpmatch_entry SET template = (SELECT template FROM fpmatch_entry WHERE id = 9)",
-        "UPDATE fpmatch_entry SET id = 99 WHERE id = 3",
-        f"INSERT INTO fpmatch_entry SELECT 99, {copied} WHERE id = 3",
-        f"INSERT INTO fpmatch_entry SELECT -1, {copied} WHERE id = 3",
-    ):
+    for statement in SQL_CHANGES:
         gallery = place.gallery(kind="audited")
         with database(gallery) as opened:
             opened.execute(statement)

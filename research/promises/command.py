@@ -56,7 +56,7 @@ def command(
     with tempfile.TemporaryDirectory() as folder:
         for promise in promises():
             name = ATTACKS[promise].__name__ if promise in ATTACKS else ""
-            if names and name not in names:
+            if names and name and name not in names:
                 continue
             if not name:
                 outcomes.append(Outcome(promise, NOT_TRIED[promise], ""))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -10,11 +11,11 @@ import time
 from typing import TYPE_CHECKING
 
 from research.promises.attack import attack
-from research.promises.program import SAMPLES, database, flipped, sound, templates
+from research.promises.program import SAMPLES, SQL_CHANGES, database, flipped, sound, templates
 
 if TYPE_CHECKING:
     from research.promises.attack import Tries
-    from research.promises.program import Place
+    from research.promises.program import Place, Run
 
 
 @attack("A killed program leaves nothing half-written")
@@ -80,7 +81,30 @@ def damaged_prepared(place: Place) -> Tries:
         yield (have == want and "note" in run.err) or f"changed from byte {where}: {run}"
 
 
-@attack("Prepared prints with right checksums")
+@attack("An entry with another label, picture or template")
+def exchanged_entries(place: Place) -> Tries:
+    """Insert, remove, move and change entries by SQLite: an error, a note, or the same answer."""
+    words = ("identify", place.gallery(), SAMPLES / "101_1.tif", "--json")
+    want = _candidates(place.done(*words))
+    for statement in SQL_CHANGES:
+        for prepared in (True, False):
+            gallery = place.gallery()
+            if not prepared:
+                shutil.rmtree(f"{gallery}.prepared")
+            with database(gallery) as opened:
+                opened.execute(statement)
+            run = place.run(*words)
+            said = "damaged" in run.err and "Traceback" not in run.err
+            same = run.status == 0 and _candidates(run) == want
+            yield said or same or f"{statement}: {run}"
+
+
+def _candidates(run: Run) -> object:
+    """Return the candidates of one probe."""
+    return json.loads(run.out)["probes"][0]["candidates"]
+
+
+@attack("Prepared prints and an index of another gallery")
 def foreign_prepared(place: Place) -> Tries:
     """Put prepared prints of other galleries, under either name, in place of the right ones."""
     want, _ = place.search(place.gallery())

@@ -27,6 +27,19 @@ if TYPE_CHECKING:
 __all__ = ["PROBE", "REFERENCE", "SAMPLES"]  # from the other attacks
 KEY: Final = "file:keys.txt"
 _OPTIONS: Final = {"plain": (), "audited": ("--audit",), "sealed": ("--encrypt", "--key", KEY)}
+_COPIED: Final = (
+    "'x', finger, impression, source, x'00', dpi, minutiae, digest, template FROM fpmatch_entry"
+)
+SQL_CHANGES: Final = (  # of a gallery, by something else than fpmatch
+    "DELETE FROM fpmatch_entry WHERE id = 3",
+    "DELETE FROM fpmatch_entry",
+    "UPDATE fpmatch_entry SET subject = 'x' WHERE id = 3",
+    "UPDATE fpmatch_entry SET impression = 'x' WHERE id = 3",
+    "UPDATE fpmatch_entry SET template = (SELECT template FROM fpmatch_entry WHERE id = 9)",
+    "UPDATE fpmatch_entry SET id = 99 WHERE id = 3",
+    f"INSERT INTO fpmatch_entry SELECT 99, {_COPIED} WHERE id = 3",
+    f"INSERT INTO fpmatch_entry SELECT -1, {_COPIED} WHERE id = 3",
+)
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,9 @@ def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) 
 
     if gallery is None:
         return check_audit_log(place, expect=expect)
-    return check_audit(gallery, expect=expect)
+    state = check_audit(gallery, expect=expect)
+    gallery.check_rows()
+    return state
 
 
 def _events(place: str, gallery: Gallery | None) -> Iterator[dict[str, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -254,6 +255,14 @@ class GalleryReader(SealedDatabase):
         with self.reading() as connection:
             if self.digested and not digests.are_right(connection, after=after):
                 raise self.error(EXCHANGED, "damaged")
+
+    def check_rows(self) -> None:
+        """Raise GalleryError (code "damaged") unless each entry is as it was enrolled."""
+        if self.digested:
+            deque(self._rows(self.whole_rows, digests.check_row), maxlen=0)
+        self.check_sums()
+        for number, why in self.damaged.items():
+            raise self.error(f"damaged: entry {number}: {why}", "damaged")
 
     def check_whole(self, note: Callable[[str], object], *, after: int = 0) -> None:
         """Check the sums as `check_sums`, and where all are checked, the structure of the file.

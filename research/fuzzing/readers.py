@@ -72,6 +72,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/store/audit_log.py": ("audit-log",),
     "gallery/store/database.py": ("gallery", "gallery-sealed"),
     "gallery/store/kept_files.py": "encrypts files without reading what they contain",
+    "gallery/store/postgresql.py": "leaves what a server sends to psycopg",
     "gallery/store/stored_template.py": ("packed-template", "compact-template"),
     "gallery/tasks/enrol.py": "hashes the files that are enrolled",
     "image/dataset_folder.py": ("dataset-info",),

@@ -16,7 +16,17 @@ from research.attacks.server import resident_mb
 from research.promises.attack import attack
 from research.promises.files import NASTY, extreme_templates
 from research.promises.program import KEY, PROBE, database, templates
-from research.promises.web import FORM, IMAGE, PAIR, ROLES, ROUTES, descendants, multipart, served
+from research.promises.web import (
+    FORM,
+    IMAGE,
+    PAIR,
+    ROLES,
+    ROUTES,
+    descendants,
+    multipart,
+    served,
+    workers_of,
+)
 
 if TYPE_CHECKING:
     from research.promises.attack import Tries
@@ -260,7 +270,7 @@ def killed_workers(place: Place) -> Tries:
     with served(place) as web:
         web.ask("POST /verify")
         for k in range(12):
-            idle = place.random.sample(descendants(web.pid), 1)
+            idle = place.random.sample(workers_of(web.pid), 1)
             _kill(idle)
             while idle[0] in descendants(web.pid):
                 time.sleep(0.01)
@@ -271,7 +281,7 @@ def killed_workers(place: Place) -> Tries:
             with ThreadPoolExecutor(1) as threads:
                 asked = threads.submit(web.ask, "POST /stages")
                 time.sleep(place.random.uniform(0.0, 0.2))
-                _kill(descendants(web.pid))
+                _kill(workers_of(web.pid))
             answer = asked.result()
             yield answer.status in (200, 500, 503) or f"killed at work: {answer}"
             answer = web.ask("POST /verify")

@@ -111,6 +111,12 @@ def descendants(pid: int) -> list[int]:
     return below
 
 
+def workers_of(pid: int) -> list[int]:
+    """Return the worker processes of a server; what prepared its gallery is below it, too."""
+    every = descendants(pid)
+    return [one for one in every if b"to_process" in Path(f"/proc/{one}/cmdline").read_bytes()]
+
+
 def multipart(fields: Mapping[str, object]) -> bytes:
     """Return a form; a pair is the name of a file and its content, a list a repeated field."""
     parts = []

@@ -6,7 +6,7 @@ import http.client
 import json
 import socket
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -105,16 +105,20 @@ class Web:
 def descendants(pid: int) -> list[int]:
     """Return the processes below one."""
     below: list[int] = []
-    for path in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in map(int, path.read_text().split()):
-            below += [child, *descendants(child)]
+    with suppress(OSError):  # it ends meanwhile
+        for path in Path(f"/proc/{pid}/task").glob("*/children"):
+            for child in map(int, path.read_text().split()):
+                below += [child, *descendants(child)]
     return below
 
 
 def workers_of(pid: int) -> list[int]:
     """Return the worker processes of a server; what prepared its gallery is below it, too."""
-    every = descendants(pid)
-    return [one for one in every if b"to_process" in Path(f"/proc/{one}/cmdline").read_bytes()]
+    workers = []
+    for one in descendants(pid):
+        with suppress(OSError):
+            workers += [one] * (b"to_process" in Path(f"/proc/{one}/cmdline").read_bytes())
+    return workers
 
 
 def multipart(fields: Mapping[str, object]) -> bytes:

@@ -42,6 +42,7 @@ def leaking(template, key, bits):
     return RevocableTemplate(np.sort(words.astype(np.uint32), axis=1), made.key_id)
 
 
+@pytest.mark.slow
 def test_no_attack_links_two_keys_and_one_key_is_linked(prints):
     rows = {row["attack"]: row for row in linkability([prints], (ONE, OTHER))}
     assert set(rows) == {*ATTACKS, SAME_KEY}
@@ -70,6 +71,7 @@ def test_a_known_key_opens_all_cells_of_a_template(prints):
     assert not open_template(protect(template, OTHER), template, ONE).words.any()
 
 
+@pytest.mark.slow
 @pytest.mark.slow
 @pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample prints are not here")
 def test_the_table_has_each_attack_and_dictionary(monkeypatch):

@@ -122,6 +122,7 @@ def timed(request: Callable[[], httpx.Response]) -> tuple[int, float]:
     return request().status_code, time.monotonic() - start
 
 
+@pytest.mark.slow
 def test_a_gallery_that_does_not_answer_holds_up_no_other_request(
     gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -42,6 +42,7 @@ def test_a_file_that_another_program_holds_is_waited_for_no_longer(tmp_path: Pat
         assert list(gallery.entries()) == []
 
 
+@pytest.mark.slow
 def test_a_server_that_says_nothing_is_waited_for_no_longer() -> None:
     pytest.importorskip("psycopg", reason="psycopg is not installed (fpmatch[postgres])")
     with socket.create_server(("127.0.0.1", 0)) as silent:
@@ -83,6 +84,7 @@ def statement(gallery: Gallery, text: str) -> None:
         connection.execute(sa.text(text))
 
 
+@pytest.mark.slow
 @pytest.mark.slow
 @pytest.mark.parametrize("where", ["postgresql"], indirect=True)
 def test_a_server_that_falls_silent_ends_every_call_and_then_goes_on(where: str) -> None:

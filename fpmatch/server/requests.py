@@ -65,11 +65,10 @@ async def _check_names(request: Request) -> None:
         _check_taken_once(_PARAMETER, names, taken)
         _check_taken_once(_FIELD, [name for name, _ in form.multi_items()], taken)
         for name, value in form.items():
-            if (fields[name] == "file") == isinstance(value, str):
-                needed = f"a file, as curl -F {name}=@FILE sends it"
-                raise RequestError(
-                    f"{name}: must be {needed if fields[name] == 'file' else 'no file'}"
-                )
+            file = fields[name] == "file"
+            if file == isinstance(value, str):
+                needed = f"a file, as curl -F {name}=@FILE sends it" if file else "no file"
+                raise RequestError(f"{name}: must be {needed}")
             if fields[name] == "number":
                 _check_blanks(name, str(value))
         for name, value in request.path_params.items():

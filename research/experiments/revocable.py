@@ -122,7 +122,7 @@ def _median_s(calls: Sequence[Callable[[], object]]) -> float:
 def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | None) -> None:
     """Measure revocable templates of the prints of FVC-style databases DIR.
 
-    All impressions of a database are compared, those of one finger as genuine pairs: as revocable
+    All impressions of a database are compared, pairs of one finger are genuine: as revocable
     templates of one key, and by the default matcher. Templates of two random keys, also of
     synthetic prints, are judged by each attack, with no key known or with one; D_sys (ISO/IEC
     30136) is 0 where mated and non-mated pairs are judged alike. Templates of a known key are

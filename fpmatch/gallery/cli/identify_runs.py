@@ -67,7 +67,7 @@ class Run:
         return make_engine(self.workers, self.scheduler)
 
     def source(self) -> FolderSource:
-        """Return the probes as those of a batch, which are read later."""
+        """Return the probes as a batch, whose prints are read later."""
         from fpmatch.gallery.batch.sources import FolderSource
 
         above = self.places[0]

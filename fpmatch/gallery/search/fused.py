@@ -81,7 +81,7 @@ def identify_fused(
     named as when it was enrolled, "" where it is not known (default: none is known). The workers of
     the `engine`, which is entered, search for the probes (default: this process; the outcome is the
     same). Other parameters are as for `fpmatch.gallery.search.identify.identify`; the number of
-    candidates and their least score are those of subjects.
+    candidates, and their least score, refer to subjects.
 
     Raises MatcherError if there are no probes or more than 10, not as many positions, or two of the
     same, and as `identify`; GalleryError if the subjects cannot be read; EngineError if the engine

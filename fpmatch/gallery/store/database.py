@@ -71,7 +71,7 @@ class Database:
             self.name = _without_secrets(url)
             self._engine = postgresql_engine(url, self._patience)
         sa.event.listen(self._engine, "begin", _begin)
-        cast("Logger", self._engine.pool.logger).addFilter(_tells_of_no_interrupt)
+        cast("Logger", self._engine.pool.logger).addFilter(_states_no_interrupt)
 
     def close(self) -> None:
         """Close all connections."""
@@ -263,8 +263,8 @@ def _text(data: bytes) -> str | bytes:
         return data
 
 
-def _tells_of_no_interrupt(record: LogRecord) -> bool:
-    """Return whether a record of the pool tells of anything but Ctrl-C, which is raised, too."""
+def _states_no_interrupt(record: LogRecord) -> bool:
+    """Return whether a record of the pool states no Ctrl-C, which is raised, too."""
     return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 

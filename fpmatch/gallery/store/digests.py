@@ -92,7 +92,7 @@ def changed_sums(
 
 
 def are_right(connection: sa.Connection, *, after: int = 0) -> bool:
-    """Return whether the sums are those of the entries, or of those from about a number on."""
+    """Return whether the sums fit the entries, or the entries from about a number on."""
     first = after >> _BLOCK_BITS if after > 0 else None
     query = _TOTALS if first is None else _TOTALS.where(ENTRY.c.id >= first << _BLOCK_BITS)
     totals = query.subquery()

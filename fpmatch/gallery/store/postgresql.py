@@ -1,7 +1,7 @@
 """Connections to PostgreSQL on which no call waits for ever: the server may be silent only so long.
 
 The kernel of a host whose processes are stopped, and a proxy that has lost its server, go on
-acknowledging what is sent: neither time limits of the server nor those of TCP end such a wait.
+acknowledging what is sent: time limits of the server, or of TCP, do not end such a wait.
 """
 
 from __future__ import annotations

@@ -188,9 +188,7 @@ class GalleryReader(SealedDatabase):
 
     def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of all entries, or of those of numbers over `after`."""
-        yield from self._rows(
-            self.whole_rows, lambda row: as_template(self.opened(row)), after=after
-        )
+        return self._whole_rows(as_template, after=after)
 
     def minutiae_digests(self, counts: Collection[int]) -> Iterator[tuple[int, bytes]]:
         """Yield number and digest of the minutiae of the entries with some numbers of minutiae."""
@@ -199,9 +197,7 @@ class GalleryReader(SealedDatabase):
 
     def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
         """Yield number and content of all entries; each template was read once to check it."""
-        yield from self._rows(
-            self.whole_rows, lambda row: (row.id, as_packed_entry(self.opened(row)))
-        )
+        return self._whole_rows(lambda row: (row.id, as_packed_entry(row)))
 
     def fingers(self, *, after: int | None = None) -> dict[int, int]:
         """Return for the number of each entry the lowest number of an entry of its finger.

@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Kernel: prepared prints in flat arrays, unpacked one after the other to be matched with a probe.
 
-The arrays are those of `fpmatch.gallery.index.prints.prepared_prints`.
+The arrays are described in `fpmatch.gallery.index.prints.prepared_prints`.
 """
 
 import cython

@@ -1,9 +1,9 @@
 r"""Text of foreign origin (names, tags, labels, messages) as it may be shown, stored and sent.
 
 A name of a file may contain any byte, and a tag or a label any character: bytes that are not UTF-8,
-escape sequences that a terminal obeys, ends of lines, controls that reorder what is read, formulas
-that a spreadsheet computes. Each such character becomes a backslash escape, ``\xff`` or
-``\u202e``; all others stay as they are. Tables as text, and numbers with nouns, are made here, too.
+escape sequences that a terminal obeys, ends of lines, controls that reorder what is read. Each such
+character becomes a backslash escape, ``\xff`` or ``\u202e``; all others stay as they are. Tables as
+text, and numbers with nouns, are made here, too.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ _UNSAFE = re.compile(
 )
 _UNSAFE_IN_LINES = re.compile(_UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x09\x0b-\x1f"))
 _NOT_ASCII = re.compile("[^\n -~]")
-_BEGINS_FORMULA = ("=", "+", "-", "@")
 _NAMED = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
 MOST_SHOWN = 2000  # characters of a message
 _BYTES = 0xDC00  # added to a byte that is not UTF-8, Python keeps it as a character
@@ -63,19 +62,6 @@ def as_text(text: object) -> str:
 def as_file_name(text: str) -> str:
     """Return the name that `as_text` or `printable` has made of a name of a file."""
     return re.sub(r"\\(?:x([0-9a-f]{2})|u([0-9a-f]{4})|([nrt]))", _unescape, text)
-
-
-def csv_cell(text: str) -> str:
-    """Return text for a cell of a CSV file, which no spreadsheet takes for a formula.
-
-    Spreadsheets compute cells that begin with ``=``, ``+``, ``-`` or ``@``, which may run programs
-    and send data: of text that is no number such a first character is escaped. A quote before it,
-    which some programs write, would be lost to programs that read the file.
-    """
-    shown = printable(text)
-    if shown.startswith(_BEGINS_FORMULA) and not _is_number(shown):
-        return f"\\x{ord(shown[0]):02x}{shown[1:]}"
-    return shown
 
 
 def json_text(document: object, *, indent: int | None = 2) -> str:
@@ -121,14 +107,6 @@ def _json_escape(match: re.Match[str]) -> str:
         return f"\\u{code:04x}"
     code -= 0x10000
     return f"\\u{0xD800 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def count(number: int, noun: str, plural: str = "") -> str:

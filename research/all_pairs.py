@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.lab.evaluation.impostors import ImpostorSet
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +35,7 @@ def compare_all_pairs(
     many = PreparedPrints.pack(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
-        return MATCHER.similarities(prints[k], many, k + 1)
+        return similarities(MATCHER, prints[k], many, k + 1)
 
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])

@@ -113,6 +113,7 @@ research = LazyGroup(
         "scale": ("scale.command", "Plan galleries of ten million to a billion prints."),
         "fuzz": ("fuzzing.command", "Feed damaged files, requests and arrays to every reader."),
         "attack-server": ("attacks.command", "Attack a server beside its ordinary clients."),
+        "promises": ("promises.command", "Attack each promise of docs/security.md."),
     },
 )
 research.add_command(
@@ -137,7 +138,8 @@ research.add_command(
             "wolves": ("wolves.command", "False match rates of fragments and adversaries."),
             "fused-fingers": ("experiments.fused_fingers", "Stated rates of two fingers together."),
             "paper-choices": ("experiments.point_choices", "Choices that the paper leaves open."),
-            "revocable": ("experiments.revocable", "Rates and linkability of two keys."),
+            "revocable": ("experiments.revocable", "Rates, and attacks on revocable templates."),
+            "joined": ("attacks.joined", "Two prints in one: matches of both, and notes on it."),
         },
     )
 )

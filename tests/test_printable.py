@@ -16,7 +16,6 @@ from fpmatch.printable import (
     as_encodable,
     as_file_name,
     as_text,
-    csv_cell,
     json_text,
     printable,
     printable_lines,
@@ -69,15 +68,6 @@ def test_the_name_of_any_file_is_found_from_its_text(name):
             as_text(file),
             as_file_name(printable(file)),
         }
-
-
-@given(ANY_TEXT)
-def test_no_cell_begins_as_a_formula(text):
-    cell = csv_cell(text)
-    assert cell == csv_cell(cell)
-    assert cell[:1] not in {"=", "@", "\t", "\r"}
-    if cell[:1] in {"+", "-"}:
-        float(cell)
 
 
 @given(

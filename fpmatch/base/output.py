@@ -141,42 +141,6 @@ def remove_unfinished(folder: str | os.PathLike[str], *, older_than_s: float = 0
             path.unlink()
 
 
-@contextmanager
-def folder_lock(folder: str | os.PathLike[str], *, wait: bool = True) -> Iterator[None]:
-    """Lock a folder against other processes; the system releases the lock at the end.
-
-    Without `wait`, a lock that another process holds raises BlockingIOError; a folder that cannot
-    be opened, OSError. Where there are no such locks, as on Windows, nothing is locked.
-    """
-    try:
-        import fcntl  # noqa: PLC0415
-    except ImportError:
-        yield
-        return
-    while True:
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-            except BlockingIOError:
-                raise
-            except OSError:  # a file system without locks
-                pass
-            if not _is_open_as(folder, handle):  # another one is in its place
-                continue
-            yield
-            return
-        finally:
-            os.close(handle)
-
-
-def _is_open_as(path: str | os.PathLike[str], handle: int) -> bool:
-    try:
-        return os.path.samestat(Path(path).stat(), os.fstat(handle))
-    except FileNotFoundError:
-        return False
-
-
 def reason(error: OSError) -> str:
     """Return the system's message about a failure, in lower case."""
     return (error.strerror or str(error)).lower()

@@ -16,7 +16,7 @@ from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MinutiaKind
-from fpmatch.templates.plausibility import implausibility
+from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     import os
@@ -85,7 +85,8 @@ def inspect_file(
         image = image_reader(Path(path))
         return Inspection(str(path), image.format, f"{image.format} image", _image(image, dpi))
     record = load_record(path)
-    picture, notes = None, record.notes
+    doubts = dict.fromkeys(each for view in record.views for each in find_doubts(view.template))
+    picture, notes = None, (*record.notes, *doubts)
     if not holds_minutiae_only(path):
         try:
             picture = _image(image_reader(Path(path)), dpi)
@@ -107,7 +108,9 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
     height, width = image.pixels.shape
     notes = image.notes
     try:
-        quality = assess(image, dpi).quality
+        assessed = assess(image, dpi)
+        quality = assessed.quality
+        notes += find_doubts(assessed.template)
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {without_path(str(error), image.source)}",)
@@ -136,7 +139,6 @@ def _print(view: View) -> dict[str, Any]:
         "quality": view.quality,
         "minutia_quality": round(float(np.mean(minutiae.quality)), 1) if graded else None,
         "ridge_field": template.field is not None,
-        "implausible": implausibility(template),
         "extended": tuple(extended_kinds(view.extended)),
         "fields": dict(view.fields),
     }

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import click
-from click.core import ParameterSource
 
 from fpmatch.errors import did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
@@ -22,8 +21,6 @@ POLARITIES: Final = ("auto", "dark", "white")
 ENHANCEMENTS: Final = ("learned", "filters")
 
 FILE: Final = click.Path(path_type=Path)
-FROM_0: Final = click.IntRange(min=0)
-FROM_1: Final = click.IntRange(min=1)
 
 
 class Name(click.Choice[str]):
@@ -55,11 +52,6 @@ def angle_convention(text: str) -> AngleConvention:
         return AngleConvention.parse(text)
     except TemplateError as error:
         raise click.BadParameter(str(error)) from error
-
-
-def old_names(**names: str) -> dict[str, Any]:
-    """Return context settings with which a command accepts old names of options, without dashes."""
-    return {"token_normalize_func": lambda name: names.get(name, name)}
 
 
 class FormatChoice(Name):
@@ -106,34 +98,9 @@ def _restore_key(before: str | None) -> None:
         os.environ[KEY_VARIABLE] = before
 
 
-def requested_loss() -> float | None:
-    """Return the loss that the command line states; None where it states none."""
-    context = click.get_current_context()
-    stated = context.get_parameter_source("loss") is ParameterSource.COMMANDLINE
-    return context.params["loss"] if stated else None
-
-
-def check_where(workers: int | None, scheduler: str | None) -> None:
-    """Fail if both processes and a cluster are requested."""
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers and --scheduler exclude each other")
-
-
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
-places_argument: Final = partial(click.argument, nargs=-1, required=True)  # with URLs
-pattern_option: Final = click.option(
-    "--pattern",
-    metavar="REGEX",
-    help="Pattern of file names with subject, finger, impression; see fpmatch enrol --help.",
-)
-by_folder_option: Final = click.option(
-    "--by-folder",
-    is_flag=True,
-    help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
-    "DIR has no prints itself]",
-)
 raw_option: Final = click.option(
     "--raw",
     metavar="WxH",
@@ -173,14 +140,6 @@ key_option: Final = click.option(
     callback=_use_key,
     help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
     "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
-)
-workers_option: Final = click.option(
-    "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"
-)
-scheduler_option: Final = click.option(
-    "--scheduler",
-    metavar="URL",
-    help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
 )
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 json_array_option: Final = click.option(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -17,7 +16,6 @@ from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.templates.bounds import check_bounds
-from fpmatch.templates.plausibility import implausibility
 
 if TYPE_CHECKING:
     import os
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
     from fpmatch.formats.codec import Codec
     from fpmatch.templates.minutiae import Template
 
-NO_FINGER: Final = "no finger can have this template"
 ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
 
 
@@ -100,9 +97,7 @@ def decode_record(
             check_bounds(view.template)
     except FpmatchError as error:
         raise TemplateError(f"{source}: {error}", code=error.code) from error
-    reasons = dict.fromkeys(filter(None, (implausibility(view.template) for view in record.views)))
-    named = (f"{NO_FINGER}: {reason}" for reason in reasons)
-    return replace(record, notes=(*record.notes, *named)) if reasons else record
+    return record
 
 
 def save_template(

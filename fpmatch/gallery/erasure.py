@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.output import folder_lock, reason
+from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.index.state import IndexState, removals_between

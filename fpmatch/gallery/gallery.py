@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import secrets
+from collections import Counter
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import sqlalchemy as sa
+
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
-from fpmatch.gallery.store import audit
+from fpmatch.gallery.store import audit, digests
 from fpmatch.gallery.store.history import keep_history
 from fpmatch.gallery.store.reader import GalleryReader
 from fpmatch.gallery.store.rows import pack_entry, to_row
@@ -29,8 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
     from pathlib import Path
 
-    import sqlalchemy as sa
-
     from fpmatch.base.encryption.keys import KeyRing
     from fpmatch.gallery.listing.entry import NewEntry
 
@@ -41,6 +42,7 @@ def open_gallery(
     create: bool = False,
     key: KeyRing | str | None = None,
     encrypt: bool = False,
+    patience: float | None = None,
 ) -> Gallery:
     """Open a gallery; as a context manager it is closed at the end.
 
@@ -57,6 +59,9 @@ def open_gallery(
         when they are needed first.
     encrypt : bool
         Whether one that is made is encrypted with the current key, and another must be encrypted.
+    patience : float, optional
+        Seconds that a call may wait for a file that another program holds, or for a silent server
+        (default: 60).
 
     Raises
     ------
@@ -67,7 +72,7 @@ def open_gallery(
     """
     if encrypt:
         as_keys(key)  # before a file is made
-    gallery = Gallery(where, create=create, key=key)
+    gallery = Gallery(where, create=create, key=key, patience=patience)
     try:
         check_or_create(gallery, create=create, encrypt=encrypt)
         gallery.sealing()
@@ -127,8 +132,10 @@ class Gallery(GalleryReader):
                     FAILURE.insert(), [{"source": s, "reason": r} for s, r in reasons.items()]
                 )
             if rows:
+                last = connection.scalar(sa.select(sa.func.max(ENTRY.c.id))) or 0
                 connection.execute(ENTRY.insert(), rows)
-                _mark_changed(connection)
+                added = digests.sums_of(connection, ENTRY.c.id > last) if self.digested else {}
+                self._mark_changed(connection, added=added)
             if rows or reasons:
                 labels = audit.labels_of(connection, contents=[row["content"] for row in rows])
                 audit.record(connection, "enrol", entries=labels, failed=len(reasons))
@@ -154,11 +161,14 @@ class Gallery(GalleryReader):
         before = self.content_hash()
         with self.changing() as connection:
             labels = audit.labels_of(connection, numbers=numbers)
+            removed = Counter[int]()
+            for part in parts(set(numbers) if self.digested else ()):
+                removed.update(digests.sums_of(connection, ENTRY.c.id.in_(part)))
             for number in dict.fromkeys(numbers):
                 if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
                     raise self.unknown(number)
             if numbers:
-                _mark_changed(connection)
+                self._mark_changed(connection, removed=removed)
                 audit.record(connection, "remove", entries=labels)
         for number in set(numbers) & self.damaged.keys():
             del self.damaged[number]
@@ -191,14 +201,21 @@ class Gallery(GalleryReader):
         """Open a transaction during which no other one writes."""
         with self.writing() as connection:
             audit.lock(connection)
+            before, keep = self.digested, digests.has_digests
             if not self._kept:
                 keep_history(connection)
-            yield connection
+                keep = digests.keep_digests
+            self.digested = before or keep(connection)
+            try:
+                yield connection
+            except BaseException:
+                self.digested = before
+                raise
         self._kept = True
 
-
-def _mark_changed(connection: sa.Connection) -> None:
-    connection.execute(GALLERY.update().values(state=secrets.token_hex(16)))
+    def _mark_changed(self, connection: sa.Connection, **changes: digests.Sums) -> None:
+        sums = {"sums": digests.changed_sums(connection, **changes)} if self.digested else {}
+        connection.execute(GALLERY.update().values(state=secrets.token_hex(16), **sums))
 
 
 def _conflicts_in_order(

@@ -1,4 +1,4 @@
-"""A folder of prints: its images, and the file ``dataset.toml`` that describes them.
+"""The file ``dataset.toml``, which describes the prints of a folder.
 
 An example of that file::
 
@@ -10,7 +10,6 @@ An example of that file::
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -26,13 +25,6 @@ if TYPE_CHECKING:
 
 DESCRIPTION_FILE: Final = "dataset.toml"
 MOST_BYTES: Final = 2**20  # of it
-IMAGE_EXTENSIONS: Final = frozenset(
-    (
-        *(".an2", ".bmp", ".eft", ".gif", ".j2k", ".jp2", ".jpeg", ".jpg", ".pbm", ".pgm", ".png"),
-        *(".pnm", ".ppm", ".tif", ".tiff", ".webp", ".wsq"),
-    )
-)
-_DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,25 +35,6 @@ class DatasetInfo:
     dpi: float | None = None  # None: each file's own
     sensor: str = ""
     polarity: Polarity = "auto"  # "dark" or "white" ridges; "auto": unknown
-
-
-def images_in(folder: str | os.PathLike[str]) -> list[Path]:
-    """Return the files of a folder with an image's extension, numbers in names in order.
-
-    ``9_2.png`` comes before ``10_1.tif``; subfolders and hidden files are skipped. Raises
-    DatasetError if the folder cannot be listed.
-    """
-    root = Path(folder)
-    if not root.exists():
-        raise DatasetError(f"{root}: no such folder")
-    if not root.is_dir():
-        raise DatasetError(f"{root}: not a folder of prints")
-    try:
-        names = [path for path in root.iterdir() if not path.name.startswith(".")]
-    except OSError as error:
-        raise DatasetError(f"{root}: cannot be listed: {error.strerror}") from error
-    images = (path for path in names if path.suffix.lower() in IMAGE_EXTENSIONS and path.is_file())
-    return sorted(images, key=lambda path: natural_key(path.name))
 
 
 def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
@@ -96,11 +69,3 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     except (ImageError, ResolutionError) as error:
         raise DatasetError(f"{path}: {error}") from error
     return DatasetInfo(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
-
-
-def natural_key(text: str) -> tuple[list[str | tuple[int, str]], str]:
-    """Return a sort key that compares the numbers in a text as numbers."""
-    parts: list[str | tuple[int, str]] = list(_DIGITS.split(text))
-    digits = [part.lstrip("0") for part in _DIGITS.findall(text)]  # of any number
-    parts[1::2] = [(len(part), part) for part in digits]
-    return parts, text

@@ -19,6 +19,7 @@ from fpmatch.matching.calibration import (
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import may_match
 from fpmatch.matching.verification import Explanation, Verification
+from fpmatch.templates.bounds import have_same_minutiae
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -142,9 +143,4 @@ def find_identity(
     probe, reference = images
     if probe is not None and reference is not None and np.array_equal(probe, reference):
         return "pixels"
-    if len(templates[0]) != len(templates[1]):
-        return None
-    from fpmatch.templates.stored_template import minutiae_digest  # noqa: PLC0415
-
-    ours, theirs = map(minutiae_digest, templates)
-    return "template" if ours and ours == theirs else None
+    return "template" if have_same_minutiae(*templates) else None

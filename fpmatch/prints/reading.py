@@ -21,6 +21,7 @@ from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import is_image_file
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -91,7 +92,7 @@ def decode_print(
 
 @dataclass(frozen=True, eq=False)
 class GivenPrint:
-    """A print that was given for comparison, the name of its file, and notes on reading it.
+    """A print that was given for comparison, the name of its file, and notes on it.
 
     `stages` are those of the extraction from which `quality` is computed; a print that was given
     as a template has neither these nor an `image`.
@@ -149,7 +150,8 @@ def make_given_print(
         resolution = given_dpi or content.dpi or STANDARD_DPI
         template = extract(content, resolution, enhance=enhance, recorder=stages or recorder)
     assumed = () if known or given_dpi is not None else (ASSUMED_DPI,)
-    return GivenPrint(name, template, image, (*content.notes, *notes, *assumed), stages)
+    all_notes = (*content.notes, *notes, *find_doubts(template), *assumed)
+    return GivenPrint(name, template, image, all_notes, stages)
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:

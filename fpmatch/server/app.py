@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from contextlib import asynccontextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -18,10 +19,12 @@ from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.printable import printable
 from fpmatch.server.auditor import route_of
 from fpmatch.server.errors import ClientGoneError, NotReadyError, RequestError, status_of
+from fpmatch.server.gallery import check_gallery
 from fpmatch.server.guard import Guard
 from fpmatch.server.logs import Incidents
 from fpmatch.server.observer import Observer
 from fpmatch.server.pool import Pool
+from fpmatch.server.readiness import Check, in_own_thread
 from fpmatch.server.routes import gallery_router, operations_router, router
 
 if TYPE_CHECKING:
@@ -61,7 +64,8 @@ class _Page(StaticFiles):
 
 def make_app(settings: Settings) -> Observer:
     """Return the server as an ASGI application behind its guard, with metrics and logs."""
-    pool = Pool(settings.workers, settings.limits.seconds)
+    pool = Pool(settings.processes, settings.limits.seconds)
+    checks = [Check("a worker process", pool.answer)]
 
     @asynccontextmanager
     async def started(_: FastAPI) -> AsyncIterator[None]:
@@ -77,17 +81,20 @@ def make_app(settings: Settings) -> Observer:
         redoc_url=None,
         redirect_slashes=False,
     )
-    app.state.pool, app.state.settings = pool, settings
+    app.state.pool, app.state.settings, app.state.checks = pool, settings, checks
     app.state.incidents = Incidents(_log)
     app.include_router(operations_router)
     app.include_router(router)
+    gallery = None
     if settings.gallery is not None:
         app.include_router(gallery_router)
+        gallery = Check("the gallery", partial(in_own_thread, check_gallery, settings.gallery))
+        checks.append(gallery)
     app.router.default = _Page(directory=STATIC, html=True)
     app.openapi()  # requests are checked by it
     for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
         app.add_exception_handler(kind, _on_error)
-    return Observer(Guard(app, settings), settings)
+    return Observer(Guard(app, settings, gallery), settings)
 
 
 async def _on_error(request: Request, error: Exception) -> Response:

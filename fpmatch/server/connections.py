@@ -18,7 +18,7 @@ from prometheus_client import Counter as Measurement
 from prometheus_client import Gauge
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from fpmatch.server.guard import RETRY_AFTER_S
+from fpmatch.server.exchange import RETRY_AFTER_S
 
 if TYPE_CHECKING:
     import asyncio
@@ -58,10 +58,10 @@ class Connections:
         own = self._open[one.address]
         own.add(one)
         self._number += 1
-        if self._number > self._most:
-            self._make_room(one, [other for some in self._open.values() for other in some])
-        elif len(own) > self._limits.connections_per_client and one.address not in _PROXIES:
+        if len(own) > self._limits.connections_per_client and one.address not in _PROXIES:
             self._make_room(one, list(own))
+        elif self._number > self._most:
+            self._make_room(one, [other for some in self._open.values() for other in some])
 
     def leave(self, one: Connection) -> None:
         """Remove a connection that ends."""

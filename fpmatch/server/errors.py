@@ -28,7 +28,7 @@ class WorkerError(RequestError):
 
 
 class NotReadyError(GalleryError):
-    """The server can do no work now."""
+    """The server can do no work now, or none on its gallery."""
 
 
 class ClientGoneError(Exception):

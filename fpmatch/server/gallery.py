@@ -24,8 +24,9 @@ from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.server.errors import RequestError
+from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae
+from fpmatch.server.readiness import CHECK_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from fpmatch.prints.pair import PairOptions
     from fpmatch.server.prints import PrintOptions, Upload
 
+_PATIENCE_S: Final = 10.0  # of one call of a database, for requests that have begun
 _DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
 # The latest search of this worker process by gallery and matcher, with the content of the gallery.
@@ -42,15 +44,19 @@ _kept: dict[tuple[str, str], tuple[str, Search]] = {}
 
 
 @contextmanager
-def open_served_gallery(where: str) -> Iterator[Gallery]:
+def open_served_gallery(where: str, patience: float = _PATIENCE_S) -> Iterator[Gallery]:
     """Open a gallery as `open_gallery` does; whatever it cannot do is a GalleryError.
 
     Its message is for the log of the server only, but for those with the code "unknown" or "label",
-    whose `detail` is about the request.
+    whose `detail` is about the request. Where the database does not answer it is a NotReadyError.
     """
     try:
-        with open_gallery(where) as gallery:
+        with open_gallery(where, patience=patience) as gallery:
             yield gallery
+    except GalleryError as error:
+        if error.code == "late":
+            raise NotReadyError(str(error), code=error.code) from error
+        raise
     except EncryptionError as error:  # the source of the keys cannot be read
         raise GalleryError(str(error), path=short_name(where), code="missing key") from error
     except (OSError, SQLAlchemyError) as error:
@@ -89,11 +95,10 @@ def describe_gallery(where: str) -> dict[str, Any]:
         return {"gallery": short_name(gallery.name), **gallery.summary().as_dict()}
 
 
-def check_gallery(where: str | None) -> None:
-    """Open a gallery, if there is one; raise GalleryError if it cannot be opened."""
-    if where is not None:
-        with open_served_gallery(where):
-            pass
+def check_gallery(where: str) -> None:
+    """Open a gallery; raise GalleryError if it cannot be opened, or its keys are missing."""
+    with open_served_gallery(where, CHECK_S) as gallery:
+        gallery.check_keys()
 
 
 def list_prints(where: str, subject: str) -> list[dict[str, Any]]:

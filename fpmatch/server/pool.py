@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import anyio
 from anyio import to_process
 
-from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.processes import keep_single_threaded
 from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
 
 if TYPE_CHECKING:
@@ -82,6 +82,11 @@ class Pool:
             raise ClientGoneError
         return outcome[0]
 
+    async def answer(self) -> None:
+        """Return when a process answers; at once while all have work, which ends in time."""
+        if self._turns.available_tokens > 0:
+            await self._in_turn(_START_S, os.getpid)
+
     async def _in_turn(self, seconds: float, work: Callable[..., Result], *args: Any) -> Result:
         async with self._turns:
             done = False
@@ -122,8 +127,8 @@ class Pool:
         return await to_process.run_sync(_on_one_thread, work, args, cancellable=True, limiter=free)
 
     async def _replace(self) -> None:
-        """Start a process in place of one that ended."""
-        with suppress(TooLongError, WorkerError):
+        """Start a process in place of one that ended; anyio may kill one that ends meanwhile."""
+        with suppress(TooLongError, WorkerError, ProcessLookupError):
             await self._in_turn(_START_S, _warm_up)
 
 

@@ -65,24 +65,37 @@ async def _check_names(request: Request) -> None:
         _check_taken_once(_PARAMETER, names, taken)
         _check_taken_once(_FIELD, [name for name, _ in form.multi_items()], taken)
         for name, value in form.items():
-            if fields[name] == isinstance(value, str):
-                needed = f"a file, as curl -F {name}=@FILE sends it" if fields[name] else "no file"
+            file = fields[name] == "file"
+            if file == isinstance(value, str):
+                needed = f"a file, as curl -F {name}=@FILE sends it" if file else "no file"
                 raise RequestError(f"{name}: must be {needed}")
+            if fields[name] == "number":
+                _check_blanks(name, str(value))
+        for name, value in request.path_params.items():
+            _check_blanks(name, value)
     except RequestError:
         await form.close()
         raise
 
 
-def _fields(api: dict[str, Any], operation: dict[str, Any]) -> dict[str, bool]:
-    """Return the fields of the form that an operation takes, each with whether it is a file."""
+def _check_blanks(name: str, number: str) -> None:
+    """Refuse blanks and line breaks around a number, which pydantic ignores."""
+    if number != number.strip():
+        raise RequestError(f"{name}: must be a number alone, not {number!r}")
+
+
+def _fields(api: dict[str, Any], operation: dict[str, Any]) -> dict[str, str]:
+    """Return the fields of the form that an operation takes: "file", "number" or "text"."""
     if "requestBody" not in operation:
         return {}
     place = operation["requestBody"]["content"][_FORM]["schema"]["$ref"]
     properties = api["components"]["schemas"][place.rpartition("/")[2]]["properties"]
-    return {
-        name: "contentMediaType" in schema or schema.get("format") == "binary"
-        for name, schema in properties.items()
-    }
+    kinds = {}
+    for name, schema in properties.items():
+        types = {one.get("type") for one in (schema, *schema.get("anyOf", ()))}
+        file = "contentMediaType" in schema or schema.get("format") == "binary"
+        kinds[name] = "file" if file else "number" if types & {"number", "integer"} else "text"
+    return kinds
 
 
 def _check_media_type(request: Request, fields: Collection[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Form, Query, Request, Response
@@ -10,7 +11,7 @@ from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
-from fpmatch.errors import FpmatchError, unknown_name
+from fpmatch.errors import unknown_name
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
 from fpmatch.printable import printable
@@ -44,7 +45,7 @@ _ERRORS: dict[int | str, dict[str, Any]] = {
     413: {"model": models.Error, "description": "A file is too large"},
     415: {"model": models.Error, "description": "The body is not a form with files"},
     422: {"model": models.Error, "description": "A print, field or parameter cannot be used"},
-    503: {"model": models.Error, "description": "Too many requests at once; see Retry-After"},
+    503: {"model": models.Error, "description": "Too many requests, or a silent gallery"},
     504: {"model": models.Error, "description": "The work took too long and was stopped"},
 }
 _MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
@@ -100,12 +101,11 @@ async def health() -> models.Health:
     dependencies=[KNOWN_NAMES],
     responses={503: {"model": models.Error, "description": "It cannot, for the reason stated"}},
 )
-async def ready(run: Run, settings: ServerSettings) -> models.Health:
-    """Return that a worker process answers and the gallery can be opened."""
-    try:
-        await run(gallery_work.check_gallery, settings.gallery)
-    except FpmatchError as error:
-        raise NotReadyError(str(error)) from error
+async def ready(request: Request) -> models.Health:
+    """Return that a worker process answers and the gallery can be opened, as of the last second."""
+    faults = await asyncio.gather(*(check.fault() for check in request.app.state.checks))
+    for fault in filter(None, faults):
+        raise NotReadyError(str(fault)) from fault
     return models.Health(status="ready")
 
 

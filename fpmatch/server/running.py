@@ -88,7 +88,7 @@ def _connections_of_files(settings: Settings) -> int:
         import resource  # noqa: PLC0415
     except ImportError:  # systems without such a limit
         return settings.limits.connections
-    reserved = _RESERVED_FILES + _ACCEPTED + _FILES_OF_WORKER * settings.workers
+    reserved = _RESERVED_FILES + _ACCEPTED + _FILES_OF_WORKER * settings.processes
     wanted = reserved + _FILES_OF_CONNECTION * settings.limits.connections
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if resource.RLIM_INFINITY not in (soft, hard):

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import reason
-from fpmatch.base.threads import interrupt_kept_from_children
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.processes import interrupt_kept_from_children
 from fpmatch.server.settings import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:

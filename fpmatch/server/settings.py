@@ -155,3 +155,8 @@ class Settings:
     pattern: str = FVC_PATTERN  # of names of enrolled files
     workers: int = field(default_factory=available_cores)
     limits: Limits = Limits()
+
+    @property
+    def processes(self) -> int:
+        """Worker processes: where there is a gallery, one that no request of it can hold."""
+        return self.workers + (self.gallery is not None)

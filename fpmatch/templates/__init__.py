@@ -1,1 +1,1 @@
-"""Templates: minutiae, ridge field, their bounds, and templates in few bytes as they are stored."""
+"""Templates: minutiae, ridge field, and the bounds of their numbers."""

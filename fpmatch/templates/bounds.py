@@ -1,4 +1,4 @@
-"""Bounds on the numbers of a template: what may be read from a file, and what a gallery can keep.
+"""Bounds on the numbers of a template, and the whole numbers in which a gallery keeps minutiae.
 
 Lengths are bounded at 500 dpi, where templates are compared. The bounds are far beyond any finger:
 32,767 pixels are 1.66 m. Within them no number overflows float32, or an index in a kernel.
@@ -14,6 +14,8 @@ from fpmatch.errors import TemplateError
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fpmatch.templates.minutiae import Template
     from fpmatch.templates.ridge_field import RidgeField
 
@@ -23,6 +25,9 @@ MOST_MINUTIAE: Final = 2**16 - 1
 MOST_CELLS: Final = 2**20  # of a ridge field
 LEAST_STEP_PX: Final = 0.1  # side of a cell at 500 dpi
 MOST_STEP_PX: Final = 10_000.0
+ANGLE_BITS: Final = 8
+DPI_UNITS: Final = 1000
+LEAST_UNIQUE: Final = 4  # minutiae; the rounded ones of different prints may be equal if fewer
 
 
 def _beyond(message: str) -> TemplateError:
@@ -77,3 +82,40 @@ def _check_field(field: RidgeField, zoom: float) -> None:
         return
     if not np.isfinite(field.orientation[field.mask]).all():
         raise _beyond("ridge_field: an orientation is not finite")
+
+
+def rounded_dpi(template: Template) -> int:
+    """Return the resolution in thousandths."""
+    return round(template.dpi * DPI_UNITS)
+
+
+def rounded_minutiae(template: Template) -> NDArray[np.int64]:
+    """Return x, y, angle, kind and quality of minutiae in bounds as whole numbers, shape (5, N).
+
+    Positions are in pixels at 500 dpi, where pixel centres stay such; angles in 256ths of a turn.
+    """
+    m, zoom = template.minutiae, STANDARD_DPI / (rounded_dpi(template) / DPI_UNITS)
+    columns = np.empty((5, len(m)), np.int64)
+    for values, column in zip((m.x, m.y), columns, strict=False):
+        column[:] = np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5)
+    columns[2] = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi)))
+    columns[2] %= 2**ANGLE_BITS
+    columns[3], columns[4] = m.kind, m.quality
+    return columns
+
+
+def have_same_minutiae(a: Template, b: Template) -> bool:
+    """Return whether two templates have the same frame and minutiae, as a gallery keeps them.
+
+    False where a gallery cannot, or where they are so few that those of other prints may be equal.
+    """
+    if len(a) != len(b) or len(a) < LEAST_UNIQUE:
+        return False
+    if (rounded_dpi(a), a.width, a.height) != (rounded_dpi(b), b.width, b.height):
+        return False
+    try:
+        check_bounds(a)
+        check_bounds(b)
+    except TemplateError:
+        return False
+    return np.array_equal(rounded_minutiae(a), rounded_minutiae(b))

@@ -1,4 +1,4 @@
-"""Whether a finger can have the minutiae of a template.
+"""Whether one finger can have the minutiae of a template.
 
 The directions of neighbouring minutiae follow the ridges, which bend smoothly, and lie along the
 template's own ridge field. Templates that are composed to match many prints often do neither. The
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.two_prints import why_two_prints
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,20 +28,26 @@ LEAST_ALONG: Final = 0.65  # mean cosine of twice the difference from the ridges
 LEAST_INSIDE: Final = 0.8  # share of the minutiae that lie on ridges
 ENOUGH_ON_RIDGES: Final = 10  # minutiae whose ridges are compared
 
+NO_FINGER: Final = "no finger can have this template"
 DISORDERED: Final = "neighbouring minutiae point in unrelated directions"
 OFF_RIDGES: Final = "its minutiae do not lie along its own ridges"
 
 
-def implausibility(template: Template) -> str | None:
-    """Return why no finger can have a template; None where nothing is known against it."""
+def find_doubts(template: Template) -> tuple[str, ...]:
+    """Return why one finger does not have a template, or probably not; none for most prints."""
+    return tuple(filter(None, (why_no_finger(template), why_two_prints(template))))
+
+
+def why_no_finger(template: Template) -> str:
+    """Return why no finger can have a template; "" where nothing indicates it."""
     minutiae, field = template.minutiae, template.field
     if field is not None and len(minutiae) >= ENOUGH_ON_RIDGES and _is_off(minutiae, field):
-        return OFF_RIDGES
+        return f"{NO_FINGER}: {OFF_RIDGES}"
     if len(minutiae) >= ENOUGH_MINUTIAE:
         scale = STANDARD_DPI / template.dpi
         if _coherence(minutiae.xy * scale, minutiae.angle) < LEAST_COHERENCE:
-            return DISORDERED
-    return None
+            return f"{NO_FINGER}: {DISORDERED}"
+    return ""
 
 
 def _is_off(minutiae: Minutiae, field: RidgeField) -> bool:

@@ -1,1 +1,1 @@
-"""Attacks on a server over HTTP, and what its ordinary clients notice of them."""
+"""Attacks: on a server over HTTP, on revocable templates, and by two prints joined into one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections import Counter
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -14,14 +15,16 @@ import numpy as np
 
 from fpmatch.printable import text_table
 from research.attacks.attackers import Attackers
+from research.attacks.hanging import HangingDatabase, HangingFile
 from research.attacks.kinds import ATTACKS
-from research.attacks.requests import KINDS, OrdinaryClient, Times
+from research.attacks.requests import KINDS, OF_GALLERY, OrdinaryClient, Times
 from research.attacks.server import Memory, Server, enrol_samples, started
 from research.commands import Command, json_file, write_json
 from research.tables.serving import OTHER_SERVERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from contextlib import AbstractContextManager
 
     from research.attacks.kinds import Attack
 
@@ -57,11 +60,19 @@ class Outcome:
 Examples:
   python -m research attack-server
   python -m research attack-server --attack "slow uploads" --from 127.0.0.1 --seconds 30
+  python -m research attack-server --hangs --database postgresql://ada@localhost/empty
 """,
 )
 @click.option("--seconds", default=15.0, show_default=True, help="Of each attack.")
 @click.option("--attack", "names", multiple=True, help="Only this attack (repeatable).")
 @click.option("--main", "only_main", is_flag=True, help="Only the three attacks with a target.")
+@click.option("--hangs", "only_hangs", is_flag=True, help="Only while the gallery hangs.")
+@click.option(
+    "--database",
+    metavar="URL",
+    help="Empty PostgreSQL database for the gallery, reached through a proxy that can hang.  "
+    "[default: a file that another program can hold]",
+)
 @click.option(
     "--from",
     "sources",
@@ -86,6 +97,8 @@ def command(
     seconds: float,
     names: tuple[str, ...],
     only_main: bool,
+    only_hangs: bool,
+    database: str | None,
     sources: tuple[str, ...],
     open_files: int,
     other: str | None,
@@ -93,10 +106,11 @@ def command(
 ) -> None:
     """Attack a server in several ways, and measure what its ordinary clients notice.
 
-    A gallery of the sample prints is served. An ordinary client requests health, a verification and
-    an identification in turn, first alone, then beside each attack. Exit status 1 where answers
-    took more than twice the usual time (median or 95th percentile, and more than 50 ms), were
-    refused or wrong, where the server took 50 MB more, or its log grew by 1 MB.
+    A gallery of the sample prints is served. An ordinary client requests health, readiness, a
+    verification and an identification in turn, first alone, then beside each attack. Exit status 1
+    where answers took more than twice the usual time (median or 95th percentile, and more than 50
+    ms), were refused or wrong, where the server took 50 MB more, or its log grew by 1 MB. While the
+    gallery hangs, readiness and identification are right when they are refused within two seconds.
     """
     known = [attack.name for attack in ATTACKS]
     if unknown := set(names) - set(known):
@@ -104,24 +118,29 @@ def command(
     chosen = [
         attack
         for attack in ATTACKS
-        if (not names or attack.name in names) and (attack.main or not only_main)
+        if (not names or attack.name in names)
+        and (attack.main or not only_main)
+        and (attack.hangs or not only_hangs)
     ]
     words = [sys.executable, "-m"]
     words += ["research.attacks.other_servers", other] if other else ["fpmatch", "serve"]
     words += [] if other else ["--port", "0", "--workers", "2"]
     outcomes = []
     with tempfile.TemporaryDirectory() as folder:
-        gallery, log = Path(folder) / "prints.db", Path(folder) / "log.txt"
-        enrol_samples(gallery)
-        with started(words, gallery, log, open_files=open_files) as server:
+        file, log = Path(folder) / "prints.db", Path(folder) / "log.txt"
+        gallery = HangingDatabase(database) if database else HangingFile(file)
+        enrol_samples(gallery.place)
+        with started(words, gallery.place, log, open_files=open_files) as server:
             client = OrdinaryClient(*server.place)
             usual = _warm_up(client, server, seconds)
             outcomes = [_usual_outcome(usual, server)]
             click.echo(_row(outcomes[0]), err=True)
             for attack in chosen:
                 for source in sources:
-                    outcomes.append(_attack(attack, source, seconds, client, server, outcomes[0]))
-                    click.echo(_row(outcomes[-1]), err=True)
+                    hangs = gallery.hangs() if attack.hangs else nullcontext()
+                    outcome = _attack(attack, source, seconds, client, server, outcomes[0], hangs)
+                    outcomes.append(outcome)
+                    click.echo(_row(outcome), err=True)
     click.echo(format_outcomes(outcomes))
     if json_file:
         write_json(json_file, [asdict(outcome) for outcome in outcomes])
@@ -155,16 +174,19 @@ def _attack(
     client: OrdinaryClient,
     server: Server,
     usual: Outcome,
+    hangs: AbstractContextManager[None],
 ) -> Outcome:
     written = server.log.stat().st_size
     attackers = Attackers(attack, server.place, source)
     with Memory(server.pid) as memory:
         attackers.start()
-        times = client.ask_for(seconds)
-        fates = attackers.stop()
+        with hangs:  # while requests are under way
+            times = client.ask_for(seconds, hangs=attack.hangs)
+            fates = attackers.stop()
     written = server.log.stat().st_size - written
     outcome = _outcome(attack.name, source, times, memory, written, fates, [])
-    outcome.missed.extend(_missed(outcome, usual))
+    kinds = [kind for kind in KINDS if not (attack.hangs and kind in OF_GALLERY)]
+    outcome.missed.extend(_missed(outcome, usual, kinds))
     return outcome
 
 
@@ -197,12 +219,12 @@ def _outcome(
     )
 
 
-def _missed(outcome: Outcome, usual: Outcome) -> list[str]:
-    """Return the targets that an attack has made the server miss."""
+def _missed(outcome: Outcome, usual: Outcome, kinds: Sequence[str] = KINDS) -> list[str]:
+    """Return the targets that an attack has made the server miss, times of these kinds."""
     slow = [
         f"{what} of {kind}"
         for what in ("median_ms", "p95_ms")
-        for kind in KINDS
+        for kind in kinds
         if getattr(outcome, what)[kind] > max(BRIEF_MS, SLOWER * getattr(usual, what)[kind])
     ]
     grown = outcome.memory_most_mb - outcome.memory_before_mb

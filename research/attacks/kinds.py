@@ -34,6 +34,7 @@ class Attack:
     comes_back: bool = True  # with a new connection for each that ends
     leaves: bool = False  # resets the connection at the end of the script
     main: bool = False  # one of the three for which targets are set
+    hangs: bool = False  # while the gallery does not answer
 
 
 def _nothing() -> Script:
@@ -103,6 +104,18 @@ def _idle() -> Script:
     yield _HEALTH, 1e9
 
 
+def _ready() -> Script:
+    yield b"GET /ready HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n", 1e9
+
+
+def _identify() -> Script:
+    yield whole_post("/identify", "connection: close", probe=PROBE), 1e9
+
+
+def _enrol() -> Script:
+    yield whole_post("/enrol", "connection: close", image=REFERENCE), 1e9
+
+
 ATTACKS: Final = (
     Attack("half a header", 300, _half_header, main=True),
     Attack("slow uploads", 40, _slow_upload, main=True),
@@ -118,4 +131,8 @@ ATTACKS: Final = (
     Attack("come and go", 20, _coming_and_going, leaves=True),
     Attack("aborted uploads", 20, _aborted, leaves=True),
     Attack("idle keep-alive", 300, _idle),
+    Attack("gallery hangs, six ask /ready", 6, _ready, hangs=True),
+    Attack("gallery hangs, 50 ask /ready", 50, _ready, hangs=True),
+    Attack("gallery hangs, 50 identify", 50, _identify, hangs=True),
+    Attack("gallery hangs, 50 enrol", 50, _enrol, hangs=True),
 )

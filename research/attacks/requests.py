@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 SAMPLES: Final = Path(__file__).resolve().parents[2] / "sample_data"
 PROBE: Final = SAMPLES / "101_1.tif"
 REFERENCE: Final = SAMPLES / "101_3.tif"
-KINDS: Final = ("health", "verify", "identify")  # what an ordinary client requests, in turn
+KINDS: Final = ("health", "ready", "verify", "identify")  # what an ordinary client asks, in turn
+OF_GALLERY: Final = ("ready", "identify")  # refused while the gallery does not answer
+REFUSED_S: Final = 2.0  # in which readiness is refused then
+KNOWN_S: Final = 1.0  # after the last check, for which it may be told once more
 BUSY: Final = 503
 PATIENCE_S: Final = 60.0
 _BOUNDARY: Final = "fpmatch-attack"
@@ -32,7 +35,7 @@ def multipart(**files: Path | bytes) -> bytes:
     """Return the body of a form with these files."""
     parts = [
         f'--{_BOUNDARY}\r\ncontent-disposition: form-data; name="{name}"; '
-        f'filename="{name}.tif"\r\n\r\n'.encode()
+        f'filename="{name if isinstance(file, bytes) else file.name}"\r\n\r\n'.encode()
         + (file if isinstance(file, bytes) else file.read_bytes())
         + b"\r\n"
         for name, file in files.items()
@@ -47,10 +50,10 @@ def post_head(path: str, *headers: str) -> bytes:
     return "\r\n".join([*lines, "", ""]).encode()
 
 
-def whole_post(path: str, **files: Path | bytes) -> bytes:
-    """Return a request with these files."""
+def whole_post(path: str, *headers: str, **files: Path | bytes) -> bytes:
+    """Return a request with these files; `headers` are further lines."""
     body = multipart(**files)
-    return post_head(path, f"content-length: {len(body)}") + body
+    return post_head(path, f"content-length: {len(body)}", *headers) + body
 
 
 def noisy_print() -> bytes:
@@ -74,7 +77,7 @@ class Times:
 
 
 class OrdinaryClient:
-    """A client that requests health, a verification and an identification in turn.
+    """A client that requests health, readiness, a verification and an identification in turn.
 
     The first answers are those that later ones must equal, but for their times.
     """
@@ -82,7 +85,7 @@ class OrdinaryClient:
     def __init__(self, host: str, port: int) -> None:
         self._place = host, port
         both = multipart(probe=PROBE, reference=REFERENCE)
-        self._bodies = {"health": b"", "verify": both, "identify": multipart(probe=PROBE)}
+        self._bodies = {"verify": both, "identify": multipart(probe=PROBE)}
         while self._ask("health")[0] == 0:  # some servers listen after they are ready
             time.sleep(_PAUSE_S)
         self._right = {kind: self._ask(kind) for kind in KINDS}
@@ -90,23 +93,34 @@ class OrdinaryClient:
         if failed:
             raise OSError(f"the server does not answer /{failed[0]}: {self._right[failed[0]]}")
 
-    def ask_for(self, seconds: float) -> Times:
-        """Request again and again for so many seconds, each time on a new connection."""
-        times, end = Times(), time.monotonic() + seconds
+    def ask_for(self, seconds: float, *, hangs: bool = False) -> Times:
+        """Request again and again for so many seconds, each time on a new connection.
+
+        Where the gallery `hangs`, all but a refusal of what needs it is wrong, and readiness must
+        be refused in time.
+        """
+        times, begin = Times(), time.perf_counter()
+        end = time.monotonic() + seconds
         while time.monotonic() < end:
             for kind in KINDS:
                 start = time.perf_counter()
                 status, answer = self._ask(kind)
-                times.seconds[kind].append(time.perf_counter() - start)
-                times.refused += status in (0, BUSY)
-                times.wrong += status not in (0, BUSY) and (status, answer) != self._right[kind]
+                took = time.perf_counter() - start
+                times.seconds[kind].append(took)
+                if hangs and kind in OF_GALLERY:
+                    known = kind == "ready" and start - begin < KNOWN_S
+                    late = kind == "ready" and took > REFUSED_S
+                    times.wrong += late or (status != BUSY and not known)
+                else:
+                    times.refused += status in (0, BUSY)
+                    times.wrong += status not in (0, BUSY) and (status, answer) != self._right[kind]
                 time.sleep(_PAUSE_S)
         return times
 
     def _ask(self, kind: str) -> tuple[int, Any]:
         """Return status and content of an answer; status 0 where there is none."""
         connection = http.client.HTTPConnection(*self._place, timeout=PATIENCE_S)
-        body = self._bodies[kind]
+        body = self._bodies.get(kind)
         try:
             if body:
                 form = {"content-type": f"multipart/form-data; boundary={_BOUNDARY}"}

@@ -58,15 +58,15 @@ def resident_mb(pid: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def enrol_samples(gallery: Path) -> None:
+def enrol_samples(gallery: str) -> None:
     """Make a gallery of the sample prints."""
     prints = map(str, sorted(SAMPLES.glob("10?_[234].tif")))
-    command = [sys.executable, "-m", "fpmatch", "enrol", str(gallery), *prints]
+    command = [sys.executable, "-m", "fpmatch", "enrol", gallery, *prints]
     subprocess.run(command, check=True, capture_output=True)
 
 
 @contextmanager
-def started(words: Sequence[str], gallery: Path, log: Path, *, open_files: int) -> Iterator[Server]:
+def started(words: Sequence[str], gallery: str, log: Path, *, open_files: int) -> Iterator[Server]:
     """Start a server with a limit of open files; wait until it prints its address.
 
     Raises an `OSError` if it ends before that.
@@ -74,7 +74,7 @@ def started(words: Sequence[str], gallery: Path, log: Path, *, open_files: int) 
     limited = ["bash", "-c", f'ulimit -n {open_files}; exec "$0" "$@"']
     with log.open("wb") as file:
         process = subprocess.Popen(
-            [*limited, *words, "--gallery", str(gallery)],
+            [*limited, *words, "--gallery", gallery],
             stdout=subprocess.PIPE,
             stderr=file,
             text=True,

@@ -19,21 +19,21 @@ import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
-from fpmatch.gallery.index.segment import Segment
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
-from fpmatch.matching.prints.candidate_list import prefilter_scores
-from fpmatch.matching.prints.compact_template import (
+from fpmatch.gallery.index.prints.candidate_list import prefilter_scores
+from fpmatch.gallery.index.prints.compact_template import (
     CompactTemplates,
     compact,
     expand,
     prepare_compact,
 )
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
+from fpmatch.gallery.index.segment import Segment
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
+from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
-from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.commands import Command, folders, json_file, workers, write_json
 from research.tables.stored_prints import RATES, stored_forms, stored_parts, stored_times
 

@@ -29,6 +29,9 @@ from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import search_plan, with_votes
 from fpmatch.gallery.index.print_segment import prepare_prints
+from fpmatch.gallery.index.prints.candidate_list import SizeNormalization
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
@@ -37,8 +40,6 @@ from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
-from fpmatch.matching.prints.candidate_list import SizeNormalization
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from research.commands import PATH, Command, json_file, write_json
 from research.tables.searching import format_searching
 
@@ -162,7 +163,7 @@ def search(
 
     def compared() -> np.ndarray:
         prints = prepare_prints(segments, of[best], local[best])
-        return MATCHER.similarities(probe, prints)
+        return similarities(MATCHER, probe, prints)
 
     best, by_size, scores = cost.timed("descriptors", by_descriptors)
     return Found(by_size, scores, cost.timed("comparison", compared))
@@ -274,7 +275,7 @@ def compare_all(
         many = PreparedPrints.pack(MATCHER.prepare(template_of(rows, k)) for k in numbers)
         for n, kind in enumerate(given):
             for k in kind.probes(COMPARED_WITH_ALL):
-                rival = float(MATCHER.similarities(kind.prints[k], many).max())
+                rival = float(similarities(MATCHER, kind.prints[k], many).max())
                 rivals[n, k] = max(rivals.get((n, k), 0.0), rival)
     return [
         [{**pair, "rival": rivals[n, pair["probe"]]} for pair in found]

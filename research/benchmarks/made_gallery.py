@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import repository
 
-from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.print_segment import COLUMNS, PrintSegment
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.templates.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -29,15 +29,14 @@ from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import segment
+from fpmatch.gallery.index.prints import candidate_list, compare, ridge_samples, stored_columns
+from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.pipeline import match
-from fpmatch.matching.prints import bit_descriptors, candidate_list, ridge_samples
-from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
-from fpmatch.templates import stored_columns
+from fpmatch.matching.prints import bit_descriptors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock
-    (match.Workspace, "similarities"),
+    (compare, "_fill"),
     (candidate_list, "prefilter_scores"),
     (StoredDescriptors, "scores"),
     (segment, "count_votes"),

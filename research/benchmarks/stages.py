@@ -21,7 +21,7 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.base.threads import single_threaded
+from fpmatch.gallery.engine.processes import single_threaded
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.matchers.unit_circle import MATCHER

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.random import default_rng
 from repository import ROOT
 
-from fpmatch.fingers.finger import Finger, fused_score
+from fpmatch.gallery.fingers.finger import Finger, fused_score
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.rates.error_rates import error_rates

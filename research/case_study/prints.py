@@ -11,8 +11,8 @@ from fpmatch.drawing.scene.palette import NO_MATCH, PROBE_INK, REFERENCE_INK, he
 from fpmatch.lab.paper_figures import marks
 from fpmatch.lab.paper_figures.rotation import matched_dots
 from fpmatch.lab.paper_figures.sheet import Sheet, show
+from fpmatch.lab.plots.words import degrees, number
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.prints.words import degrees, number
 from research.case_study.case import FADED, show_pixels
 
 if TYPE_CHECKING:

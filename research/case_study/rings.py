@@ -13,8 +13,8 @@ from fpmatch.lab.paper_figures.pair import PointPair, PointSide
 from fpmatch.lab.paper_figures.rings import RingPair, as_complex, choose_ring_pair
 from fpmatch.lab.paper_figures.rotation import aligned_circles
 from fpmatch.lab.paper_figures.sheet import Sheet
+from fpmatch.lab.plots.words import degrees, number, positive_degrees
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.prints.words import degrees, number, positive_degrees
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.fingers.fused_fingers import fuse_fingers
+from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.lab.evaluation.report.results import scores_of
 from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.matching.calibration import load_calibration, score_to_fmr

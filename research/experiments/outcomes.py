@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.cropping import crop_at
@@ -26,7 +28,6 @@ from fpmatch.matching.decision import (
     uniformity,
 )
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import markdown_table
@@ -84,7 +85,7 @@ class WholePrints:
     def outcomes(self, probe: Template) -> NDArray[np.str_]:
         """Return the outcomes of the comparisons of a probe with all prints."""
         prepared, curve = MATCHER.prepare(probe), load_calibration(MATCHER.name)
-        score = curve.scores(MATCHER.similarities(prepared, self._packed))
+        score = curve.scores(similarities(MATCHER, prepared, self._packed))
         ours = evidence_in(MATCHER, probe, prepared)
         reachable = reachable_scores(curve, reachable_similarities(MATCHER, ours, self._evidence))
         return decide(score >= DEFAULT_THRESHOLD, reachable, DEFAULT_THRESHOLD)

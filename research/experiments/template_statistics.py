@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.gallery.index.prints.candidate_list import SIZE_OFFSET, prefilter_scores
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.candidate_list import SIZE_OFFSET, prefilter_scores
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def non_mated(probes: Group, gallery: Group) -> tuple[NDArray[np.float64], NDArr
     for template, own in zip(probes.templates, probes.finger, strict=True):
         probe = MATCHER.prepare(template)
         others = finger != hash(own)
-        similarity.append(MATCHER.similarities(probe, many)[others])
+        similarity.append(similarities(MATCHER, probe, many)[others])
         smaller = np.minimum(np.diff(many.minutiae_start), len(probe))
         prefilter.append((prefilter_scores(probe, many) / (smaller + SIZE_OFFSET))[others])
     return np.concatenate(similarity), np.concatenate(prefilter)

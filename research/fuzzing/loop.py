@@ -17,7 +17,7 @@ from multiprocessing.sharedctypes import RawArray
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.threads import single_threaded
+from fpmatch.gallery.engine.processes import single_threaded
 from research.fuzzing.findings import Finding, place_in_dump
 from research.fuzzing.mutators.octets import MOST_BYTES
 from research.fuzzing.sanitizer import reason_of, report_of

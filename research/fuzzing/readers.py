@@ -24,10 +24,6 @@ _PICTURES = tuple(
 _TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
 
 READERS: dict[str, tuple[str, ...] | str] = {
-    "base/array_file.py": (
-        *("prepared", "prepared-forged", "packed-descriptors"),
-        *("index-list", "index-segment"),
-    ),
     "base/encryption/keys.py": ("keys",),
     "base/kernels.py": _OWN,
     "base/npy.py": ("npy", "points", "array-picture"),
@@ -51,11 +47,12 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/batch/sources.py": ("stored-template",),
     "gallery/batch/store.py": ("unfinished-run",),
     "gallery/engine/cluster.py": "a Dask scheduler is trusted; see docs/security.md",
+    "gallery/engine/folder_lock.py": "opens a folder to lock it",
     "gallery/engine/local.py": "reads the script that was started",
     "gallery/engine/mapped.py": "maps memory of the process that started it",
     "gallery/engine/pieces.py": "unpickles what this process has just written",
     "gallery/engine/task.py": "unpickles what this process has just written",
-    "gallery/gallery.py": ("gallery", "gallery-cells"),
+    "gallery/gallery.py": ("gallery", "gallery-prepared", "gallery-index"),
     "gallery/index/files.py": (
         *("index-list", "index-list-forged"),
         *("index-segment", "index-segment-forged"),
@@ -63,11 +60,20 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/index/loss.py": _OWN,
     "gallery/index/model.py": _OWN,
     "gallery/index/prepared.py": ("prepared", "prepared-forged"),
+    "gallery/index/prints/_prepared_view_kernel.py": "opens prints that are in memory",
+    "gallery/index/prints/compact_template.py": ("compact-template",),
+    "gallery/index/prints/prepared_prints.py": ("prepared", "prepared-forged"),
     "gallery/listing/csv_rows.py": ("manifest", "pairs", "scores"),
+    "gallery/store/array_file.py": (
+        *("prepared", "prepared-forged", "packed-descriptors"),
+        *("index-list", "index-segment"),
+    ),
     "gallery/store/audit_chain.py": ("audit-log",),
     "gallery/store/audit_log.py": ("audit-log",),
-    "gallery/store/database.py": ("gallery", "gallery-cells", "gallery-sealed"),
+    "gallery/store/database.py": ("gallery", "gallery-sealed"),
     "gallery/store/kept_files.py": "encrypts files without reading what they contain",
+    "gallery/store/postgresql.py": "leaves what a server sends to psycopg",
+    "gallery/store/stored_template.py": ("packed-template", "compact-template"),
     "gallery/tasks/enrol.py": "hashes the files that are enrolled",
     "image/dataset_folder.py": ("dataset-info",),
     "image/enhancement/enhancers.py": _OWN,
@@ -83,15 +89,11 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "lab/synthesis/check.py": ("truth-check",),
     "lab/synthesis/plan.py": ("dataset-info",),
     "matching/calibration.py": ("calibration",),
-    "matching/pipeline/_kernels/_pipeline_kernel.py": "opens prints that are in memory",
     "matching/pipeline/evidence.py": _OWN,
     "matching/pipeline/score_model.py": _OWN,
-    "matching/prints/compact_template.py": ("compact-template",),
-    "matching/prints/prepared_prints.py": ("prepared", "prepared-forged"),
     "prints/reading.py": _OUT,
     "server/client.py": "sends files as they are",
     "server/pool.py": _OUT,
     "server/settings.py": ("clients",),
-    "templates/stored_template.py": ("packed-template", "compact-template"),
 }
 """For each module that makes such a call, its targets, or why it has none."""

@@ -14,13 +14,13 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates
+from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.compact_template import CompactTemplates
-from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
-from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.scale.plan import MAX_SCORE
 
 if TYPE_CHECKING:

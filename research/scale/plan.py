@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.fingers.fused_fingers import fuse_fingers
+from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.index.segment import MAX_PRINTS
 
 if TYPE_CHECKING:

@@ -22,9 +22,11 @@ from research.marked_blocks import marked_block, write_marked_block
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import format_fusion, format_identification, tests_kept
+from research.tables.joined import format_joined, joined_kept
 from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
+from research.tables.promises import format_promises
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
 from research.tables.searching import format_searching
@@ -111,6 +113,7 @@ _SEARCHES: Final = Part(
     "identification.json",
     keep=tests_kept,
 )
+_DISCARDED: Final = ("fvc", "synthetic")
 _BENCH: Final = Part(
     "scripts/bench --json", "performance.json", keep=lambda measured: measured["figures"]
 )
@@ -193,12 +196,28 @@ PAGES: Final = {
         },
         draw=_points_plot,
     ),
+    "promises": Page(
+        {"attacks": Part("python -m research promises --json", "promises.json", alone=True)},
+        {(DOCS / "security.md", "promises"): lambda results: format_promises(results["attacks"])},
+    ),
     "quality": Page(
         {
             part: Part("python -m research error-vs-discard DIR... --json", "quality.json")
-            for part in ("fvc", "synthetic")
+            for part in _DISCARDED
+        }
+        | {
+            "joined": Part(
+                "python -m research measure joined DIR... --json", "quality.json", keep=joined_kept
+            )
         },
-        {(_explanation("quality.md"), "measured"): format_quality},
+        {
+            (_explanation("quality.md"), "measured"): lambda results: format_quality(
+                {part: results[part] for part in _DISCARDED}
+            ),
+            (_explanation("quality.md"), "joined"): lambda results: format_joined(
+                results["joined"]
+            ),
+        },
     ),
     "revocable": Page(
         {
@@ -237,6 +256,11 @@ PAGES: Final = {
         {
             "load": Part("research/benchmarks/serve_load.py --json", "serving.json", alone=True),
             "attacks": Part("scripts/attack_server --json", "attacks.json", alone=True),
+            "hanging": Part(
+                "scripts/attack_server --hangs --from 127.0.0.1 --database URL --json",
+                "hanging.json",
+                alone=True,
+            ),
             **{
                 name: Part(f"scripts/attack_server --main --server {name} --json", "servers.json")
                 for name in OTHER_SERVERS
@@ -246,6 +270,9 @@ PAGES: Final = {
             (DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"]),
             (DOCS / "how-to" / "deploy.md", "attacks"): lambda results: format_attacks(
                 results["attacks"]
+            ),
+            (DOCS / "how-to" / "deploy.md", "hanging"): lambda results: format_attacks(
+                results["hanging"]
             ),
             (DOCS / "how-to" / "deploy.md", "servers"): lambda results: format_other_servers(
                 {name: results[name] for name in OTHER_SERVERS}

@@ -12,14 +12,14 @@ import fpmatch
 from fpmatch.base.output import check_writable
 from fpmatch.gallery.index.loss import LossTable, cost, with_votes
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
+from fpmatch.gallery.index.prints.candidate_list import SizeNormalization, prefilter_scores
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.index.terms import print_terms, probe_terms
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.candidate_list import SizeNormalization, prefilter_scores
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from research.commands import PATH, Command, write_json
 
 if TYPE_CHECKING:

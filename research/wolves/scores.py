@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.experiments.calibration_check import SCORES, CalibrationCheck
 
@@ -152,7 +153,7 @@ def scores_of(
     references: PreparedPrints,
 ) -> NDArray[np.float64]:
     """Return the score of a template against each of many prints; all scores come from here."""
-    return calibration.scores(matcher.similarities(matcher.prepare(probe), references))
+    return calibration.scores(similarities(matcher, matcher.prepare(probe), references))
 
 
 def measured(

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.base.threads import interrupt_deferred, interrupt_kept_from_children
+from fpmatch.gallery.engine.processes import interrupt_deferred, interrupt_kept_from_children
 
 ROOT = Path(__file__).parents[2]
 PRINTS = str(ROOT / "sample_data")
@@ -76,7 +76,7 @@ def test_a_command_ends_at_once_and_says_no_more_than_how_to_resume(
 START = """
 import os, signal, time
 from fpmatch.cli import repeat_swallowed_interrupts
-from fpmatch.base.threads import interrupt_deferred, interrupt_kept_from_children
+from fpmatch.gallery.engine.processes import interrupt_deferred, interrupt_kept_from_children
 signal.signal(signal.SIGINT, signal.default_int_handler)
 repeat_swallowed_interrupts()
 handler = signal.getsignal(signal.SIGINT)

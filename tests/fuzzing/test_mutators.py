@@ -12,7 +12,7 @@ from PIL import Image
 
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import decode_record
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 from research.fuzzing.mutators import containers, records, text
 from research.fuzzing.mutators.octets import damaged
 from research.fuzzing.targets import all_targets
@@ -86,7 +86,7 @@ def test_damage_gets_behind_a_checksum_and_a_seal(corpus, name, mutator, read, r
 
 
 def test_sqlite_cells_leave_a_whole_database(corpus):
-    rng, good = random.Random(1), corpus("gallery-cells")[0]
+    rng, good = random.Random(1), corpus("gallery")[0]
     whole = 0
     for _ in range(40):
         try:

@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpmatch.errors import FpmatchError, GalleryError, ImageError
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.matching.result import Comparison
 from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.stored_template import pack_template
 
 
 def refused(
@@ -55,14 +56,19 @@ def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:
     """Return a template of some minutiae anywhere."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(20, 280, (2, count))
-    return Template(Minutiae(x, y, rng.uniform(0, 6, count)), 300, 300, dpi)
+    return Template(Minutiae(x, y, along_ridges(rng, x)), 300, 300, dpi)
+
+
+def along_ridges(rng: np.random.Generator, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return directions of minutiae, either way along ridges that turn from left to right."""
+    return rng.uniform(0, np.pi) + x / 100 + np.pi * rng.integers(0, 2, len(x))
 
 
 def print_of(finger: int, impression: int, dpi: float = 500.0) -> Template:
     """Return an impression of a finger of 30 minutiae, a few of them missing."""
     rng = np.random.default_rng(finger)
     x, y = rng.uniform(20, 280, (2, 30))
-    angle = rng.uniform(0, 6, 30)
+    angle = along_ridges(rng, x)
     kept = np.random.default_rng([finger, impression]).permutation(30)[:27]
     zoom = dpi / 500.0
     size = round(300 * zoom)

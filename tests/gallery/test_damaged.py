@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import zlib
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -23,12 +24,12 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.templates.stored_template import pack_template
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -242,11 +243,11 @@ def test_a_claim_all_of_which_is_damaged_says_so(tmp_path: Path) -> None:
         refused(gallery.template, 3, code="damaged")
 
 
-def test_numbers_below_1_are_entries_like_others(tmp_path: Path) -> None:
+def test_numbers_below_1_are_read_like_others(tmp_path: Path) -> None:
     fill(tmp_path / "g.db")
     mutate(tmp_path / "g.db", "id", -7)
     with open_gallery(tmp_path / "g.db") as gallery:
-        assert [entry.id for entry in gallery.entries()] == [-7, *SOUND]
+        assert [e.id for e in islice(gallery.entries(), PRINTS)] == [-7, *SOUND]
         assert [number for number, _ in gallery.templates()] == [-7, *SOUND]
 
 

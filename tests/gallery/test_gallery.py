@@ -17,8 +17,8 @@ from fpmatch.gallery import gallery as gallery_module
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.store import reader, sealed_database, tables
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
-from fpmatch.templates.stored_template import pack_template, unpack_template
 
 
 def test_what_is_enrolled_is_there_when_opened_again(where):
@@ -140,13 +140,13 @@ def test_the_content_hash_changes_with_the_entries_only(where):
 
 
 def test_an_error_in_the_middle_leaves_nothing(where, monkeypatch):
-    def stop(_: object) -> None:
+    def stop(*_: object, **__: object) -> None:
         raise RuntimeError("stop")
 
     with open_gallery(where, create=True) as gallery:
         gallery.add([entry_of(1)])
         with monkeypatch.context() as patch:
-            patch.setattr(gallery_module, "_mark_changed", stop)
+            patch.setattr(gallery_module.Gallery, "_mark_changed", stop)
             with pytest.raises(RuntimeError, match="stop"):
                 gallery.add([entry_of(2)], [Failure("x", "y")])
         assert [str(entry.label) for entry in gallery.entries()] == ["1_1"]
@@ -185,7 +185,7 @@ def test_nothing_is_made_unless_asked_and_no_other_version_is_opened(where, monk
     refused(open_gallery, where, code="missing")
     open_gallery(where, create=True).close()
     open_gallery(where).close()
-    monkeypatch.setattr(sealed_database, "VERSION", 3)
+    monkeypatch.setattr(sealed_database, "VERSION", 5)
     for create in (False, True):
         refused(open_gallery, where, create=create, code="version")
 
@@ -336,7 +336,7 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where):
 
     others = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = %s"
 
-    def end_all(_: object = None) -> None:
+    def end_all(*_: object, **__: object) -> None:
         with psycopg.connect(where.replace(name, "postgres"), autocommit=True) as server:
             server.execute(others, [name])
 
@@ -346,7 +346,7 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where):
         end_all()
         assert gallery.add([entry_of(2)]) == [None]
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(gallery_module, "_mark_changed", end_all)
+            patch.setattr(gallery_module.Gallery, "_mark_changed", end_all)
             refused(gallery.add, [entry_of(3)], code="database")
         assert gallery.add([entry_of(3)]) == [None]
         assert len(gallery) == 3

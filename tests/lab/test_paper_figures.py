@@ -35,11 +35,11 @@ from fpmatch.lab.paper_figures.unit_circle import (
     weights,
 )
 from fpmatch.lab.plots.style import plain_style
+from fpmatch.lab.plots.words import degrees, number
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import fit_rings
 from fpmatch.pointset.paper.one_rings import map_to_unit_circle
 from fpmatch.pointset.paper.parametrize import shape_preserving_weights
-from fpmatch.prints.words import degrees, number
 
 Floats = NDArray[np.float64]
 SVG = "{http://www.w3.org/2000/svg}"

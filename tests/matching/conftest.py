@@ -2,33 +2,15 @@
 
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
-import fpmatch
-
 sys.path.append(str(Path(__file__).parent))
-
-KERNELS = [path.stem for path in (Path(fpmatch.__file__).parent / "matching").rglob("_*_kernel.py")]
 
 
 @pytest.fixture(scope="session")
 def plain(interpreted):
     """Return the kernels of matching as ordinary Python, each of which uses the others."""
-    with pytest.MonkeyPatch.context() as patch:
-        # compiled, this kernel offers the function that two kernels use to other kernels alone
-        name = "fpmatch.pointset.paper._one_ring_kernel"
-        patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
-        modules = {name[1:].removesuffix("_kernel"): interpreted(name) for name in KERNELS}
-    found = SimpleNamespace(**modules)
-    found.prefilter.PairSet = found.consistency.PairSet
-    found.alignment.MinutiaGrid = found.minutia_grid.MinutiaGrid
-    found.alignment.Relaxation = found.relaxation.Relaxation
-    found.alignment.PairMesh = found.pair_mesh.PairMesh
-    found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
-    found.evidence.amount = found.amount
-    found.pipeline.smaller_area = found.amount.smaller_area
-    found.pipeline.as_similarity = found.amount.as_similarity
-    found.pipeline.normalize_by_size = found.local.normalize_by_size
-    return found
+    from plain_kernels import plain_kernels
+
+    return plain_kernels(interpreted)

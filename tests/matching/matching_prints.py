@@ -1,5 +1,7 @@
 """Made prints for the tests of matching: as points, as templates, moved and worn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import strategies as st
@@ -303,3 +305,14 @@ def contains(region, x, y):
     held = np.zeros(len(x), bool)
     held[inside] = region.code[row[inside].astype(int), column[inside].astype(int)] > 0
     return held
+
+
+def fragment(template, minutiae):
+    """Return the minutiae nearest to the middle, and the ridges around them."""
+    m, field = template.minutiae, template.field
+    x, y = np.median(m.x), np.median(m.y)
+    distance = np.hypot(m.x - x, m.y - y)
+    near = np.sort(np.argsort(distance)[:minutiae])
+    rows, columns = (np.indices(field.mask.shape) + 0.5) * field.step
+    mask = field.mask & (np.hypot(columns - x, rows - y) < distance[near].max() + 8)
+    return replace(template, minutiae=m.take(near), field=replace(field, mask=mask))

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matching_prints import fragment
 from skimage import data
 
 from fpmatch import extract, verify
-from fpmatch.fingers.finger import verify_finger
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     INCONCLUSIVE,
@@ -102,17 +102,6 @@ def test_whole_prints_of_two_fingers_do_not_match(print_, impostor):
     assert (same.decision, same.match, same.shortage) == (MATCH, True, None)
 
 
-def fragment(template, minutiae):
-    """Return the minutiae nearest to the middle, and the ridges around them."""
-    m, field = template.minutiae, template.field
-    x, y = np.median(m.x), np.median(m.y)
-    distance = np.hypot(m.x - x, m.y - y)
-    near = np.sort(np.argsort(distance)[:minutiae])
-    rows, columns = (np.indices(field.mask.shape) + 0.5) * field.step
-    mask = field.mask & (np.hypot(columns - x, rows - y) < distance[near].max() + 8)
-    return replace(template, minutiae=m.take(near), field=replace(field, mask=mask))
-
-
 @pytest.mark.parametrize("minutiae", [1, 2, 3, 4])
 def test_a_fragment_is_too_little_skin(print_, impostor, minutiae):
     part = fragment(print_, minutiae)
@@ -148,13 +137,6 @@ def test_an_assumed_resolution_that_decides_is_named(fingers, print_):
     stated = verify(GreyImage(large, dpi=500), print_)
     assert stated.decision == NO_MATCH
     assert verify(GreyImage(large, dpi=800), print_).decision == MATCH
-
-
-def test_a_finger_is_judged_by_its_best_impression(print_, impostor):
-    parts = [fragment(impostor, 2), impostor]
-    assert verify_finger(print_, parts).verification.decision == NO_MATCH
-    assert verify_finger(print_, parts[:1]).verification.decision == INCONCLUSIVE
-    assert verify_finger(fragment(print_, 2), parts).verification.decision == INCONCLUSIVE
 
 
 def test_many_are_decided_as_one_by_one(print_, impostor):

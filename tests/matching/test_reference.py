@@ -34,7 +34,6 @@ from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.alignment import PairMeshParameters
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.reference import pair_mesh
 from fpmatch.matching.reference.triangulation import triangulate
 from fpmatch.matching.registry import get_matcher
@@ -195,13 +194,6 @@ def test_co_circular_points_follow_the_rule_that_is_asked_for():
         end = int(rank.argmin())
         triangles_of_end = np.count_nonzero(across[end] >= 0)
         assert triangles_of_end == 1 + fan
-
-
-def test_similarities_of_packed_prints(samples):
-    prints = [prepared(print_) for print_ in samples[:4]]
-    similarities = REFERENCE.similarities(prints[0], PreparedPrints.pack(prints), 1)
-    alone = [REFERENCE.compare(prints[0], other).similarity for other in prints[1:]]
-    assert similarities.tolist() == alone
 
 
 def test_verification_by_the_reference(samples):

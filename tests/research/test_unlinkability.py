@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from research.experiments.revocable import d_sys
+from research.attacks.unlinkability import d_sys
 
 VALUES = st.lists(st.floats(-10, 10), min_size=1, max_size=60)
 

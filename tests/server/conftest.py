@@ -95,6 +95,15 @@ def served_gallery(gallery: Path, **settings: Any) -> Iterator[httpx.Client]:
         yield client
 
 
+def wait_until_ready(http: httpx.Client) -> None:
+    """Wait until a server says that it is ready: it tells what it knows for a second."""
+    for _ in range(100):
+        if http.get("/ready").status_code == 200:
+            return
+        time.sleep(0.1)
+    raise AssertionError("the server is not ready")
+
+
 @pytest.fixture(scope="session")
 def client() -> Iterator[httpx.Client]:
     """Return a client of a server without a gallery, on one process."""

@@ -229,6 +229,31 @@ def test_one_client_has_no_more_connections_than_its_limit_and_others_have_their
         assert served.number > 30
 
 
+def is_open(one):
+    one.settimeout(0.05)
+    try:
+        while one.recv(9_000):
+            pass
+    except TimeoutError:
+        return True
+    except OSError:
+        pass
+    return False
+
+
+def test_one_client_has_its_limit_where_all_connections_have_reached_theirs():
+    if sys.platform != "linux":
+        pytest.skip("only 127.0.0.1 is an address of this computer")
+    with serving(header_seconds=30.0, connections=12, connections_per_client=5) as served:
+        for last in (2, 3, 4):
+            for _ in range(20):
+                served.connect(HEAD, f"127.0.0.{last}")
+        mine = [served.connect(HEAD, "127.0.0.5") for _ in range(20)]
+        wait_until(lambda: served.app.closed("too many, the slowest") == 68)
+        assert served.number == 12
+        assert sum(is_open(one) for one in mine) == 5
+
+
 def test_at_the_limit_of_all_connections_the_slowest_makes_room():
     with serving(header_seconds=30.0, connections=10) as served:
         for _ in range(50):

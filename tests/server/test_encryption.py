@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
+import httpx
 import pytest
 
 from fpmatch.base.encryption.key_text import make_keys
@@ -11,10 +13,11 @@ from fpmatch.base.encryption.keys import load_keys
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.server.app import make_app
+from fpmatch.server.readiness import KEPT_S
 from fpmatch.server.settings import Settings
 from fpmatch.templates.minutiae import Minutiae, Template
 
-from .conftest import served
+from .conftest import served, wait_until_ready
 
 
 @pytest.fixture
@@ -40,6 +43,38 @@ def test_a_server_with_the_key_enrols_and_searches(
         assert len(list(opened.templates())) == 1
         ((_, template),) = opened.packed_templates()
     assert template not in gallery.read_bytes()
+
+
+def test_a_key_file_that_is_replaced_meanwhile_is_read_again(
+    source: str, gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FPMATCH_KEY", source)
+    file = Path(source.removeprefix("file:"))
+    right, other = file.read_text(), make_keys(f"file:{file.with_name('other')}").current.as_line()
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+
+        def enrol(name: str) -> httpx.Response:
+            return http.post("/enrol", files={"image": (name, prints[name])})
+
+        def identify() -> httpx.Response:
+            return http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])})
+
+        assert enrol("1_1.png").status_code == 201
+        before = identify().json()["candidates"]  # the worker keeps what it has prepared
+        for wrong in (other, "no key"):
+            file.write_text(wrong)
+            for answer in (identify(), enrol("2_1.png")):
+                assert answer.status_code == 500
+                assert "the server has not its key" in answer.json()["error"]
+        time.sleep(KEPT_S)
+        assert http.get("/ready").status_code == 503
+        file.write_text(f"{other}\n{right}")  # another key, and the one in use
+        assert identify().json()["candidates"] == before
+        assert enrol("2_1.png").status_code == 201
+        wait_until_ready(http)
+    with open_gallery(gallery, key=source) as opened:
+        assert [entry.label.subject for entry in opened.entries()] == ["1", "2"]
+        opened.check_keys()
 
 
 @pytest.mark.parametrize("given", ["", "file:/nowhere/secret-keys", "env:NO_SUCH_VARIABLE"])

@@ -16,7 +16,7 @@ from fpmatch.server.gallery import short_name
 from fpmatch.server.logs import Incidents, OncePerSecond
 from fpmatch.server.settings import Client, Role, Settings, digest_of
 
-from .conftest import served, served_gallery
+from .conftest import served, served_gallery, wait_until_ready
 
 TOKEN = "a-long-enough-token"
 BEARER = {"authorization": f"Bearer {TOKEN}"}
@@ -117,7 +117,7 @@ def test_no_answer_says_where_a_gallery_is_or_how_it_failed(
         shutil.rmtree(gallery) if gallery.is_dir() else gallery.unlink(missing_ok=True)
         shutil.rmtree(gallery.parent)
         shutil.copytree(gallery.parent.with_name("copy"), gallery.parent)
-    assert http.get("/ready").status_code == 200
+    wait_until_ready(http)
 
 
 def test_no_answer_contains_the_place_of_a_database(

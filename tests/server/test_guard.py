@@ -46,11 +46,24 @@ def test_names_of_this_server_are_answered(client, host):
     assert client.get("/about", headers={"host": host}).status_code == 200
 
 
-@pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "10.0.0.7", "[::2]"])
+@pytest.mark.parametrize(
+    "host",
+    [
+        *("evil.example", "localhost.evil.example", "10.0.0.7", "[::2]", "[::1].evil.example"),
+        *("localhost:80@evil.example", "[::1]:80@evil.example", "localhost:evil"),
+    ],
+)
 def test_other_names_are_refused(client, host):
     answer = client.get("/about", headers={"host": host})
     assert answer.status_code == 421
     assert "not called" in answer.json()["error"]
+
+
+def test_a_header_has_its_size_and_no_more(client):
+    assert client.get("/about", headers={"x": "a" * 15_000}).status_code == 200
+    answer = client.get("/about", headers={"x": "a" * 17_000})
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "the header has more than 16 kB"
 
 
 def test_a_name_that_acts_on_a_terminal_is_escaped(client):

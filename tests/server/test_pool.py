@@ -143,6 +143,19 @@ def test_work_that_ends_its_process_is_not_done_again(tmp_path):
     assert file.read_text() == "begun\n"
 
 
+def test_a_replacement_that_ends_at_once_does_not_end_the_pool(monkeypatch):
+    async def test():
+        pool = Pool(1, 30)
+        async with pool.running():
+            monkeypatch.setattr(pool, "_in_turn", gone)
+            await pool._replace()
+
+    async def gone(*_):
+        raise ProcessLookupError
+
+    run(test)
+
+
 def test_a_process_that_was_stopped_is_replaced_before_it_is_needed():
     async def test():
         pool = Pool(1, 30)

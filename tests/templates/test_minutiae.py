@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fpmatch.errors import MinutiaeError, ResolutionError
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -86,3 +88,39 @@ def test_orientations_that_are_no_angles_are_refused(orientation):
 def test_ridges_of_any_numbers_are_kept_as_bits_without_a_warning():
     field = some_field(np.full(MASK.shape, np.nan))
     assert field.ridges.dtype == np.uint64
+
+
+ANGLES = st.floats(-7, 7, width=32) | st.sampled_from([-0.0, 0.0, 2 * np.pi, 6.2831850051879883])
+
+
+@given(st.lists(ANGLES, max_size=5))
+def test_columns_of_the_types_that_are_kept_give_the_same_minutiae(angles):
+    angle = np.array(angles, np.float32)
+    x, kind = np.arange(len(angle), dtype=np.float32) - 1, np.full(len(angle), 2, np.uint8)
+    kept = Minutiae(x, x, angle, kind, kind)
+    converted = Minutiae(*(column.astype(np.float64) for column in (x, x, angle, kind, kind)))
+    for name in ("x", "y", "angle", "kind", "quality"):
+        one, other = getattr(kept, name), getattr(converted, name)
+        assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes())
+        assert not one.flags.writeable
+        assert not np.shares_memory(one, x)
+    assert x.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("x", np.inf),
+        ("y", np.nan),
+        ("angle", np.nan),
+        ("angle", -np.inf),
+        ("kind", 3),
+        ("quality", 101),
+    ],
+)
+def test_impossible_values_of_these_types_are_refused(column, value):
+    columns = {name: np.ones(3, np.float32) for name in ("x", "y", "angle")}
+    columns |= {name: np.ones(3, np.uint8) for name in ("kind", "quality")}
+    columns[column][1] = value
+    with pytest.raises(MinutiaeError):
+        Minutiae(**columns)

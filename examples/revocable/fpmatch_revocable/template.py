@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells
 
@@ -105,9 +105,8 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     (48, 264)
     """
     cells, minutia = pair_cells(prepare(template))
-    secret = key.derive(b"revocable template", b"")
-    words = _words(np.arange(MINUTIAE * WORDS), secret, _digest(cells)).reshape(MINUTIAE, WORDS)
-    own = _words(cells, secret, 0)
+    words = words_of(np.arange(MINUTIAE * WORDS), key, _digest(cells)).reshape(MINUTIAE, WORDS)
+    own = words_of(cells, key)
     for row in range(MINUTIAE):
         of_minutia = own[minutia == row]
         words[row, : len(of_minutia)] = of_minutia
@@ -120,13 +119,14 @@ def _digest(cells: NDArray[np.int64]) -> int:
     return int.from_bytes(hashlib.sha256(cells.tobytes()).digest()[:8], "little") | 1
 
 
-def _words(numbers: NDArray[np.int64], secret: bytes, series: int) -> NDArray[np.uint32]:
-    """Return the words of different numbers of one series.
+def words_of(numbers: NDArray[np.int64], key: Key, series: int = 0) -> NDArray[np.uint32]:
+    """Return the words of different numbers of one series under a key; 0 is that of cells.
 
     AES of blocks that are all different is a pseudo-random function of each block by itself.
     """
     from cryptography.hazmat.primitives.ciphers import Cipher, algorithms, modes  # noqa: PLC0415
 
+    secret = key.derive(b"revocable template", b"")
     blocks = np.empty((len(numbers), 2), "<u8")
     blocks[:, 0], blocks[:, 1] = numbers, series
     cipher = Cipher(algorithms.AES(secret), modes.ECB()).encryptor()

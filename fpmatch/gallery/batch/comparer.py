@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import numpy as np
 
+from fpmatch.gallery.index.prints.compare import packs, similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,14 +68,11 @@ class Comparer(Generic[Key]):
         The results are the same to the last bit. References that come again in the next call
         are packed once.
         """
-        if not hasattr(self.matcher, "similarities"):
+        if not packs(self.matcher):
             return self.one_by_one(probe, references)
         if self._packed[0] != references:
             self._packed = references, PreparedPrints.pack(map(self.prepare, references))
-        similarities: NDArray[np.float64] = self.matcher.similarities(
-            self.prepare(probe), self._packed[1]
-        )
-        return similarities
+        return similarities(self.matcher, self.prepare(probe), self._packed[1])
 
     def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
         """Compare a template with others by the matcher's `compare`."""

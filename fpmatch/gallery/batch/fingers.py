@@ -2,7 +2,7 @@
 
 The rows are read again one by one; of every probe and finger three numbers are kept. The score of
 a finger is ``-10·log10`` of the harmonic mean of the false match rates of its impressions, as in
-`fpmatch.fingers.finger.fused_score`.
+`fpmatch.gallery.fingers.finger.fused_score`.
 """
 
 from __future__ import annotations

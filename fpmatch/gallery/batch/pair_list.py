@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.errors import ScoringError
-from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
+from fpmatch.gallery.listing.csv_rows import csv_cell, csv_rows, row_error
 from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.printable import csv_cell, printable
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os

@@ -239,7 +239,7 @@ def _check_fingers(
             "matcher that has a calibration"
         )
     if fingers.resolve() == target.resolve():
-        raise OutputError(f"{fingers}: both the scores of pairs and those of fingers")
+        raise OutputError(f"{fingers}: both the scores of pairs and the scores of fingers")
     check_writable(fingers)
 
 

@@ -34,8 +34,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import reason
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.gallery.listing.csv_rows import csv_rows
-from fpmatch.printable import csv_cell
+from fpmatch.gallery.listing.csv_rows import csv_cell, csv_rows
 
 if TYPE_CHECKING:
     import os
@@ -90,6 +89,7 @@ LAYOUTS: Final = (
     ("reference_finger", "reference", "probe_finger", "probe", "similarity"),
 )
 """Columns of files without a line of names; genuine contains `LABELS` alone, and scores do not."""
+_SHOWN_LETTERS: Final = 20  # of a column that an error quotes; a key has 44
 _PEEKED: Final = 1000  # rows by which the columns of a file without names are recognised
 
 
@@ -197,7 +197,7 @@ def _check_names(path: Path, line: int, head: Cells, places: Mapping[str, int]) 
     if not scored and not {"genuine", "impostor"} <= places.keys():
         raise DatasetError(
             f"line {line}: not a file of scores: no column 'similarity', 'score' or 'distance' "
-            f"among {', '.join(map(repr, map(str, head)))}",
+            f"among {', '.join(repr(str(cell)[:_SHOWN_LETTERS]) for cell in head)}",
             path=path,
         )
 

@@ -16,21 +16,21 @@ from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.gallery.batch.fingers import finger_of_name
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import entry_names
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
 from fpmatch.gallery.store.audit import ranges
-from fpmatch.image.dataset_folder import read_dataset_info
-from fpmatch.printable import csv_cell
-from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
-from fpmatch.templates.stored_template import (
+from fpmatch.gallery.store.stored_template import (
     minutiae_digest,
     stored_minutiae_digest,
     unpack_template,
 )
+from fpmatch.image.dataset_folder import read_dataset_info
+from fpmatch.prints.reading import ASSUMED_DPI
+from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
     import os

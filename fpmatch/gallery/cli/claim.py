@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_damaged, say_notes_on, show
+from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.pair import open_side, pair_options_of
+from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration

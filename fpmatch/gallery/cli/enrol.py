@@ -11,23 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import (
-    ProgressBars,
-    notes_as_json,
-    say_failures,
-    say_note,
-    say_notes,
-    say_slow_kernels,
-    show,
-)
-from fpmatch.cli.options import (
+from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.options import json_option, key_option, polarity_option, raw_option
+from fpmatch.gallery.cli.notes import notes_as_json, say_failures
+from fpmatch.gallery.cli.options import (
     by_folder_option,
     check_where,
-    json_option,
-    key_option,
     places_argument,
-    polarity_option,
-    raw_option,
     scheduler_option,
     workers_option,
 )
@@ -106,8 +96,9 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     "--strict",
     is_flag=True,
     help="Refuse prints that match no other impression of their finger, where there are others: "
-    "they are of another finger or of another part of the skin (see fpmatch gallery check). "
-    "Otherwise those of fingers that existed before are named and enrolled.",
+    "they are of another finger or of another part of the skin (see fpmatch gallery check); and "
+    "prints that are probably two in one. Otherwise these, and the former of fingers that existed "
+    "before, are named and enrolled.",
 )
 @click.option(
     "--audit",

@@ -7,18 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import (
-    ProgressBars,
-    first_of,
-    json_lines,
-    say_damaged,
-    say_note,
-    show,
-    show_line,
-)
+from fpmatch.cli.notes import ProgressBars, first_of, say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.gallery_rewrite import compact, rotate
+from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
@@ -140,7 +133,8 @@ Examples:
   fpmatch gallery check prints.db --subject 101 --json
 
 Exit status: 0 when the impressions of every finger are linked by matches, 1 when those of some
-finger are not or an entry is damaged, 2 when the gallery cannot be checked.
+finger are not or an entry is damaged, 2 when the gallery cannot be checked, or entries were lost or
+exchanged.
 """
 )
 @_ARGUMENT
@@ -160,7 +154,10 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 
     stages = {"read": "reading entries", "check": "comparing"}
+    faults: list[str] = []
     with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
+        if subject is None:
+            opened.check_whole(faults.append)
         damaged = find_damaged(opened, subject=subject, progress=bars.show)
         wanted = None
         if subject is not None:
@@ -187,7 +184,9 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
             show_line(f"entry {number} is damaged: {why}")
         lost = f"; {count(len(damaged), 'damaged entry', 'damaged entries')}" if damaged else ""
         show(f"{several} with several impressions checked, {len(doubtful)} doubtful{lost}")
-    return 1 if doubtful or damaged else 0
+    for fault in faults:
+        say_note(fault)
+    return 1 if doubtful or damaged or faults else 0
 
 
 @gallery.command(

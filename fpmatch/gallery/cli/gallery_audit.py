@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import json_lines, say_note, show, show_line
+from fpmatch.cli.notes import say_note, show, show_line
+from fpmatch.gallery.cli.notes import json_lines
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
@@ -139,7 +140,9 @@ def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) 
 
     if gallery is None:
         return check_audit_log(place, expect=expect)
-    return check_audit(gallery, expect=expect)
+    state = check_audit(gallery, expect=expect)
+    gallery.check_rows()
+    return state
 
 
 def _events(place: str, gallery: Gallery | None) -> Iterator[dict[str, Any]]:

@@ -9,18 +9,15 @@ import click
 
 from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
-    FROM_1,
-    check_where,
     file_option,
     files_argument,
     json_option,
     key_option,
     matcher_option,
-    old_names,
     polarity_option,
     raw_option,
-    scheduler_option,
 )
+from fpmatch.gallery.cli.options import FROM_1, check_where, old_names, scheduler_option
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,24 +12,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import (
-    ProgressBars,
-    notes_as_json,
-    say_damaged,
-    say_errors,
-    say_failures,
-    say_note,
-    say_notes,
-    say_slow_kernels,
-    show,
-)
-from fpmatch.cli.options import requested_loss
+from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.identify_text import (
     candidates_as_text,
     subjects_as_text,
     summary_as_text,
 )
+from fpmatch.gallery.cli.notes import notes_as_json, say_damaged, say_failures
+from fpmatch.gallery.cli.options import requested_loss
 from fpmatch.printable import count, json_text
 
 if TYPE_CHECKING:
@@ -76,7 +67,7 @@ class Run:
         return make_engine(self.workers, self.scheduler)
 
     def source(self) -> FolderSource:
-        """Return the probes as those of a batch, which are read later."""
+        """Return the probes as a batch, whose prints are read later."""
         from fpmatch.gallery.batch.sources import FolderSource
 
         above = self.places[0]

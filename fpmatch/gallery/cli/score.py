@@ -8,26 +8,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import (
-    ProgressBars,
-    notes_as_json,
-    say_dpi_assumed,
-    say_failures,
-    say_note,
-    say_notes,
-    say_slow_kernels,
-    show,
-)
+from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
-    by_folder_option,
-    check_where,
     file_option,
     json_option,
     key_option,
     matcher_option,
     output_option,
-    pattern_option,
     polarity_option,
+)
+from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed, say_failures
+from fpmatch.gallery.cli.options import (
+    by_folder_option,
+    check_where,
+    pattern_option,
     scheduler_option,
     workers_option,
 )

@@ -13,9 +13,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch._version import __version__
-from fpmatch.base.threads import single_threaded
 from fpmatch.errors import EngineError
 from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT, results_in_order
+from fpmatch.gallery.engine.processes import single_threaded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Iterable, Iterator

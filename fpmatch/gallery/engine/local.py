@@ -11,15 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.base.threads import (
-    available_cores,
+from fpmatch.base.threads import available_cores, loaded_single_threaded
+from fpmatch.errors import EngineError
+from fpmatch.gallery.engine.processes import (
     interrupt_deferred,
-    loaded_single_threaded,
     main_hidden,
     safe_import_path,
     single_threaded,
 )
-from fpmatch.errors import EngineError
 from fpmatch.gallery.engine.task import init_worker, pack_task, run_chunk, task_file
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.base.threads import keep_single_threaded
 from fpmatch.errors import EngineError
+from fpmatch.gallery.engine.processes import keep_single_threaded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -1,9 +1,9 @@
 """Files of an index: segments, which never change, and a list of them, which is replaced whole.
 
 A killed process leaves the list of before or the one of after; segments that are not on it are
-deleted by the next one that writes. Both are files of arrays (see `fpmatch.base.array_file`), whose
-checksums are checked when they are read: the list when a gallery is opened, a segment when it is
-used first.
+deleted by the next one that writes. Both are files of arrays (see
+`fpmatch.gallery.store.array_file`), whose checksums are checked when they are read: the list when a
+gallery is opened, a segment when it is used first.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.base.output import make_folder, reason, remove_unfinished
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.print_segment import COLUMNS, MOST_PRINTS, PrintSegment, parameters
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
 from fpmatch.gallery.store.history import Revision
 from fpmatch.gallery.store.kept_files import INDEX, SEGMENT, STALE_S, seal_of, unseal_of
 

@@ -15,15 +15,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.output import folder_lock, make_folder, reason
+from fpmatch.base.output import make_folder, reason
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.index.state import IndexState, Part, removals_between
 from fpmatch.gallery.store.kept_files import FAULTS, kept_folders
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -75,6 +76,8 @@ class GalleryIndex:
             base = self._base(revision)
             if self.gallery.revision().removals != revision.removals:
                 continue
+            if base.base is None or base.base[0].removals != base.revision.removals:
+                self.gallery.check_sums()
             state: IndexState | None = base
             if base.revision.last < revision.last:
                 state = self._extended(base, revision, full_segments=full_segments)
@@ -146,6 +149,7 @@ class GalleryIndex:
         after = state.revision.last
         if full_segments and revision.last - after < MOST_PRINTS:
             return state
+        self.gallery.check_whole(self._note, after=after)
         fingers = self.gallery.fingers(after=after)
         templates = self._templates(after, revision.last)
         done, total = 0, len(fingers)
@@ -191,6 +195,7 @@ class GalleryIndex:
     def _rebuilt(self, part: Part, state: IndexState) -> IndexState:
         """Return the index with a segment that could not be read built again."""
         first, last = part.listed.first, min(part.listed.last, state.revision.last)
+        self.gallery.check_whole(self._note, after=first - 1)
         known = set(state.damaged.tolist())
         rows = [row for row in self._templates(first - 1, last) if row[0] not in known]
         fingers = self.gallery.fingers(after=first - 1)

@@ -17,10 +17,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.array_file import Column, read_arrays, write_arrays
 from fpmatch.base.output import make_folder, remove_unfinished
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.engine.engine import processes
+from fpmatch.gallery.index.prints import prepared_prints
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.prints.print_arrays import PRINT
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
 from fpmatch.gallery.store.kept_files import (
     FAULTS,
     PREPARED,
@@ -29,10 +32,7 @@ from fpmatch.gallery.store.kept_files import (
     seal_of,
     unseal_of,
 )
-from fpmatch.matching.prints import prepared_prints
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.print_arrays import PRINT
-from fpmatch.templates.stored_template import unpack_template
+from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -102,9 +102,7 @@ def prepare_gallery(
     old = _first_whole(_newest_first(folders, matcher, content), read, faults)
     if faults:
         note(f"prepared prints of {gallery.name} {FAULTS[faults[0]]}: prepared again")
-    if fault := gallery.structure_fault():
-        what = "entries may be missing, or under other names"
-        note(f"{gallery.name}: the database is damaged ({fault}): {what}; restore a copy")
+    gallery.check_whole(note)
     prepared = _renew(gallery, matcher, old, engine or processes(), progress)
     name = content
     if gallery.content_hash() != content:
@@ -131,7 +129,7 @@ def load_prepared(path: Path, matcher: Matcher, sealing: Sealing | None = None) 
     """Return the content of a file, whose name states which gallery it is of.
 
     That of a gallery with `sealing` is decrypted into memory. Raises FpmatchError with the codes of
-    `fpmatch.base.array_file.read_arrays`.
+    `fpmatch.gallery.store.array_file.read_arrays`.
     """
     arrays = read_arrays(path, COLUMNS, _about(path, matcher), unseal=unseal_of(sealing))
     prints = PreparedPrints.of_arrays(arrays)

@@ -8,23 +8,23 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index import segment
 from fpmatch.gallery.index.model import TERMS
+from fpmatch.gallery.index.prints import compact_template, prepared_prints, stored_descriptors
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
+from fpmatch.gallery.index.prints.print_arrays import PRINT, START
+from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
-from fpmatch.matching.prints import compact_template, prepared_prints, stored_descriptors
-from fpmatch.matching.prints.compact_template import CompactTemplates, prepare_compact
-from fpmatch.matching.prints.print_arrays import PRINT, START
-from fpmatch.matching.prints.stored_descriptors import StoredDescriptors
+from fpmatch.gallery.store.array_file import Column
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
+    from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
     from fpmatch.matching.prints.prepare import PreparedTemplate
-    from fpmatch.matching.prints.prepared_prints import PreparedPrints
     from fpmatch.templates.minutiae import Template
 
 MOST_PRINTS: Final = MAX_PRINTS

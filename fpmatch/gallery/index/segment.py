@@ -1,7 +1,7 @@
 """A segment of an index: the inverted lists of up to 65,536 prints, in flat arrays.
 
 Once made, a segment is not changed. Its arrays may be mapped from a file (see
-`fpmatch.base.array_file`), which is a cache: it can be made again from the templates.
+`fpmatch.gallery.store.array_file`), which is a cache: it can be made again from the templates.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.array_file import Column
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index._vote_kernel import count_votes, lists_ascend
 from fpmatch.gallery.index.model import CURVATURES, TERMS
 from fpmatch.gallery.index.terms import print_terms
+from fpmatch.gallery.store.array_file import Column
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

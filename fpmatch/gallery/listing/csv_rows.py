@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import reason
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.errors import FpmatchError
 
 DELIMITERS: Final = ("\t", ";", ",")
+_BEGINS_FORMULA: Final = tuple("=+-@＝＋－＠")  # and their full-width forms
 
 
 def csv_rows(
@@ -73,6 +75,29 @@ def csv_rows(
         raise error(f"line {line + 1}: not a CSV file: {bad}", path=path, code="not CSV") from bad
     except OSError as bad:
         raise error(f"cannot be read: {reason(bad)}", path=path, code="unreadable") from bad
+
+
+def csv_cell(text: str) -> str:
+    """Return text for a cell of a CSV file, which no spreadsheet takes for a formula.
+
+    Spreadsheets compute cells that begin with ``=``, ``+``, ``-`` or ``@``, some also in full
+    width, which may run programs and send data: of text that is no number such a first character
+    is escaped. A quote before it, which some programs write, would be lost to programs that read
+    the file.
+    """
+    shown = printable(text)
+    if shown.startswith(_BEGINS_FORMULA) and not _is_number(shown):
+        first = f"\\x{ord(shown[0]):02x}" if shown[0].isascii() else ascii(shown[0])[1:-1]
+        return f"{first}{shown[1:]}"
+    return shown
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def row_error(

@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
-from fpmatch.printable import csv_cell, printable
+from fpmatch.gallery.listing.csv_rows import csv_cell
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

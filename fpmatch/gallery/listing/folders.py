@@ -2,20 +2,55 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.parsing import read_head
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.gallery.listing.entry import Label, NamePattern
 from fpmatch.gallery.listing.print_file import PrintFile
-from fpmatch.image.dataset_folder import images_in, natural_key
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Iterable, Iterator
-    from pathlib import Path
 
+IMAGE_EXTENSIONS: Final = frozenset(
+    (
+        *(".an2", ".bmp", ".eft", ".gif", ".j2k", ".jp2", ".jpeg", ".jpg", ".pbm", ".pgm", ".png"),
+        *(".pnm", ".ppm", ".tif", ".tiff", ".webp", ".wsq"),
+    )
+)
+_DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 _COMMON_SUFFIXES: Final = (".json", ".csv", ".txt", ".npy")
+
+
+def images_in(folder: str | os.PathLike[str]) -> list[Path]:
+    """Return the files of a folder with an image's extension, numbers in names in order.
+
+    ``9_2.png`` comes before ``10_1.tif``; subfolders and hidden files are skipped. Raises
+    DatasetError if the folder cannot be listed.
+    """
+    root = Path(folder)
+    if not root.exists():
+        raise DatasetError(f"{root}: no such folder")
+    if not root.is_dir():
+        raise DatasetError(f"{root}: not a folder of prints")
+    try:
+        names = [path for path in root.iterdir() if not path.name.startswith(".")]
+    except OSError as error:
+        raise DatasetError(f"{root}: cannot be listed: {error.strerror}") from error
+    images = (path for path in names if path.suffix.lower() in IMAGE_EXTENSIONS and path.is_file())
+    return sorted(images, key=lambda path: natural_key(path.name))
+
+
+def natural_key(text: str) -> tuple[list[str | tuple[int, str]], str]:
+    """Return a sort key that compares the numbers in a text as numbers."""
+    parts: list[str | tuple[int, str]] = list(_DIGITS.split(text))
+    digits = [part.lstrip("0") for part in _DIGITS.findall(text)]  # of any number
+    parts[1::2] = [(len(part), part) for part in digits]
+    return parts, text
 
 
 def prints_in(folder: Path) -> list[Path]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
 
-from fpmatch.printable import csv_cell
+from fpmatch.gallery.listing.csv_rows import csv_cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

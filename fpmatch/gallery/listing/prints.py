@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """The template of a print, whether its resolution was assumed, and notes on reading it.
+    """The template of a print, whether its resolution was assumed, and notes on it.
 
     `quality` is that of the image, 0 to 100; None where it was not measured. `why_empty` is the
     reason for a template without minutiae, where one is known.
@@ -155,7 +155,8 @@ def extract_print(
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=file.path, code="no minutiae")
     quality = given.quality.score if graded and given.quality is not None else None
-    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, content.notes, quality)
+    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
+    return ExtractedPrint(given.template, given.dpi_assumed, notes, quality)
 
 
 def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:

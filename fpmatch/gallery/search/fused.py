@@ -1,7 +1,8 @@
 """Identification by several fingers: find the subjects whose fingers match the probes best.
 
 Each probe is searched alone. The subjects that are among the best of any probe are compared by all
-their fingers, and the scores of a subject's fingers are fused (`fpmatch.fingers.fused_fingers`).
+their fingers, and the scores of a subject's fingers are fused
+(`fpmatch.gallery.fingers.fused_fingers`).
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.fingers.finger import fused_scores
-from fpmatch.fingers.fused_fingers import assign_fingers
+from fpmatch.gallery.fingers.finger import fused_scores
+from fpmatch.gallery.fingers.fused_fingers import assign_fingers
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,
@@ -80,7 +81,7 @@ def identify_fused(
     named as when it was enrolled, "" where it is not known (default: none is known). The workers of
     the `engine`, which is entered, search for the probes (default: this process; the outcome is the
     same). Other parameters are as for `fpmatch.gallery.search.identify.identify`; the number of
-    candidates and their least score are those of subjects.
+    candidates, and their least score, refer to subjects.
 
     Raises MatcherError if there are no probes or more than 10, not as many positions, or two of the
     same, and as `identify`; GalleryError if the subjects cannot be read; EngineError if the engine

@@ -23,8 +23,9 @@ class Candidate:
     `number` is that of the entry; of a finger, that of its most similar impression, to which
     `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
     which comparisons with another finger, of as many `impressions`, score as high, and `score` is
-    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.fingers.finger`. `expected_false` is `fmr` times the
-    number of searched fingers (or impressions): how many score as high if none is the probe's.
+    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.gallery.fingers.finger`. `expected_false` is `fmr`
+    times the number of searched fingers (or impressions): how many score as high if none is the
+    probe's.
     """
 
     rank: int

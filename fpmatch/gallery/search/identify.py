@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fpmatch.fingers.finger import fused_scores
+from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.search.identification import Candidate, Identification
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import score_to_fmr
@@ -123,7 +123,7 @@ def find_candidates(
         for rank, k in enumerate(islice(best, min(options.count, len(search))), start=1)
     ]
     if consolidated is not None:
-        candidates = consolidated.rerank(compared.probe, candidates)
+        candidates = consolidated.rerank(compared.probe, candidates, scored.fingers)
     assert options.calibration is not None
     return Identification(
         enrolled=scored.enrolled,

@@ -14,13 +14,14 @@ import numpy as np
 
 from fpmatch.gallery.index.loss import combined_scores, search_plan
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
+from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
+from fpmatch.gallery.index.prints.compact_template import prepare_compact
+from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
-from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE
-from fpmatch.matching.prints.compact_template import prepare_compact
-from fpmatch.templates.stored_template import pack_template, unpack_template
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -212,8 +213,4 @@ def _by_descriptors(
 
 def _similarities(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:
     """Return the similarities of a probe to prints of a segment."""
-    matcher: Any = piece.matcher
-    similarities: NDArray[np.float64] = matcher.similarities(
-        probe, prepare_compact(piece.segment.templates, local)
-    )
-    return similarities
+    return similarities(piece.matcher, probe, prepare_compact(piece.segment.templates, local))

@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO, LISTED_UP_TO
+from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
@@ -48,7 +49,7 @@ def open_search(
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
-    if not hasattr(chosen, "similarities"):
+    if not packs(chosen):
         return _prepared_one_by_one(gallery, chosen, progress)
     most = LISTED_UP_TO if loss is None else EXHAUSTIVE_UP_TO
     if not (candidate_list == "auto" and chosen.name == DEFAULT_MATCHER and gallery.has_over(most)):
@@ -75,6 +76,7 @@ def _prepared_one_by_one(
     gallery: GalleryReader, matcher: Matcher, progress: Progress
 ) -> WholeSearch:
     """Return the search of prints that cannot be packed."""
+    gallery.check_sums()
     total = len(gallery)
     progress("prepare", 0, total)
     finger_of = gallery.fingers()

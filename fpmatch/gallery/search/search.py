@@ -13,6 +13,7 @@ from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
+from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.stages import Listed, run_stages
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
 
@@ -45,7 +46,7 @@ class SearchOptions:
         Smallest score of a candidate.
     listed : "subjects", "fingers" or "impressions"
         What is a candidate: each subject once, by its best finger; each finger, by the score of its
-        impressions together (see `fpmatch.fingers.finger`); or each impression.
+        impressions together (see `fpmatch.gallery.fingers.finger`); or each impression.
     consolidate : bool
         Whether each candidate is compared also with the consolidated template of its impressions,
         and the candidates are ranked again; the same fingers are candidates.
@@ -217,4 +218,4 @@ class Search(ABC):
 
     def threads(self, workers: int | None) -> Threads:
         """Return so many threads (None: one a core); one, where the matcher compares in Python."""
-        return Threads(workers if hasattr(self.matcher, "similarities") else 1)
+        return Threads(workers if packs(self.matcher) else 1)

@@ -10,11 +10,12 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
+from fpmatch.gallery.index.prints.compare import packs, similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
-from fpmatch.matching.prints.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.templates.stored_template import pack_template, unpack_template
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -65,7 +66,7 @@ class WholeSearch(Search):
         Each is of a finger of its own. Raises TemplateError if one cannot be stored.
         """
         none = np.empty(0, np.int64)
-        packed = hasattr(matcher, "similarities")
+        packed = packs(matcher)
         return cls(matcher, none, none, PreparedPrints.pack([]) if packed else []).with_prints(
             templates
         )
@@ -179,17 +180,13 @@ def _descriptor_scores(piece: WholePiece, probe: Any, places: slice) -> NDArray[
 
 def _similarities(piece: WholePiece, probe: Any, places: Places) -> NDArray[np.float64]:
     """Return the similarities of a probe to prints of a piece."""
-    matcher: Any = piece.matcher
-    prints = piece.prints
+    matcher, prints = piece
     if not isinstance(prints, PreparedPrints):
         numbers = range(len(prints))[places] if isinstance(places, slice) else places.tolist()
         return np.array([matcher.compare(probe, prints[k]).similarity for k in numbers])
     if isinstance(places, slice):
-        similarities: NDArray[np.float64] = matcher.similarities(
-            probe, prints, places.start, places.stop
-        )
-        return similarities
+        return similarities(matcher, probe, prints, places.start, places.stop)
     parts = range(0, len(places), COMPARED_AT_ONCE)  # few copies at a time
     return np.concatenate(
-        [matcher.similarities(probe, prints.take(places[k : k + COMPARED_AT_ONCE])) for k in parts]
+        [similarities(matcher, probe, prints.take(places[k : k + COMPARED_AT_ONCE])) for k in parts]
     )

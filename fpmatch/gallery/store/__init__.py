@@ -1,1 +1,1 @@
-"""The database of a gallery: rows, history, encryption at rest, audit."""
+"""The files of a gallery: rows of the database, templates in few bytes, history, audit."""

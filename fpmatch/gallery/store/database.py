@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
@@ -13,19 +13,19 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 from fpmatch.base.output import create_private, make_private, reason
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.kinds import SQLITE_HEADER
+from fpmatch.gallery.store.postgresql import is_silence, postgresql_engine, wait_for_ever
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterator, Sequence
+    from logging import Logger, LogRecord
 
-BUSY_S: Final = 60.0  # to wait for another program that holds a SQLite file
-CONNECT_S: Final = 10  # to wait for a server
+BUSY_S: Final = 60.0  # to wait for another program that holds a file, or for a silent server
 _SQLITE_REASONS: Final = {
     "SQLITE_FULL": "the disk is full",
     "SQLITE_READONLY": "cannot be written: it, or its folder, is read-only",
     "SQLITE_CANTOPEN": "cannot be opened: no permission, or no such folder",
-    "SQLITE_BUSY": f"another program has held it for more than {BUSY_S:g} seconds",
     "SQLITE_NOTADB": "not a gallery",
     "SQLITE_CORRUPT": "damaged",
     "SQLITE_IOERR": "cannot be read or written (disk I/O error)",
@@ -46,23 +46,32 @@ class Database:
     """Open transactions on the database of one gallery.
 
     `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
-    (or ``sqlite:///file``), and `name` is either, without a password. Raises GalleryError if there
-    is no such file, it is no SQLite database, or the URL is of another kind.
+    (or ``sqlite:///file``), and `name` is either, without a password. A call that has waited for
+    `patience` seconds raises GalleryError (code "late"). Raises GalleryError if there is no such
+    file, it is no SQLite database, or the URL is of another kind.
     """
 
-    def __init__(self, where: str | os.PathLike[str], *, create: bool = False) -> None:
+    def __init__(
+        self,
+        where: str | os.PathLike[str],
+        *,
+        create: bool = False,
+        patience: float | None = None,
+    ) -> None:
         url = _as_url(where)
+        self._patience = BUSY_S if patience is None else patience
         self.file: Path | None = None
         self._narrowed = False
         self.private = True  # whether only the owner may read the file; known after a change
         if isinstance(url, Path):
             self.name, self.file = str(url), url
             _check_file(url, create=create)
-            self._engine = _sqlite(url, create=create)
+            self._engine = _sqlite(url, create=create, patience=self._patience)
         else:
             self.name = _without_secrets(url)
-            self._engine = _postgresql(url.set(drivername="postgresql+psycopg"))
+            self._engine = postgresql_engine(url, self._patience)
         sa.event.listen(self._engine, "begin", _begin)
+        cast("Logger", self._engine.pool.logger).addFilter(_states_no_interrupt)
 
     def close(self) -> None:
         """Close all connections."""
@@ -106,7 +115,8 @@ class Database:
         """
         with self.outside_transactions() as connection:
             if self.file is None:
-                connection.exec_driver_sql(f"SET lock_timeout = {round(BUSY_S * 1000)}")
+                connection.exec_driver_sql(f"SET lock_timeout = {round(self._patience * 1000)}")
+                wait_for_ever(connection)
                 names = ", ".join(table.name for table in tables)
                 connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {names}")
             else:
@@ -155,6 +165,10 @@ class Database:
         except DamagedRowError as error:
             raise self.error(f"damaged: {error}", "damaged") from error
         except DBAPIError as error:
+            if self._is_late(error):
+                what = "no answer" if self.file is None else "another program has held it"
+                why = f"{what} for more than {self._patience:g} seconds"
+                raise self.error(why, "late") from error
             raise self.error(_reason(error), "database") from error
         except UnicodeDecodeError as error:  # of a message about a damaged schema, too
             raise self.error("damaged: its text is not UTF-8", "damaged") from error
@@ -162,6 +176,12 @@ class Database:
             raise self.error("no entry has so large a number", "unknown") from error
         except UnicodeError as error:  # of the name of a host, too
             raise self.error("a name that is no text for a database", "database") from error
+
+    def _is_late(self, error: DBAPIError) -> bool:
+        """Return whether the database was held, or silent, for longer than may be waited."""
+        if self.file is None:
+            return is_silence(error.orig)
+        return str(getattr(error.orig, "sqlite_errorname", "")).startswith("SQLITE_BUSY")
 
 
 def mark_overwritten(connection: sa.Connection) -> None:
@@ -199,6 +219,8 @@ def _check_file(path: Path, *, create: bool) -> None:
     try:
         if path.is_dir():
             why, code = "is a folder, not a gallery", "no gallery"
+        elif path.exists() and not path.is_file():
+            why, code = "is not a regular file, not a gallery", "no gallery"
         elif path.exists():
             with path.open("rb") as stream:
                 head = stream.read(len(SQLITE_HEADER))
@@ -215,7 +237,7 @@ def _check_file(path: Path, *, create: bool) -> None:
         raise GalleryError(why, path=path, code=code)
 
 
-def _sqlite(path: Path, *, create: bool) -> sa.Engine:
+def _sqlite(path: Path, *, create: bool, patience: float) -> sa.Engine:
     if create and not path.exists():
         try:
             create_private(path)  # SQLite gives its journal the same rights
@@ -225,7 +247,7 @@ def _sqlite(path: Path, *, create: bool) -> sa.Engine:
 
     def connect() -> sqlite3.Connection:
         # isolation_level None: transactions begin in `_begin` only
-        connection = sqlite3.connect(uri, uri=True, timeout=BUSY_S, isolation_level=None)
+        connection = sqlite3.connect(uri, uri=True, timeout=patience, isolation_level=None)
         connection.text_factory = _text
         connection.execute("PRAGMA secure_delete = ON")  # overwrites what is deleted
         return connection
@@ -241,15 +263,9 @@ def _text(data: bytes) -> str | bytes:
         return data
 
 
-def _postgresql(url: sa.URL) -> sa.Engine:
-    try:
-        return sa.create_engine(
-            url, connect_args={"connect_timeout": CONNECT_S}, pool_pre_ping=True
-        )
-    except ImportError as error:
-        raise GalleryError(
-            "a gallery on PostgreSQL needs psycopg: pip install 'fpmatch[postgres]'"
-        ) from error
+def _states_no_interrupt(record: LogRecord) -> bool:
+    """Return whether a record of the pool states no Ctrl-C, which is raised, too."""
+    return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 
 def _begin(connection: sa.Connection) -> None:

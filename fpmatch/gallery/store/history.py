@@ -144,5 +144,19 @@ def removals_since(connection: sa.Connection, before: Revision) -> list[Removal]
         return None
     if connection.scalar(sa.select(STATE.c.state).where(STATE.c.state == before.state)) is None:
         return None
-    query = sa.select(REMOVAL.c.entry, REMOVAL.c.finger).where(REMOVAL.c.number > before.removals)
-    return [Removal(*row) for row in connection.execute(query.order_by(REMOVAL.c.number))]
+    since = REMOVAL.c.number > before.removals
+    left = ENTRY.c.id.in_(sa.select(REMOVAL.c.entry).where(since))
+    if connection.scalar(sa.select(ENTRY.c.id).where(left).limit(1)) is not None:
+        return None  # no number is given again
+    query = sa.select(REMOVAL.c.entry, REMOVAL.c.finger).where(since)
+    removals = [Removal(*row) for row in connection.execute(query.order_by(REMOVAL.c.number))]
+    kinds = [(type(one.entry), type(one.finger)) for one in removals]
+    return removals if {*kinds} <= {(int, int), (int, type(None))} else None
+
+
+def was_removed(connection: sa.Connection, number: int) -> bool:
+    """Return whether an entry may have been removed; without a history it may."""
+    if not has_history(connection):
+        return True
+    removals = sa.select(REMOVAL.c.number).where(REMOVAL.c.entry == number)
+    return connection.execute(removals).first() is not None

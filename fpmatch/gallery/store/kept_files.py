@@ -10,9 +10,9 @@ import hashlib
 from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.encryption.blocks import MAGIC
 from fpmatch.base.output import atomic_write
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.store.blocks import MAGIC
 from fpmatch.gallery.store.sealing import PLAIN
 
 if TYPE_CHECKING:

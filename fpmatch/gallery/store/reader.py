@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -10,22 +11,21 @@ import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import Failure, GallerySummary
-from fpmatch.gallery.store import history
+from fpmatch.gallery.store import digests, history
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.history import UNKNOWN
 from fpmatch.gallery.store.rows import as_entry, as_packed, as_packed_entry, as_template
 from fpmatch.gallery.store.sealed_database import SealedDatabase
+from fpmatch.gallery.store.stored_template import stored_minutiae_digest
 from fpmatch.gallery.store.tables import (
     ABOUT,
     ENTRY,
     FAILURE,
     GALLERY,
-    PACKED,
     is_sound,
     parts,
 )
 from fpmatch.printable import as_text, printable
-from fpmatch.templates.stored_template import stored_minutiae_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -38,6 +38,10 @@ if TYPE_CHECKING:
 Converted = TypeVar("Converted")
 
 ROWS_PER_READ: Final = 1000
+EXCHANGED: Final = (
+    "damaged: entries were removed, added or exchanged by something else than fpmatch; restore a "
+    "copy, or enrol what is left in a new gallery"
+)
 _COUNT: Final = sa.select(sa.func.count())
 _OTHER: Final = ENTRY.alias()
 _FINGERS: Final = sa.select(
@@ -101,12 +105,15 @@ class GalleryReader(SealedDatabase):
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
         """Yield the entries, or those of one subject, by ascending number.
 
-        A subject from the name of a file may be given as in that name, or as it is printed.
+        A subject from the name of a file may be given as in that name, or as it is printed. After
+        all entries, GalleryError is raised as by `check_sums`.
         """
         query = sa.select(*ABOUT)
         if subject is not None:
             query = query.where(_is_of(subject))
         yield from self._rows(query, as_entry)
+        if subject is None:
+            self.check_sums()
 
     def numbers_of(self, subject: str) -> list[int]:
         """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
@@ -143,20 +150,18 @@ class GalleryReader(SealedDatabase):
         yielded: set[int] = set()
         for part in parts(numbers):
             theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(ENTRY.c.id.in_(part)))
-            for entry in self._rows(sa.select(*ABOUT).where(theirs), as_entry):
+            for entry in self._whole_rows(as_entry, where=theirs):
                 if entry.id not in yielded:
                     yielded.add(entry.id)
                     yield entry
 
     def entry(self, number: int) -> Entry:
         """Return the entry of a number; GalleryError (code "unknown") if there is none."""
-        if self.encrypted:  # what is shown is what was enrolled
-            return self._one(PACKED, number, lambda row: as_entry(self.opened(row)))
-        return self._one(sa.select(*ABOUT), number, as_entry)
+        return self._one(self.whole_rows, number, lambda row: as_entry(self.opened(row)))
 
     def template(self, number: int) -> Template:
         """Return the template of an entry; GalleryError if there is none or it is damaged."""
-        return self._one(PACKED, number, lambda row: as_template(self.opened(row)))[1]
+        return self._one(self.whole_rows, number, lambda row: as_template(self.opened(row)))[1]
 
     def find_entry(self, number: int) -> Entry | None:
         """Return the entry of a number; None for one that is damaged, which is skipped."""
@@ -166,23 +171,33 @@ class GalleryReader(SealedDatabase):
         """Return the template of an entry; None for one that is damaged, which is skipped."""
         return self._unless_damaged(self.template, number)
 
+    def _whole_rows(
+        self,
+        convert: Callable[[Any], Converted],
+        *,
+        after: int | None = None,
+        where: sa.ColumnElement[bool] | None = None,
+    ) -> Iterator[Converted]:
+        """Yield what is made of rows of all columns, opened; damaged ones are skipped."""
+        query = self.whole_rows if where is None else self.whole_rows.where(where)
+        return self._rows(query, lambda row: convert(self.opened(row)), after=after)
+
     def packed_templates(self, *, after: int | None = None) -> Iterator[tuple[int, bytes]]:
         """Yield number and packed template of all entries, or of those of numbers over `after`."""
-        yield from self._rows(PACKED, lambda row: as_packed(self.opened(row)), after=after)
+        return self._whole_rows(as_packed, after=after)
 
     def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of all entries, or of those of numbers over `after`."""
-        yield from self._rows(PACKED, lambda row: as_template(self.opened(row)), after=after)
+        return self._whole_rows(as_template, after=after)
 
     def minutiae_digests(self, counts: Collection[int]) -> Iterator[tuple[int, bytes]]:
         """Yield number and digest of the minutiae of the entries with some numbers of minutiae."""
-        query = PACKED.where(ENTRY.c.minutiae.in_(counts))
-        for number, data in self._rows(query, lambda row: as_packed(self.opened(row))):
+        for number, data in self._whole_rows(as_packed, where=ENTRY.c.minutiae.in_(counts)):
             yield number, stored_minutiae_digest(data)
 
     def packed_entries(self) -> Iterator[tuple[int, PackedEntry]]:
         """Yield number and content of all entries; each template was read once to check it."""
-        yield from self._rows(PACKED, lambda row: (row.id, as_packed_entry(self.opened(row))))
+        return self._whole_rows(lambda row: (row.id, as_packed_entry(row)))
 
     def fingers(self, *, after: int | None = None) -> dict[int, int]:
         """Return for the number of each entry the lowest number of an entry of its finger.
@@ -228,6 +243,39 @@ class GalleryReader(SealedDatabase):
         with self.reading() as connection:
             return content_of(connection)
 
+    def check_sums(self, *, after: int = 0) -> None:
+        """Raise GalleryError (code "damaged") unless the entries are those that were enrolled.
+
+        Those of numbers over `after` take a time that does not depend on the size of the gallery.
+        """
+        with self.reading() as connection:
+            if self.digested and not digests.are_right(connection, after=after):
+                raise self.error(EXCHANGED, "damaged")
+
+    def check_rows(self) -> None:
+        """Raise GalleryError (code "damaged") unless each entry is as it was enrolled."""
+        if self.digested:
+            deque(self._rows(self.whole_rows, digests.check_row), maxlen=0)
+        self.check_sums()
+        for number, why in self.damaged.items():
+            raise self.error(f"damaged: entry {number}: {why}", "damaged")
+
+    def check_whole(self, note: Callable[[str], object], *, after: int = 0) -> None:
+        """Check the sums as `check_sums`, and where all are checked, the structure of the file.
+
+        `note` is called with a line if that is damaged.
+        """
+        self.check_sums(after=after)
+        if after <= 0 and (fault := self.structure_fault()):
+            what = "entries may be missing, or under other names"
+            note(f"{self.name}: the database is damaged ({fault}): {what}; restore a copy")
+
+    def check_removed(self, number: int) -> None:
+        """Raise GalleryError (code "damaged") if an entry is missing and was not removed."""
+        with self.reading() as connection:
+            if not history.was_removed(connection, number):
+                raise self.error(f"damaged: entry {number} is missing; restore a copy", "damaged")
+
     def unknown(self, number: int) -> GalleryError:
         """Return the error about a number that no entry has."""
         return self.error(f"no entry has the number {number}", "unknown")
@@ -271,6 +319,10 @@ class GalleryReader(SealedDatabase):
             with self.reading() as connection:
                 rows = connection.execute(further).all()
             for row in rows:
+                if isinstance(row.id, int):
+                    if after is not None and row.id <= after:
+                        raise self.error("damaged: its entries are not in order", "damaged")
+                    after = row.id
                 try:
                     converted = convert(row)
                 except DamagedRowError as error:

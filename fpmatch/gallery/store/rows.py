@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.errors import TemplateError
 from fpmatch.gallery.listing.entry import Entry, Failure, Label, PackedEntry
 from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.gallery.store.stored_template import check_packed, pack_template, unpack_template
 from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
-from fpmatch.templates.stored_template import check_packed, pack_template, unpack_template
 
 if TYPE_CHECKING:
     from fpmatch.gallery.listing.entry import NewEntry

@@ -12,9 +12,18 @@ from fpmatch.base.encryption.keys import KeyRing, load_keys
 from fpmatch.base.encryption.records import is_sealed
 from fpmatch.errors import EncryptionError
 from fpmatch.gallery.store.database import DamagedRowError, Database, mark_overwritten
+from fpmatch.gallery.store.digests import check_row, is_torn, row_digest
 from fpmatch.gallery.store.history import keep_history
 from fpmatch.gallery.store.sealing import ENCRYPTED_VERSION, create_sealing, read_sealing
-from fpmatch.gallery.store.tables import ENTRY, GALLERY, PACKED, VERSION, create_tables
+from fpmatch.gallery.store.tables import (
+    DIGESTED,
+    ENTRY,
+    GALLERY,
+    OLD_VERSIONS,
+    PACKED,
+    VERSION,
+    create_tables,
+)
 
 if TYPE_CHECKING:
     import os
@@ -26,7 +35,8 @@ if TYPE_CHECKING:
 class SealedDatabase(Database):
     """A `Database` whose rows are opened with `key`: keys, or their source.
 
-    `damaged` has the reason of each row that was skipped as damaged, by its number.
+    `damaged` has the reason of each row that was skipped as damaged, by its number; `digested` is
+    whether rows have digests.
     """
 
     def __init__(
@@ -35,11 +45,13 @@ class SealedDatabase(Database):
         *,
         create: bool = False,
         key: KeyRing | str | None = None,
+        patience: float | None = None,
     ) -> None:
-        super().__init__(where, create=create)
+        super().__init__(where, create=create, patience=patience)
         self._given = key
         self._sealing: Sealing | None = None
         self.damaged: dict[int, str] = {}
+        self.digested = False
 
     def sealing(self, connection: sa.Connection | None = None) -> Sealing | None:
         """Return how this gallery is encrypted now; None if it is not."""
@@ -72,18 +84,24 @@ class SealedDatabase(Database):
     def sealed(
         self, connection: sa.Connection, rows: Sequence[dict[str, Any]]
     ) -> list[dict[str, Any]]:
-        """Return the columns of new entries with the templates as they are stored."""
+        """Return the columns of new entries as they are stored."""
         sealing = self.sealing(connection)
-        if sealing is None:
-            return list(rows)
         with self.naming_keys():
-            return [sealing.seal_row(row) for row in rows]
+            stored = [row if sealing is None else sealing.seal_row(row) for row in rows]
+        return [row | {"digest": row_digest(row)} for row in stored] if self.digested else stored
+
+    @property
+    def whole_rows(self) -> sa.Select[Any]:
+        """The query for what `opened` takes."""
+        return DIGESTED if self.digested else PACKED
 
     def opened(self, row: Any) -> Any:
         """Return a row of all columns with the template as it was packed.
 
         Raises DamagedRowError if it is not what was stored; GalleryError if its key is missing.
         """
+        if self.digested:
+            check_row(row)
         known = self._sealing
         if known is None and not (isinstance(row.template, bytes) and is_sealed(row.template)):
             return row
@@ -92,7 +110,7 @@ class SealedDatabase(Database):
         except DamagedRowError:
             with self.reading() as connection:  # its keys may have been changed meanwhile
                 changed = self.sealing(connection) != known
-                again = connection.execute(PACKED.where(ENTRY.c.id == row.id)).first()
+                again = connection.execute(self.whole_rows.where(ENTRY.c.id == row.id)).first()
             if again is None or not changed:
                 raise
         return self.opened(again)
@@ -141,14 +159,15 @@ def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> 
                     connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
     with gallery.reading() as connection:
         version = connection.scalar(sa.select(GALLERY.c.version))
-    if version is None:
-        raise gallery.error("damaged: its version is missing", "damaged")
-    if version not in {VERSION, ENCRYPTED_VERSION}:
+        gallery.digested = version not in OLD_VERSIONS
+        torn = not gallery.digested and is_torn(connection)
+    if version is None or torn:
+        raise gallery.error("damaged: its version is missing or wrong", "damaged")
+    if gallery.digested and version not in {VERSION, ENCRYPTED_VERSION}:
         raise gallery.error(
-            f"a gallery of version {version}; this fpmatch reads versions {VERSION} and "
-            f"{ENCRYPTED_VERSION}",
+            f"a gallery of version {version}; this fpmatch reads versions 1 to {ENCRYPTED_VERSION}",
             "version",
         )
-    if encrypt and version == VERSION:
+    if encrypt and version in {1, VERSION}:
         why = "is not encrypted; `fpmatch gallery rotate` encrypts it"
         raise gallery.error(why, "not encrypted")

@@ -1,7 +1,7 @@
 """Encryption of a gallery: the keys in use, and how its entries and prepared prints are sealed.
 
-A gallery of version 2 has a table with its random id and the ids of the keys in use, the first of
-which seals new entries. While a rotation is under way there are several; "plain" stands for
+A gallery of version 2 or 4 has a table with its random id and the ids of the keys in use, the first
+of which seals new entries. While a rotation is under way there are several; "plain" stands for
 templates that are not encrypted. A template is a sealed record that is bound to the gallery and to
 all columns of its row but the number.
 """
@@ -18,22 +18,22 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import sqlalchemy as sa
 
-from fpmatch.base.encryption.blocks import sealed_blocks, unseal_blocks
 from fpmatch.base.encryption.keys import ID_DIGITS, KeyRing, keys_for
 from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, FpmatchError
+from fpmatch.gallery.store.blocks import sealed_blocks, unseal_blocks
 from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.tables import GALLERY
+from fpmatch.gallery.store.tables import GALLERY, VERSION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from contextlib import AbstractContextManager
     from typing import BinaryIO
 
-    from fpmatch.base.encryption.blocks import BlockWriter
     from fpmatch.base.encryption.keys import Key
+    from fpmatch.gallery.store.blocks import BlockWriter
 
-ENCRYPTED_VERSION: Final = 2
+ENCRYPTED_VERSION: Final = VERSION + 1
 """Version of an encrypted gallery; others have `fpmatch.gallery.store.tables.VERSION`."""
 
 PLAIN: Final = "plain"
@@ -154,7 +154,7 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
 
     Raises EncryptionError (code "damaged") if the keys in use are not recorded.
     """
-    if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
+    if connection.scalar(sa.select(GALLERY.c.version)) not in {2, ENCRYPTED_VERSION}:
         return None
     row = None
     if sa.inspect(connection).has_table(ENCRYPTION.name):

@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 
 Value = TypeVar("Value")
 
-VERSION: Final = 1
+VERSION: Final = 3
 """Version of these tables and of their content; it grows with every change of either."""
+OLD_VERSIONS: Final = {1: VERSION, 2: VERSION + 1}
+"""Versions without digests, and what they become; see `fpmatch.gallery.store.digests`."""
 
 _metadata = sa.MetaData()
 
@@ -32,6 +34,7 @@ GALLERY: Final = sa.Table(
     sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
     sa.Column("version", sa.Integer, nullable=False),
     sa.Column("state", sa.Text, nullable=False),  # random, replaced by every change of entries
+    sa.Column("sums", sa.LargeBinary),  # of the digests of entries
 )
 
 ENTRY: Final = sa.Table(
@@ -45,15 +48,18 @@ ENTRY: Final = sa.Table(
     sa.Column("content", sa.LargeBinary, nullable=False, unique=True),
     sa.Column("dpi", sa.Float(53), nullable=False),
     sa.Column("minutiae", sa.Integer, nullable=False),
+    sa.Column("digest", sa.BigInteger),  # of the other columns but the number
     sa.Column("template", sa.LargeBinary, nullable=False),
     sa.UniqueConstraint("subject", "finger", "impression"),
     sqlite_autoincrement=True,  # the number of a removed entry is not given again
 )
 
-ABOUT: Final = [column for column in ENTRY.columns if column is not ENTRY.c.template]
+ABOUT: Final = [column for column in ENTRY.columns if column.name not in {"digest", "template"}]
 """The columns of an `Entry`, in the order of its fields."""
-PACKED: Final = sa.select(ENTRY)
+PACKED: Final = sa.select(*ABOUT, ENTRY.c.template)
 """Rows of `fpmatch.gallery.store.rows.as_packed` and `as_template`."""
+DIGESTED: Final = sa.select(ENTRY)
+"""The same with digests, which galleries of `OLD_VERSIONS` lack."""
 
 FAILURE: Final = sa.Table(
     "fpmatch_failure",
@@ -101,7 +107,7 @@ def is_sound(dialect: str) -> sa.ColumnElement[bool]:
     numbers = [ENTRY.c.dpi.between(MIN_DPI, MAX_DPI), ENTRY.c.minutiae.between(0, MOST_MINUTIAE)]
     if dialect != "sqlite":  # which alone keeps values of another type
         return sa.and_(*numbers)
-    kinds = [(column, _SQLITE_TYPES[type(column.type)]) for column in ENTRY.columns]
+    kinds = [(column, _SQLITE_TYPES[type(column.type)]) for column in PACKED.selected_columns]
     return sa.and_(*numbers, *(sa.func.typeof(column) == kind for column, kind in kinds))
 
 
@@ -115,7 +121,7 @@ def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
 def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
     _metadata.create_all(connection, checkfirst=False)
-    connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state))
+    connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state, sums=b""))
 
 
 class Conflicts:

@@ -154,7 +154,8 @@ def enrol(
     workers : int, optional
         Processes to use (default: one a core).
     strict : bool
-        Whether to refuse prints that match no other impression of their finger.
+        Whether to refuse prints that match no other impression of their finger, and those that are
+        probably two prints in one.
 
     Returns
     -------

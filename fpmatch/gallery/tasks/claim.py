@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.fingers.finger import verify_finger
+from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
 from fpmatch.printable import count, printable
 
 if TYPE_CHECKING:
-    from fpmatch.fingers.finger import FingerVerification
+    from fpmatch.gallery.fingers.finger import FingerVerification
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.matching.calibration import Calibration
@@ -88,8 +88,8 @@ def check_claim(
     `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
     Impressions that are damaged are skipped. `dpi_assumed` is true where nothing states the
     resolution of the probe. Other parameters, and the errors, are as for
-    `fpmatch.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be read, or
-    nothing of the subject or finger is enrolled, or all of it is damaged.
+    `fpmatch.gallery.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be
+    read, or nothing of the subject or finger is enrolled, or all of it is damaged.
     """
     entries = [
         entry
@@ -103,6 +103,7 @@ def check_claim(
         claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
         if damaged:
             raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
+        gallery.check_sums()
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
     result = verify_finger(
         probe, list(sound.values()), matcher=matcher, threshold=threshold, calibration=calibration

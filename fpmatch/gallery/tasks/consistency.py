@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.fingers.consolidate import link_impressions, linked_groups
-from fpmatch.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.fingers.consolidate import link_impressions, linked_groups
+from fpmatch.gallery.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.tables import parts
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
@@ -150,8 +151,8 @@ def check_added(
 
     Compared are those of `added`, from `find_added`, with what their fingers had before. If
     `strict`, so are all `new` ones with the others of their fingers, and those of the new ones that
-    match none are removed: they are returned by number. Where no impression of a finger is older,
-    the largest group is kept.
+    match none are removed, as are those that are probably two prints in one: they are returned by
+    number. Where no impression of a finger is older, the largest group is kept.
     """
     fresh, labels = {number for numbers in added.values() for number in numbers}, set(new)
     subjects = {*added, *(label.subject for label in labels if strict)}
@@ -159,7 +160,9 @@ def check_added(
     def is_fresh(entry: Entry) -> bool:
         return entry.id in fresh or (strict and entry.label in labels)
 
-    refused: dict[int, Failure] = {}
+    refused = _find_doubtful(gallery, labels) if strict else {}
+    _remove(gallery, refused)
+    unrelated: dict[int, Failure] = {}
     unmatched = []
     for check in check_fingers(gallery, subjects=subjects) if subjects else ():
         older = [group for group in check.groups if not all(map(is_fresh, group))]
@@ -169,13 +172,28 @@ def check_added(
                 continue
             why = _why_unmatched(gallery, entry, list(kept.values()), check.name)
             if strict and entry.label in labels:
-                refused[entry.id] = Failure(entry.source, f"refused: {why}")
+                unrelated[entry.id] = Failure(entry.source, f"refused: {why}")
             else:
                 unmatched.append(Failure(entry.source, f"{entry.label} {why}"))
+    _remove(gallery, unrelated)
+    return refused | unrelated, unmatched
+
+
+def _find_doubtful(gallery: Gallery, labels: Collection[Label]) -> dict[int, Failure]:
+    """Return the entries of some labels that one finger does not have, or probably not, by number."""
+    refused = {}
+    for subject in {label.subject for label in labels}:
+        for entry in gallery.entries(subject=subject):
+            template = gallery.find_template(entry.id) if entry.label in labels else None
+            if template is not None and (why := find_doubts(template)):
+                refused[entry.id] = Failure(entry.source, f"refused: {'; '.join(why)}")
+    return refused
+
+
+def _remove(gallery: Gallery, refused: Mapping[int, Failure]) -> None:
     if refused:
         gallery.remove(refused)
         gallery.add([], list(refused.values()))
-    return refused, unmatched
 
 
 def _why_unmatched(gallery: Gallery, entry: Entry, kept: Sequence[Entry], finger: str) -> str:
@@ -220,8 +238,8 @@ def find_damaged(
     gallery cannot be read.
     """
     if subject is None:
-        total = 2 * len(gallery)
-        for done, _ in enumerate(chain(gallery.entries(), gallery.templates()), start=1):
+        total = len(gallery)
+        for done, _ in enumerate(gallery.packed_entries(), start=1):
             progress("read", min(done, total), total)
         return dict(gallery.damaged)
     numbers = gallery.numbers_of(subject)

@@ -118,7 +118,8 @@ def enrol(
     reads each print here, an `open_print` with its reader, and the extractor, an `extract_opened`,
     is called with what it returns. `progress` is called with stage "enrol", and with "prepare"
     while a large gallery is indexed. If `strict`, impressions that do not match the others of their
-    finger are refused once all are extracted; see `fpmatch.gallery.tasks.consistency`.
+    finger, or are probably two prints in one, are refused once all are extracted; see
+    `fpmatch.gallery.tasks.consistency`.
     """
     check_prefix(prefix)
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress, prefix)

@@ -14,11 +14,11 @@ import sqlalchemy as sa
 
 from fpmatch.base.encryption.records import MAGIC, record_head
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.store import audit
+from fpmatch.gallery.store import audit, digests
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.kept_files import seal_files
-from fpmatch.gallery.store.sealing import ENCRYPTED_VERSION, PLAIN, create_sealing, set_keys
-from fpmatch.gallery.store.tables import ENTRY, GALLERY, TABLES, VERSION
+from fpmatch.gallery.store.sealing import PLAIN, create_sealing, set_keys
+from fpmatch.gallery.store.tables import ENTRY, GALLERY, TABLES
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
@@ -80,7 +80,7 @@ def _begin(gallery: Gallery, target: str) -> bool:
             if target == PLAIN:
                 raise gallery.error("is not encrypted", "not encrypted")
             create_sealing(connection, (target, PLAIN))
-            connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
+            connection.execute(GALLERY.update().values(version=GALLERY.c.version + 1))
             keys: tuple[str, ...] = (target, PLAIN)
         else:
             sealing.check_keys()
@@ -98,11 +98,11 @@ def _seal_some(
     head = MAGIC if target == PLAIN else record_head(target)
     begin = sa.func.substr(_TEMPLATE, 1, len(head))
     other = begin == head if target == PLAIN else begin != head
-    query = sa.select(ENTRY).where(ENTRY.c.id > after, other)
     with gallery.changing() as connection:
+        query = gallery.whole_rows.where(ENTRY.c.id > after, other)
         sealing = _sealing(gallery, connection, target)
         rows = connection.execute(query.order_by(ENTRY.c.id).limit(ROWS_PER_COMMIT)).all()
-        updates: list[dict[str, Any]] = []
+        sealed: list[tuple[Any, bytes]] = []
         for row in rows:
             try:
                 opened = sealing.unseal_row(row)
@@ -110,12 +110,10 @@ def _seal_some(
                 damaged[row.id] = error.why
                 continue
             columns = {name: getattr(opened, name) for name in row._fields}
-            template = sealing.seal_row(columns, target)["template"]
-            updates.append({"number": row.id, "sealed": template})
-        if updates:
-            change = ENTRY.update().where(ENTRY.c.id == sa.bindparam("number"))
-            connection.execute(change.values(template=sa.bindparam("sealed")), updates)
-    return (len(updates), rows[-1].id) if rows else None
+            sealed.append((row, sealing.seal_row(columns, target)["template"]))
+        if sealed:
+            digests.replace_templates(connection, sealed)
+    return (len(sealed), rows[-1].id) if rows else None
 
 
 def _end(gallery: Gallery, target: str, damaged: dict[int, str]) -> None:
@@ -124,7 +122,7 @@ def _end(gallery: Gallery, target: str, damaged: dict[int, str]) -> None:
         _sealing(gallery, connection, target)
         set_keys(connection, () if target == PLAIN else (target,))
         if target == PLAIN:
-            connection.execute(GALLERY.update().values(version=VERSION))
+            connection.execute(GALLERY.update().values(version=GALLERY.c.version - 1))
         audit.record(connection, "keys rotated", keys=[target], damaged=len(damaged))
 
 

@@ -37,6 +37,8 @@ def free_space(gallery: Gallery) -> FreedSpace:
     as before.
     """
     before = gallery.size(TABLES), size_of_prepared(gallery)
+    with gallery.changing():
+        pass  # a gallery of an earlier version gets what this one adds
     gallery.record("compact")
     gallery.vacuum(TABLES)
     delete_outdated(gallery)

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.notes import ProgressBars, say_slow_kernels, show
-from fpmatch.cli.options import (
+from fpmatch.cli.options import json_option, key_option, matcher_option, output_option
+from fpmatch.gallery.cli.options import (
     by_folder_option,
-    json_option,
-    key_option,
-    matcher_option,
-    output_option,
     pattern_option,
     places_argument,
     workers_option,

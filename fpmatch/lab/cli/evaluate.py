@@ -8,27 +8,18 @@ import click
 
 from fpmatch.base.kernels import build_command, outdated_kernels
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import (
-    ProgressBars,
-    notes_as_json,
-    say_dpi_assumed,
-    say_note,
-    say_notes,
-    say_slow_kernels,
-    show,
-)
-from fpmatch.cli.options import (
+from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.options import enhance_option, file_option, key_option
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
+from fpmatch.gallery.cli.options import (
     FROM_0,
     by_folder_option,
-    enhance_option,
-    file_option,
-    key_option,
     old_names,
     pattern_option,
     places_argument,
     workers_option,
 )
-from fpmatch.errors import FpmatchError
 from fpmatch.lab.cli.evaluate_epilog import EPILOG
 from fpmatch.lab.cli.evaluate_identification import (
     OPTIONS,

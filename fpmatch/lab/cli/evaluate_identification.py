@@ -7,16 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import (
-    ProgressBars,
-    notes_as_json,
-    say_dpi_assumed,
-    say_note,
-    say_notes,
-    say_slow_kernels,
-    show,
-)
+from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import file_option
+from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.lab.cli.scores_in import add_options, refuse_others
 from fpmatch.printable import json_text
 

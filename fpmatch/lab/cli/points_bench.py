@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import ProgressBars, say_note, show
-from fpmatch.cli.options import FROM_0, FROM_1, Name, file_option
+from fpmatch.cli.options import Name, file_option
+from fpmatch.gallery.cli.options import FROM_0, FROM_1
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from fpmatch.cli.notes import show, show_line
-from fpmatch.cli.options import FILE, FROM_0, output_option
+from fpmatch.cli.options import FILE, output_option
+from fpmatch.gallery.cli.options import FROM_0
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:

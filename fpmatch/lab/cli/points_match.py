@@ -16,6 +16,7 @@ from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.cli.notes import ProgressBars, say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.errors import PointSetError
+from fpmatch.lab.plots.words import match_facts
 from fpmatch.lab.points.match import (
     POINT_MATCHERS,
     TRANSFORM_MODELS,
@@ -26,7 +27,7 @@ from fpmatch.lab.points.match import (
 )
 from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH
-from fpmatch.prints.words import match_facts, verdict
+from fpmatch.prints.words import verdict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

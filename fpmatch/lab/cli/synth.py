@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import ProgressBars, first_of, say_note, show
-from fpmatch.cli.options import Name, json_option, workers_option
+from fpmatch.cli.options import Name, json_option
+from fpmatch.gallery.cli.options import workers_option
 from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS, Sensor

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.lab.plots.words import degrees, rotated_and_scaled
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.random_sets import random_pair
 from fpmatch.pointset.delaunay.triangulate import triangulate
@@ -21,7 +22,6 @@ from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.prepared_points import prepare_points
-from fpmatch.prints.words import degrees, rotated_and_scaled
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

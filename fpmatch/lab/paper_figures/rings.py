@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.lab.plots.words import point_name
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.parametrize import UnitCircle, parametrize
-from fpmatch.prints.words import point_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

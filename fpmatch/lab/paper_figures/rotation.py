@@ -11,9 +11,9 @@ from fpmatch.drawing.scene.palette import PAIR_LINK, TEXT
 from fpmatch.lab.paper_figures import marks
 from fpmatch.lab.paper_figures.meshes import EDGE_ROOM, crowding
 from fpmatch.lab.paper_figures.sheet import Sheet, show
+from fpmatch.lab.plots.words import degrees, number, positive_degrees, significant
 from fpmatch.pointset.geometry.pairing import greedy_pairs
 from fpmatch.pointset.paper.matcher import UnitCircleParameters
-from fpmatch.prints.words import degrees, number, positive_degrees, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.drawing.scene.palette import NEUTRAL_INK, TEXT, TEXT_MUTED
 from fpmatch.lab.paper_figures import marks
 from fpmatch.lab.paper_figures.sheet import Sheet, show
-from fpmatch.prints.words import degrees, number, significant
+from fpmatch.lab.plots.words import degrees, number, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

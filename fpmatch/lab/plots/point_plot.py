@@ -16,8 +16,9 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import Colour, hexadecimal
 from fpmatch.errors import OutputError
 from fpmatch.lab.plots.style import check_matplotlib, figure_bytes, plain_style
+from fpmatch.lab.plots.words import match_facts
 from fpmatch.pointset.geometry.points import as_points
-from fpmatch.prints.words import match_facts, verdict
+from fpmatch.prints.words import verdict
 
 if TYPE_CHECKING:
     import os

@@ -7,17 +7,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.lab.points.affine.matcher import AffineParameters, match_affine
+from fpmatch.lab.points.reflect import TRIALS, match_either_way, mirror_image
 from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.lab.points.triangles.search import MAX_CHANCE
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
-from fpmatch.pointset.geometry.point_match import (
-    TRIALS,
-    PointMatch,
-    check_rho,
-    match_either_way,
-    mirror_image,
-)
+from fpmatch.pointset.geometry.point_match import PointMatch, check_rho
 from fpmatch.pointset.paper.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 DELIMITERS: Final = (",", ";", "\t", " ")
 MAX_BYTES: Final = 2**30  # some twenty million points
-_SHOWN_LETTERS: Final = 40  # of a value that an error quotes
+_SHOWN_LETTERS: Final = 20  # of a value that an error quotes; a key has 44
 _SHOWN_CELLS: Final = 5
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 

@@ -16,8 +16,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.output import atomic_write_bytes, folder_lock, reason, remove_unfinished
+from fpmatch.base.output import atomic_write_bytes, reason, remove_unfinished
 from fpmatch.errors import DatasetError, OutputError
+from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress, run_chunks
 from fpmatch.lab.synthesis.check import fault, is_damaged_copy, read
 from fpmatch.lab.synthesis.master import MasterParameters

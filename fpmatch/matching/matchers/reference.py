@@ -19,10 +19,7 @@ from fpmatch.matching.pipeline.match import MIN_MINUTIAE, workspace_for
 from fpmatch.matching.result import Comparison, nothing_found
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fpmatch.matching.prints.prepare import PreparedTemplate
-    from fpmatch.matching.prints.prepared_prints import PreparedPrints
     from fpmatch.matching.reference.alignment import Pairing
 
 
@@ -65,17 +62,6 @@ class ReferenceMatcher(UnitCircleMatcher):
             reason=main_reason(evidence),
             detail=(_alignment(pairing), evidence),
         )
-
-    def similarities(
-        self,
-        probe: PreparedTemplate,
-        references: PreparedPrints,
-        first: int = 0,
-        last: int | None = None,
-    ) -> NDArray[np.float64]:
-        """Compare one print with those from `first` up to, not including, `last`."""
-        which = range(*slice(first, last).indices(len(references)))
-        return np.array([self.compare(probe, references[k]).similarity for k in which])
 
 
 MATCHER: Final = ReferenceMatcher()

@@ -18,7 +18,7 @@ from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
 from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE, local_similarity
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, similarities, workspace_for
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, workspace_for
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepare import PreparedTemplate
-    from fpmatch.matching.prints.prepared_prints import PreparedPrints
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -187,34 +186,6 @@ class UnitCircleMatcher:
             for ratio in ratios
             if workspace.common_bits(rescaled_descriptors(probe, ratio)) >= MIN_AT_SCALE
         ]
-
-    def similarities(
-        self,
-        probe: PreparedTemplate,
-        references: PreparedPrints,
-        first: int = 0,
-        last: int | None = None,
-    ) -> NDArray[np.float64]:
-        """Compare one print with those from `first` up to, not including, `last`.
-
-        The similarities are to the last bit those that `compare` finds.
-
-        Examples
-        --------
-        >>> from fpmatch import Minutiae, Template
-        >>> from fpmatch.matching.prints.prepared_prints import PreparedPrints
-        >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
-        >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
-        >>> many = PreparedPrints.pack([print_, print_])
-        >>> similarity = MATCHER.similarities(print_, many)
-        >>> bool(similarity[1] == MATCHER.compare(print_, print_).similarity)
-        True
-        """
-        first, last, _ = slice(first, last).indices(len(references))
-        similarity, undecided = similarities(probe, references, first, last)
-        for k in undecided.tolist():
-            similarity[k - first] = self.compare(probe, references[k]).similarity
-        return similarity
 
 
 MATCHER: Final = UnitCircleMatcher()

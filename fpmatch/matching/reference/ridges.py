@@ -15,8 +15,8 @@ from fpmatch.matching.numpy_forms.ridges import (
     bits_of,
     count_agreeing,
 )
+from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
 from fpmatch.matching.pipeline.alignment import RidgeSearchParameters
-from fpmatch.matching.prints._kernels._ridge_sample_kernel import SAMPLES
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 

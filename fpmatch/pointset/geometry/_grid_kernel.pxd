@@ -36,3 +36,9 @@ cdef class CellGrid:
     cdef void _select(
         self, Py_ssize_t low, Py_ssize_t high, Py_ssize_t middle, double[::1] value,
     ) noexcept
+
+
+cpdef int find_candidates(
+    double[:, ::1] p, CellGrid grid, double[::1] move, double t2, int most, int[::1] start,
+    int[::1] near, double[::1] cost,
+)

@@ -1,4 +1,4 @@
-"""Pair the points of two sets that lie near one another, one to one: greedily, or at least cost."""
+"""Pair the points of two sets that lie near one another, one to one: nearest pairs first."""
 
 from __future__ import annotations
 
@@ -7,24 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
-from fpmatch.pointset.geometry import _assignment_kernel as kernel
+from fpmatch.pointset.geometry._grid_kernel import find_candidates
 from fpmatch.pointset.geometry.points import as_points, sort_into_cells
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.geometry._grid_kernel import CellGrid
-
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
-
-MAX_CANDIDATES: Final = 12
-"""Nearest points within the tolerance that `optimal_pairs` considers for a point, at most."""
 
 _MAX_NEAR: Final = 5_000_000  # pairs near in x that are listed at once
 _MAX_GREEDY: Final = 64  # nearest points that are considered for one, where there are more pairs
 _STAY: Final = np.array([1.0, 0.0, 0.0, 0.0])
-_ROUNDING: Final = 1e-12
 
 
 def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
@@ -80,7 +74,7 @@ def _nearest_within(
     start = np.empty(len(a) + 1, np.int32)
     near, cost = (np.empty(len(a) * _MAX_GREEDY, kind) for kind in (np.int32, np.float64))
     moved = np.array(a.T, order="C")
-    kernel.find_candidates(moved, grid, _STAY, tolerance**2, _MAX_GREEDY, start, near, cost)
+    find_candidates(moved, grid, _STAY, tolerance**2, _MAX_GREEDY, start, near, cost)
     i = np.repeat(np.arange(len(a)), np.diff(start))
     return i, np.asarray(grid.order)[near[: start[-1]]].astype(np.int64)
 
@@ -92,20 +86,3 @@ def index_pairs(
     count = end - first
     i = np.repeat(np.arange(len(first)), count)
     return i, np.arange(len(i)) + np.repeat(first - (count.cumsum() - count), count)
-
-
-def optimal_pairs(p: Floats, grid: CellGrid, move: Floats, tolerance: float) -> Ints:
-    """Pair moved points with points in a grid so that Σ(d² - t²) over the pairs is least.
-
-    `p` (2, N) is moved by `move`, (s·cos θ, s·sin θ, tx, ty); t is the `tolerance`. Where two
-    points compete for one partner, both get partners if that costs less in all. Returned is the
-    partner of each point (N,), in the order of the grid's cells, -1 for none.
-    """
-    n, t2 = p.shape[1], tolerance * tolerance
-    start = np.empty(n + 1, np.int32)
-    near, cost = np.empty(n * MAX_CANDIDATES, np.int32), np.empty(n * MAX_CANDIDATES)
-    kernel.find_candidates(p, grid, move, t2, MAX_CANDIDATES, start, near, cost)
-    edge, owner = np.empty(n, np.int32), np.empty(len(grid.order), np.int32)
-    work = np.empty((5, n), np.int32)
-    kernel.assign(start, near, cost, _ROUNDING * t2, edge, owner, np.empty(n), work)
-    return edge

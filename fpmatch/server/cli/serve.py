@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
-from fpmatch.cli.notes import ProgressBars, say_damaged, say_note, say_slow_kernels, show_line
-from fpmatch.cli.options import file_option, key_option, old_names, workers_option
+from fpmatch.cli.notes import ProgressBars, say_note, say_slow_kernels, show_line
+from fpmatch.cli.options import file_option, key_option
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.cli.notes import say_damaged
+from fpmatch.gallery.cli.options import old_names, workers_option
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,10 +11,11 @@ from in_turn import OURS, cpu, in_turn
 from made_prints import prints, repeated, without_prefilter
 
 from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.verification import find_scale
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -57,7 +58,7 @@ def test_comparison_with_many(
 ) -> None:
     """Compare a print with a thousand, packed, of which five are of its finger's ten."""
     many = PreparedPrints.concatenate([PreparedPrints.pack(prepared)] * 20)
-    work = (lambda: MATCHER.similarities(prepared[0], many)) if side == OURS else triangulations
+    work = (lambda: similarities(MATCHER, prepared[0], many)) if side == OURS else triangulations
     benchmark.extra_info["calls"] = len(many) if side == OURS else 50
     benchmark.pedantic(work, rounds=5, warmup_rounds=1)
 
@@ -116,7 +117,7 @@ def test_search(benchmark: Any, side: str, search: WholeSearch) -> None:
 
     def yardstick() -> NDArray[np.float64]:
         with without_prefilter():
-            return MATCHER.similarities(probe, search.prints, 0, COMPARED)
+            return similarities(MATCHER, probe, search.prints, 0, COMPARED)
 
     benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED
     benchmark.pedantic(ours if side == OURS else yardstick, rounds=3, warmup_rounds=1)

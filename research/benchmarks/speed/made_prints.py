@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 from research.training.score_samples import NO_PREFILTER

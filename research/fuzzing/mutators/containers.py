@@ -9,7 +9,7 @@ import zipfile
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from fpmatch.base.array_file import BLOCK, write_content
+from fpmatch.gallery.store.array_file import BLOCK, write_content
 from research.fuzzing.mutators.octets import EXTREMES, any_bytes
 from research.fuzzing.mutators.text import json_line, json_value
 

@@ -68,8 +68,8 @@ def _points() -> Reader:
 
 def _template() -> Reader:
     """Make a template of the arrays of an archive, and compare, draw and convert it."""
+    from fpmatch.gallery.store.stored_template import pack_template, unpack_template  # noqa: PLC0415
     from fpmatch.matching.verify import verify  # noqa: PLC0415
-    from fpmatch.templates.stored_template import pack_template, unpack_template  # noqa: PLC0415
 
     good = templates()[PROBE]
 

@@ -10,23 +10,16 @@ import os
 import shutil
 from functools import cache
 from typing import TYPE_CHECKING, Any
-from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.search import opening
-from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
 from research.fuzzing.mutators.containers import ARRAYS
-from research.fuzzing.targets.stores import PROBE, RESULTS, gallery_file, templates
+from research.fuzzing.targets.stores import RESULTS, candidates, gallery_file
 from research.fuzzing.targets.target import Reader, Target, scratch
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from fpmatch.gallery.gallery import Gallery
 
 
 def index_targets() -> list[Target]:
@@ -40,19 +33,10 @@ def index_targets() -> list[Target]:
     ]
 
 
-def _candidates(gallery: Gallery) -> tuple[list[tuple[Any, ...]], list[str]]:
-    """Return the candidates of the probe, found by the index, and notes."""
-    notes: list[str] = []
-    with patch.object(opening, "LISTED_UP_TO", 0):
-        search = open_search(gallery, engine=serial(), note=notes.append)
-    found = identify(search, templates()[PROBE])
-    return [(one.number, one.similarity, one.score) for one in found.candidates], notes
-
-
 def _index(kind: str, *, strict: bool) -> Reader:
     good = _good(os.getpid())
     with open_gallery(_copy(os.getpid())) as gallery:
-        expected, _ = _candidates(gallery)
+        expected, _ = candidates(gallery, indexed=True)
     (damaged,) = (path for path in good if path.suffix == f".{kind}")
 
     def read(data: bytes) -> list[str]:
@@ -63,10 +47,10 @@ def _index(kind: str, *, strict: bool) -> Reader:
         for path, content in good.items():
             (beside / path.name).write_bytes(data if path == damaged else content)
         with open_gallery(place) as gallery:
-            found, notes = _candidates(gallery)
+            found, notes = candidates(gallery, indexed=True)
         if strict and found != expected:
             raise AssertionError(RESULTS)
-        if not np.isfinite([one[1:] for one in found]).all():
+        if not np.isfinite([one[2:] for one in found]).all():
             raise AssertionError("candidates without a score")
         return notes
 
@@ -87,6 +71,6 @@ def _good(pid: int) -> dict[Path, bytes]:
     """Return the files of the index, and their contents."""
     place = _copy(pid)
     with open_gallery(place) as gallery:
-        _candidates(gallery)
+        candidates(gallery, indexed=True)
     beside = place.with_name(f"{place.name}.prepared")
     return {path: path.read_bytes() for path in sorted(beside.iterdir())}

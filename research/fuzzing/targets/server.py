@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import json
 import re
 import shutil
@@ -112,6 +113,9 @@ class _InThisProcess:
         """Return ``work(*args)``."""
         return work(*args)
 
+    async def answer(self) -> None:
+        """Return at once."""
+
 
 def _http() -> Reader:
     made = gallery_file()
@@ -120,6 +124,8 @@ def _http() -> Reader:
     settings = Settings(gallery=str(made), workers=1, limits=limits)
     with patch.object(web, "Pool", _InThisProcess):
         observer = web.make_app(settings)
+    runner = asyncio.Runner()  # a check of readiness outlives its request
+    atexit.register(runner.close)
     application: Any = observer
     while not hasattr(application, "state"):  # the application behind observer and guard
         application = application._app
@@ -129,7 +135,7 @@ def _http() -> Reader:
         shutil.copyfile(made, gallery)
         shutil.copytree(f"{made}.prepared", f"{gallery}.prepared", dirs_exist_ok=True)
         application.state.settings = replace(settings, gallery=str(gallery))
-        status, content = asyncio.run(_response(observer, data))
+        status, content = runner.run(_response(observer, data))
         if status >= 500 and status not in {503, 504}:
             raise AssertionError(f"status {status}: {content[:200]!r}")
         if status < 400:

@@ -1,9 +1,8 @@
 """Targets: galleries, their prepared files, and runs that are resumed, with the searches of them.
 
-Byte by byte damage must be noticed: the candidates are the same to the last bit, or there is an
-error or a note. Where values were changed through SQLite, or checksums were corrected, other
-candidates are right; the search must only end well. In an encrypted gallery entries can then be
-missing, but none has another name.
+Damage must be noticed: the candidates are the same to the last bit, or there is an error or a note.
+Where checksums of prepared files were corrected, other candidates are right; the search must only
+end well.
 """
 
 from __future__ import annotations
@@ -16,37 +15,38 @@ import shutil
 import sqlite3
 import zlib
 from contextlib import closing, suppress
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any, Literal, get_args
 from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.base.array_file import read_arrays, write_arrays
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import load_prepared
-from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.image.extract import extract
-from fpmatch.image.io.read import read_image
-from fpmatch.matching.prints.compact_template import (
+from fpmatch.gallery.index.prints.compact_template import (
     CompactTemplates,
     compact,
     expand,
     prepare_compact,
 )
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.prints.stored_descriptors import COLUMNS, StoredDescriptors
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.search import opening
+from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.store.array_file import read_arrays, write_arrays
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import read_image
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
-from fpmatch.templates.stored_template import pack_template, unpack_template
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
+from research.fuzzing.mutators.galleries import GALLERY
 from research.fuzzing.mutators.records import stored_template, use_key
 from research.fuzzing.targets.tables import SAMPLES
 from research.fuzzing.targets.target import Reader, Target, scratch, written
@@ -55,12 +55,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.search.search import ListedAs
     from fpmatch.templates.minutiae import Template
 
 PRINTS = ("101_1", "101_2", "102_1", "103_1")
 PROBE = "101_3"
 RENEWED_ONE_IN = 30  # of the prepared files that are refused: that takes longer
 MINUTIAE = 16  # of each print: fewer are compared faster
+Kept = Literal["", "prepared", "index"]  # files of a gallery from before the damage
 RESULTS = "other candidates than before the damage, without an error or a note"
 
 
@@ -68,9 +70,16 @@ def store_targets() -> list[Target]:
     """Return the targets of galleries, prepared files and unfinished runs."""
     stores: dict[str, Any] = {"group": "stores", "kernels": True}
     return [
-        Target("gallery", lambda: _gallery(strict=True), **stores),
-        Target("gallery-cells", lambda: _gallery(strict=False), SQLITE, **stores),
-        Target("gallery-sealed", lambda: _gallery(strict=False, encrypt=True), SQLITE, **stores),
+        *(
+            Target(
+                f"gallery{'-sealed' * encrypt}{'-' * bool(kept)}{kept}",
+                partial(_gallery, kept, encrypt=encrypt),
+                (*SQLITE, *GALLERY),
+                **stores,
+            )
+            for encrypt in (False, True)
+            for kept in get_args(Kept)
+        ),
         Target("prepared", lambda: _prepared(strict=True), **stores),
         Target("prepared-forged", lambda: _prepared(strict=False), ARRAYS, **stores),
         Target("packed-template", _packed, (stored_template,), kernels=True),
@@ -113,7 +122,7 @@ def _made_gallery(encrypt: bool) -> Path:
         open_gallery(path, create=True, encrypt=encrypt) as gallery,
     ):
         gallery.add(new)
-        open_search(gallery, engine=serial())
+        opening.open_search(gallery, engine=serial())
     return path
 
 
@@ -123,45 +132,54 @@ def _entry(name: str, template: Template) -> NewEntry:
     return NewEntry(Label(subject, "", impression), f"{name}.tif", digest, template)
 
 
-def _candidates(
-    gallery: Gallery, *, impressions: bool = False
+def candidates(
+    gallery: Gallery, *, indexed: bool = False, listed: ListedAs = "fingers"
 ) -> tuple[list[tuple[Any, ...]], list[str]]:
     """Return the candidates of the probe in a gallery, as a search states them, and notes."""
     notes: list[str] = []
-    search = open_search(gallery, engine=serial(), note=notes.append)
-    found = identify(
-        search, templates()[PROBE], count=10, listed="impressions" if impressions else "fingers"
-    )
+    with patch.object(type(gallery), "has_over", lambda *_: indexed):
+        search = opening.open_search(gallery, engine=serial(), note=notes.append)
+    found, entries = identify_entries(gallery, search, templates()[PROBE], count=10, listed=listed)
     notes += [f"entry {number}: {why}" for number, why in gallery.damaged.items()]
-    label = {entry.id: str(entry.label) for entry in gallery.entries()}
     return [
-        (label.get(one.number), one.number, one.similarity, one.score, one.impressions)
-        for one in found.candidates
+        (str(entry.label), entry.source, one.number, one.similarity, one.score, one.impressions)
+        for one, entry in zip(found.candidates, entries, strict=True)
     ], notes
 
 
-def _gallery(*, strict: bool, encrypt: bool = False) -> Reader:
-    made = gallery_file(encrypt=encrypt)
-    with open_gallery(made) as gallery:
-        expected, _ = _candidates(gallery)
-        single = {(one[0], one[2]) for one in _candidates(gallery, impressions=True)[0]}
+def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
+    """Damage the file of a gallery, and search it with the files that were kept of it before."""
+    made, search = gallery_file(encrypt=encrypt), partial(candidates, indexed=kept == "index")
+    place = scratch() / f"{kept} {encrypt}" / "prints.db"
+    place.parent.mkdir(exist_ok=True)
+    shutil.copyfile(made, place)
+    with open_gallery(place) as gallery:
+        expected, _ = search(gallery)
+        ways = [candidates(gallery, indexed=k, listed="impressions")[0] for k in (False, True)]
+        single = {(one[0], one[3]) for way in ways for one in way}
+    beside = place.with_name("prints.db.prepared")
+    files = {one.name: one.read_bytes() for one in beside.iterdir()} if kept else {}
 
     def read(data: bytes) -> list[str]:
         path = scratch() / "prints.db"
         path.write_bytes(data)
+        own = path.with_name("prints.db.prepared")
+        own.mkdir()
+        for name, content in files.items():
+            (own / name).write_bytes(content)
         try:
             with open_gallery(path) as gallery:
-                found, notes = _candidates(gallery)
+                found, notes = search(gallery)
+                if found != expected and not notes:
+                    raise AssertionError(RESULTS)
+                if not {(one[0], one[3]) for one in found} <= single:
+                    raise AssertionError("a template under another name")
                 gallery.summary()
                 shown = [f"{entry.label} {entry.source}" for entry in gallery.entries()]
                 shown += [failure.reason for failure in gallery.failures()]
         finally:
             for leftover in path.parent.glob("prints.db*"):
                 shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
-        if strict and found != expected and not notes:
-            raise AssertionError(RESULTS)
-        if encrypt and not {(one[0], one[2]) for one in found} <= single:
-            raise AssertionError("a template under another name, without an error or a note")
         return [*map(printable, shown), *notes]
 
     return Reader([made.read_bytes()], read)
@@ -171,7 +189,7 @@ def _prepared(*, strict: bool) -> Reader:
     """Damage the prepared file of a gallery, and search with it, or with what replaces it."""
     made = gallery_file()
     with open_gallery(made) as gallery:
-        expected, _ = _candidates(gallery)
+        expected, _ = candidates(gallery)
     matcher = get_matcher("unit-circle")
     (good,) = made.with_name(f"{made.name}.prepared").iterdir()
 
@@ -184,7 +202,7 @@ def _prepared(*, strict: bool) -> Reader:
         path.write_bytes(data)
         if zlib.crc32(data) % RENEWED_ONE_IN:
             load_prepared(path, matcher)
-        found, notes = _candidates(gallery)
+        found, notes = candidates(gallery)
         if strict and found != expected:
             raise AssertionError(RESULTS)
         if not np.isfinite([one[2:] for one in found]).all():

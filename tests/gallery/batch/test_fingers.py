@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ScoringError
-from fpmatch.fingers.finger import fused_score
 from fpmatch.gallery.batch.fingers import (
     FINGER_COLUMNS,
     MAX_CELLS,
@@ -17,6 +16,7 @@ from fpmatch.gallery.batch.fingers import (
     finger_of_name,
     write_fingers,
 )
+from fpmatch.gallery.fingers.finger import fused_score
 
 REFERENCES = ["7_1.png", "7_2.png", "8_1.png"]
 

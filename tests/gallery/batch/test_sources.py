@@ -22,8 +22,8 @@ from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.stored_template import pack_template, unpack_template
 
 
 @pytest.fixture

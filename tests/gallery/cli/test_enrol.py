@@ -1,10 +1,12 @@
 import json
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from fpmatch import assess
-from fpmatch.cli import notes
+from fpmatch.formats.files import save_template
+from fpmatch.gallery.cli import notes
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
 from tests.conftest import assert_refused, copied
@@ -101,6 +103,28 @@ def test_strict_refuses_what_does_not_match_its_finger(run, prints, tmp_path):
     (failure,) = document["failures"]
     assert failure["source"].endswith("1_3.png")
     assert failure["reason"].startswith("refused: does not match 1_1 ")
+
+
+def test_two_prints_in_one_are_named_and_refused_if_strict(run, prints, tmp_path):
+    folder = copied(prints, tmp_path / "folder", "1_1.png")
+    sides = [np.asarray(Image.open(prints / name)) for name in ("1_1.png", "2_1.png")]
+    sides.insert(1, np.full((300, 60), 255, np.uint8))
+    Image.fromarray(np.hstack(sides)).save(folder / "3_1.png", dpi=(500, 500))
+    words = "enrol", tmp_path / "g.db", folder, "--workers", 1
+    result = run(*words, "--strict")
+    assert result.exit_code == 1
+    failed = f"fpmatch: failed: {folder}/3_1.png: refused: probably two prints in one: the ridges"
+    assert failed in result.stderr
+    assert f"fpmatch: note: {folder}/3_1.png: probably two prints in one: " in result.stderr
+    assert "1 impression of 1 subject" in result.stdout
+    result = run(*words)
+    assert (result.exit_code, "2 impressions of 2 subjects" in result.stdout) == (0, True)
+    assert f"fpmatch: note: {folder}/3_1.png: probably two prints in one: " in result.stderr
+    with open_gallery(tmp_path / "g.db") as gallery:
+        (_, (_, template)) = gallery.templates()
+    save_template(folder / "3_1.json", template)
+    for name in ("3_1.png", "3_1.json"):
+        assert "; probably two prints in one: " in run("inspect", folder / name).stdout
 
 
 def test_other_people_of_the_same_names_are_told(run, tmp_path, prints):

@@ -37,7 +37,7 @@ def test_info(run, place, tmp_path):
         "  Minutiae    3, 1 an impression",
         "  Templates   81 bytes, 27 an impression",
         "  Failures    1 picture could not be enrolled",
-        "  Format      version 1",
+        "  Format      version 3",
     ]
     document = json.loads(run("gallery", "info", place, "--json").stdout)
     assert document["impressions"] == 3

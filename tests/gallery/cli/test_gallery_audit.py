@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +93,24 @@ def test_an_audit_is_verified_with_its_gallery_and_as_a_file(
     assert result.stderr == (
         f"fpmatch: error: {copy}: has 2 lines, not the 3 expected: the last ones were removed\n"
     )
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "DELETE FROM fpmatch_entry WHERE id = 2",
+        "UPDATE fpmatch_entry SET impression = 'x' WHERE id = 2",
+        "UPDATE fpmatch_entry SET id = 99 WHERE id = 2",
+    ],
+)
+def test_entries_that_another_program_changed_are_an_error(
+    statement: str, gallery: str, run: Any
+) -> None:
+    with closing(sqlite3.connect(gallery)) as connection, connection:
+        connection.execute(statement)
+    result = run("gallery", "audit", gallery, "--verify")
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 1
 
 
 def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:

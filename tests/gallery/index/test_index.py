@@ -19,16 +19,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_prints import changed, entry_of, scattered
 
-from fpmatch.errors import OutputError
+from fpmatch.errors import GalleryError, OutputError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
 from fpmatch.gallery.index.gallery_index import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.templates.stored_template import pack_template
 
 
 @pytest.fixture(autouse=True)
@@ -265,6 +265,17 @@ def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path):
         f"files of the index of {gallery.name} are of another version or gallery: built again"
     ]
     assert contents(index_of(gallery)) == expected
+
+
+def test_removals_that_fpmatch_did_not_make_are_not_followed(gallery):
+    gallery.add([new_entry(number) for number in range(5)])
+    expected, notes = contents(index_of(gallery)), []
+    changed(gallery.file, "INSERT INTO fpmatch_removal (entry) VALUES (2)")  # which is still there
+    assert contents(index_of(gallery, notes)) == expected
+    assert [note.endswith("built again") for note in notes] == [True]
+    changed(gallery.file, "DELETE FROM fpmatch_entry WHERE id = 3")
+    with pytest.raises(GalleryError, match="exchanged by something else"):
+        index_of(gallery).refresh()
 
 
 def test_the_index_of_a_copy_that_was_changed_since_is_not_used(gallery, tmp_path):

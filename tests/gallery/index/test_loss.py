@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import LossTable, combined_scores, cost, loss_table, search_plan
 from fpmatch.gallery.index.model import MODEL_FILE, IndexModel, index_model
+from fpmatch.gallery.index.prints.candidate_list import size_normalized
 from fpmatch.matching.pipeline._kernels import _local_kernel
-from fpmatch.matching.prints.candidate_list import size_normalized
 
 
 @given(st.floats(1e-4, 0.5), st.integers(0, 10**9))

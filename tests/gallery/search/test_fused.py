@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, template_at
 
 from fpmatch.errors import MatcherError
-from fpmatch.fingers.finger import fused_score
-from fpmatch.fingers.fused_fingers import assign_fingers, fuse_fingers
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.fingers.finger import fused_score
+from fpmatch.gallery.fingers.fused_fingers import assign_fingers, fuse_fingers
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import fused as fused_module
 from fpmatch.gallery.search.entries import GallerySubjects, identify_entries_fused

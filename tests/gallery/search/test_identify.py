@@ -9,8 +9,8 @@ import pytest
 from made_prints import FAKE, entries_of, scattered, template_at
 
 from fpmatch.errors import MatcherError
-from fpmatch.fingers.finger import fused_score, verify_finger
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.fingers.finger import fused_score, verify_finger
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import consolidated as consolidated_module
 from fpmatch.gallery.search import whole
@@ -186,7 +186,7 @@ def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers, gallery):
     assert finger.expected_false == 3 * finger.fmr
     # consolidated, a finger of one impression keeps its score
     single = [c for c in found.candidates if c.impressions == 1]
-    again = ConsolidatedFingers(gallery, fingers, TEN_PER_TEN).rerank(52.0, single)
+    again = ConsolidatedFingers(gallery, fingers, TEN_PER_TEN).rerank(52.0, single, 3)
     assert [(c.number, c.score) for c in again] == [(c.number, c.score) for c in single]
 
 
@@ -239,6 +239,9 @@ def test_candidates_are_compared_with_what_their_impressions_show_together(touch
         expected = verify_finger(probe, stored, calibration=curve).verification.score
         assert best.score == expected
         assert best.expected_false == 3 * best.fmr == 3 * score_to_fmr(best.score)
+    removed = {4 * k + n for k in (0, 1) for n in range(1, 5)}
+    best, *_ = identify(search, touches_of(2)[0], consolidated=together, skipped=removed).candidates
+    assert best.expected_false == best.fmr  # one finger is left
 
 
 def test_a_threshold_holds_for_the_score_with_the_consolidated_template(

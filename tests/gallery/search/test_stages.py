@@ -23,6 +23,8 @@ from fpmatch.gallery.engine import in_threads
 from fpmatch.gallery.engine.engine import dask, processes, serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.index.loss import SearchPlan, combined_scores
+from fpmatch.gallery.index.prints.candidate_list import greatest, prefilter_scores
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed, whole
@@ -38,9 +40,7 @@ from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.gallery.search.whole import WholeSearch, piece_size
-from fpmatch.matching.prints.candidate_list import greatest, prefilter_scores
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.registry import get_matcher
 from fpmatch.server import gallery as served
 
@@ -74,7 +74,7 @@ def small_parts(tmp_path, monkeypatch):
     monkeypatch.setattr(indexed, "PREPARED_AT_ONCE", 2)
     monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
     monkeypatch.setattr("fpmatch.gallery.search.entries.MAX_BATCH", 3)
-    monkeypatch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 5)
+    monkeypatch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 5)
     monkeypatch.setattr(indexed, "search_plan", plan_of)
 
 
@@ -189,7 +189,7 @@ def test_a_list_has_the_prints_of_the_greatest_scores_of_all(kinds, most, least_
     numbers = np.arange(len(kinds))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(whole, "LEAST_PIECES", least_pieces)
-        patch.setattr("fpmatch.matching.prints.candidate_list.LEAST_PRINTS", 20)
+        patch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 20)
         search = WholeSearch(get_matcher("unit-circle"), numbers, numbers, packed)
         listed = compared(search, scattered(0, 8), Threads(2), candidate_list=most, count=1)
         scores = prefilter_scores(kept[0], packed)

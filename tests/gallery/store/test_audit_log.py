@@ -4,8 +4,9 @@ import json
 import stat
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime, tzinfo
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -14,6 +15,7 @@ from made_prints import refused
 
 pytest.importorskip("filelock", reason="the extra `web` is not installed")
 
+from fpmatch.gallery.store import audit_chain
 from fpmatch.gallery.store.audit_chain import (
     INCOMPLETE,
     OPERATOR,
@@ -52,6 +54,24 @@ def test_a_log_goes_on_where_it_ended(log: AuditLog) -> None:
     after = check_audit_log(log.path)
     assert (before.events, after.events) == (5, 6)
     assert before.last != after.last
+
+
+def test_events_stay_in_order_when_the_clock_is_set_back(
+    log: AuditLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Earlier(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> Self:
+            return cls(2001, 1, 1, tzinfo=tz)
+
+    monkeypatch.setattr(audit_chain, "datetime", Earlier)
+    log.append("ada", "remove", {"entries": [3]})
+    monkeypatch.undo()
+    log.append("ada", "enrol", {})
+    assert check_audit_log(log.path).events == 7
+    *_, before, set_back, after = events_of(log)
+    assert [event["action"] for event in (set_back, after)] == ["remove", "enrol"]
+    assert set_back["time"] < before["time"] <= after["time"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no modes of files on this system")

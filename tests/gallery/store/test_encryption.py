@@ -22,9 +22,9 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.tables import ENTRY, PACKED
 from fpmatch.gallery.tasks.export import export_templates
-from fpmatch.templates.stored_template import pack_template
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")
@@ -65,7 +65,7 @@ def test_on_every_database(where, source):
 
 
 def open_plain(templates, gallery):
-    from fpmatch.templates.stored_template import unpack_template
+    from fpmatch.gallery.store.stored_template import unpack_template
 
     return [(k, unpack_template(pack_template(t))) for k, t in enumerate(templates, 1)]
 
@@ -120,11 +120,11 @@ def test_with_another_key_both_are_named(encrypted, source, tmp_path):
     assert caught.value.code == "missing key"
 
 
-def test_an_older_version_refuses_it_and_plain_ones_are_as_they_were(encrypted, tmp_path):
-    assert changed(encrypted, "SELECT version FROM fpmatch_gallery") == [(2,)]
+def test_an_encrypted_gallery_has_a_version_of_its_own(encrypted, tmp_path):
+    assert changed(encrypted, "SELECT version FROM fpmatch_gallery") == [(4,)]
     with open_gallery(tmp_path / "plain.db", create=True) as gallery:
         assert gallery.summary().keys == ()
-    assert changed(tmp_path / "plain.db", "SELECT version FROM fpmatch_gallery") == [(1,)]
+    assert changed(tmp_path / "plain.db", "SELECT version FROM fpmatch_gallery") == [(3,)]
     tables = changed(tmp_path / "plain.db", "SELECT name FROM sqlite_master")
     assert ("fpmatch_encryption",) not in tables
     with pytest.raises(GalleryError, match="gallery rotate"):
@@ -284,7 +284,7 @@ def test_an_empty_gallery_is_not_searched_without_its_key(tmp_path, monkeypatch)
 
 
 def test_an_encrypted_gallery_that_states_it_is_plain_shows_nothing(encrypted):
-    changed(encrypted, "UPDATE fpmatch_gallery SET version = 1")
+    changed(encrypted, "UPDATE fpmatch_gallery SET version = 3")
     with open_gallery(encrypted) as gallery:
         assert list(gallery.templates()) == []
         assert len(gallery.damaged) == len(PRINTS)

@@ -152,7 +152,7 @@ def test_a_change_by_another_program_is_known(tmp_path: Path) -> None:
         "UPDATE fpmatch_entry SET subject = 'bob' WHERE id = 2",
         "UPDATE fpmatch_entry SET id = 9 WHERE id = 2",
         "INSERT INTO fpmatch_entry SELECT 1, 'bob', '', '', source, zeroblob(32), dpi, minutiae, "
-        "template FROM fpmatch_entry WHERE id = 2",
+        "digest, template FROM fpmatch_entry WHERE id = 2",
     ],
 )
 def test_after_a_change_that_fpmatch_never_makes_nothing_is_known(

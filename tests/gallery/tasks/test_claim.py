@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from made_prints import entries_of, refused
 
-from fpmatch.fingers.finger import verify_finger
+from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.templates.minutiae import Minutiae, Template

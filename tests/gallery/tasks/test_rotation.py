@@ -18,9 +18,9 @@ from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks import rotation
 from fpmatch.gallery.tasks.rotation import rotate
-from fpmatch.templates.stored_template import pack_template
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
 PACKED = [(k, pack_template(template)) for k, template in enumerate(PRINTS, 1)]
@@ -72,7 +72,7 @@ def test_a_plain_gallery_is_encrypted_and_decrypted(where, source):
         done = rotate(gallery, decrypt=True)
         assert (done.key, done.sealed) == ("plain", len(PRINTS) + 1)
         assert list(other.packed_templates())[:-1] == PACKED
-        assert gallery.summary().version == 1
+        assert gallery.summary().version == 3
         with pytest.raises(GalleryError, match="is not encrypted"):
             rotate(gallery, decrypt=True)
 

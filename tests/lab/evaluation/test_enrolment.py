@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.fingers.finger import fused_score
+from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.lab.evaluation import enrolment, run
 from fpmatch.lab.evaluation.databases import comparison
 from fpmatch.lab.evaluation.databases.dataset import Dataset

@@ -4,10 +4,10 @@ import pytest
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.lab.evaluation import synthetic_gallery
 from fpmatch.lab.evaluation.synthetic_gallery import make_gallery
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.templates.stored_template import pack_template
 
 
 def content_of(path):

@@ -9,8 +9,9 @@ from pointset_strategies import grid_of, seeds, squared_distances
 from fpmatch.lab.points.affine import matcher as affine
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.triangles import matcher as triangles
+from fpmatch.lab.points.triangles.pairing import optimal_pairs
 from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
-from fpmatch.pointset.geometry.pairing import greedy_pairs, optimal_pairs
+from fpmatch.pointset.geometry.pairing import greedy_pairs
 from fpmatch.pointset.paper.prepared_points import prepare_points
 from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
 

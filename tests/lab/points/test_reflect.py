@@ -15,9 +15,10 @@ from pointset_strategies import (
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points, wider_maps
+from fpmatch.lab.points.reflect import match_either_way
 from fpmatch.lab.points.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
-from fpmatch.pointset.geometry.point_match import PointMatch, match_either_way
+from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 
 EXAMPLES = 30 if kernel.COMPILED else 5

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.fingers.finger import Finger
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE, Comparer
 from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.gallery.fingers.finger import Finger
 from fpmatch.matching.calibration import load_calibration
 
 if TYPE_CHECKING:

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageReadError
 from fpmatch.gallery.batch.pair_list import read_pairs
+from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
-from fpmatch.gallery.listing.folders import prints_below, prints_in
+from fpmatch.gallery.listing.folders import natural_key, prints_below, prints_in
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import number_impressions
 from fpmatch.gallery.listing.prints import find_prints
-from fpmatch.image.dataset_folder import natural_key, read_dataset_info
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.databases.protocol import Impression, listed_impressions
-from fpmatch.printable import csv_cell
 
 if TYPE_CHECKING:
     import os

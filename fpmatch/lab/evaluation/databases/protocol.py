@@ -18,8 +18,8 @@ import numpy as np
 
 from fpmatch.errors import DatasetError, unknown_name
 from fpmatch.gallery.batch.pair_list import list_error, number_pairs, print_names
-from fpmatch.image.dataset_folder import natural_key
-from fpmatch.printable import csv_cell
+from fpmatch.gallery.listing.csv_rows import csv_cell
+from fpmatch.gallery.listing.folders import natural_key
 
 if TYPE_CHECKING:
     import os

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.identify import identify

@@ -17,6 +17,7 @@ import numpy as np
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.listing.entry import NamePattern
+from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
 from fpmatch.lab.evaluation.rates.identification import identify_all
@@ -33,7 +34,6 @@ from fpmatch.lab.evaluation.report.results import (
     SetResult,
     split_scores,
 )
-from fpmatch.templates.stored_template import minutiae_digest
 
 if TYPE_CHECKING:
     import os

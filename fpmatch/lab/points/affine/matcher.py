@@ -30,13 +30,13 @@ import numpy as np
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points.affine import _affine_kernel as kernel
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
+from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.lab.points.triangles.descriptors import density_of, ring_triangles
 from fpmatch.lab.points.triangles.given_set import GivenSet, Target, check_tolerance, match_given
+from fpmatch.lab.points.triangles.pairing import optimal_pairs
 from fpmatch.lab.points.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
-from fpmatch.pointset.geometry.pairing import optimal_pairs
 from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, too_few
 
 if TYPE_CHECKING:

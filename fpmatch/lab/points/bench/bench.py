@@ -18,8 +18,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.base.threads import interrupt_deferred, safe_import_path
 from fpmatch.errors import FpmatchError
+from fpmatch.gallery.engine.processes import interrupt_deferred, safe_import_path
 from fpmatch.lab.points.bench.matchers import StoppedError, matcher_named
 from fpmatch.lab.points.bench.results import PointCell, SkippedCell
 from fpmatch.lab.points.bench.trials import run_cell

@@ -2,19 +2,19 @@
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
 A move is a similarity transform of four values or an affine one of six, as in
-`fpmatch.pointset.geometry._least_squares_kernel`. Q is a grid; indices of its points are in the
+`fpmatch.lab.points.triangles._partner_fit_kernel`. Q is a grid; indices of its points are in the
 order of its cells.
 """
 
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+    from cython.cimports.fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
     from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
     from math import expm1, log, log1p, sqrt
 
-    from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+    from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 
 COMPILED = cython.compiled
 

@@ -14,10 +14,8 @@ from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
 from fpmatch.pointset.geometry.points import (
     is_finite,
-    pairs_of_coincident,
     points_in_box,
     sort_into_cells,
-    unique_points,
 )
 
 if TYPE_CHECKING:
@@ -110,7 +108,43 @@ def _match_distinct(
     """Match two sets by `match`; where points coincide, their distinct points."""
     if not (p.mesh.has_coincident or q.mesh.has_coincident):
         return match(p, q)
-    (distinct_p, index_p), (distinct_q, index_q) = unique_points(p.given), unique_points(q.given)
+    (distinct_p, index_p), (distinct_q, index_q) = _unique_points(p.given), _unique_points(q.given)
     matched = match(GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q))
-    pairs = pairs_of_coincident(matched.pairs, index_p, index_q)
+    pairs = _pairs_of_coincident(matched.pairs, index_p, index_q)
     return replace(matched, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
+
+
+def _unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the distinct points of a set (N, 2), and the index of each point among them."""
+    distinct, index = np.unique(points, axis=0, return_inverse=True)
+    return distinct, index.reshape(-1)
+
+
+def _pairs_of_coincident(
+    pairs: NDArray[np.int32], index_p: NDArray[np.int64], index_q: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Return the pairs of points of two sets whose distinct points have the given `pairs`.
+
+    `index_p` (N,) and `index_q` (M,) hold the index of each point among the distinct ones.
+    Coincident points are paired in their order: the first with the first, the second with the
+    second. The pairs (L, 2) are sorted by the first.
+    """
+    to_q = np.full(index_p.max() + 1, -1, np.int64)
+    to_q[pairs[:, 0]] = pairs[:, 1]
+    most = max(np.bincount(index_p).max(), np.bincount(index_q).max()) + 1
+    # key of a point: the distinct point of Q it belongs to, and its number among those there
+    partner = to_q[index_p]
+    key_p = np.where(partner >= 0, partner * most + _number_of_repeat(index_p), -1)
+    key_q = index_q * most + _number_of_repeat(index_q)
+    _, in_p, in_q = np.intersect1d(key_p, key_q, return_indices=True)
+    paired = np.column_stack([in_p, in_q]).astype(np.int32)
+    return paired[paired[:, 0].argsort()]
+
+
+def _number_of_repeat(index: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many earlier points coincide with each point."""
+    order = index.argsort(kind="stable")
+    in_order = index[order]
+    number = np.empty(len(index), np.int64)
+    number[order] = np.arange(len(index)) - in_order.searchsorted(in_order, "left")
+    return number

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
+from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.lab.points.triangles._proposal_kernel import SimilarityTest, propose
 from fpmatch.lab.points.triangles.descriptors import (
     TriangleDescriptors,
@@ -29,10 +30,9 @@ from fpmatch.lab.points.triangles.descriptors import (
     sort_by_shape,
 )
 from fpmatch.lab.points.triangles.given_set import GivenSet, Target, check_tolerance, match_given
+from fpmatch.lab.points.triangles.pairing import optimal_pairs
 from fpmatch.lab.points.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
-from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
 from fpmatch.pointset.geometry.frames import between_sets
-from fpmatch.pointset.geometry.pairing import optimal_pairs
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
 from fpmatch.pointset.geometry.similarity import Similarity
 

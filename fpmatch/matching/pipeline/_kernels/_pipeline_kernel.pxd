@@ -4,7 +4,7 @@ from fpmatch.matching.prints._kernels._prefilter_kernel cimport Prefilter
 from fpmatch.matching.pipeline._kernels._evidence_kernel cimport EvidenceScorer
 from fpmatch.matching.pipeline._kernels._local_kernel cimport NeighbourIndex
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel cimport RidgeSearch
-from fpmatch.matching.prints._kernels._template_view_kernel cimport PreparedView, TemplateView
+from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
 
 cdef class Pipeline:
@@ -41,10 +41,6 @@ cdef class Pipeline:
     ) noexcept nogil
     cdef Py_ssize_t _better(self, Py_ssize_t best, Py_ssize_t h) noexcept nogil
     cdef bint _is_confident(self, Py_ssize_t h) noexcept nogil
-    cpdef int match_packed(
-        self, PreparedView packed, TemplateView reference, Py_ssize_t first,
-        const signed char[::1] order, double[::1] similarity,
-    )
 
 
 cpdef int fit_pairs(

@@ -10,13 +10,10 @@ import numpy as np
 from cython.cimports.libc.math import atan2, cos, sin, sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import (
-        as_similarity,
-        smaller_area,
-    )
+    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
     from cython.cimports.fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
 else:
-    from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity, smaller_area
+    from fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
     from fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
 
 
@@ -197,29 +194,6 @@ class Pipeline:
     def _is_confident(self, h):
         """Return whether no other hypothesis than h need be tried; h may be -1."""
         return h >= 0 and self.total[h] > self.scorer.confident_threshold()
-
-    def match_packed(self, packed, reference, first, order, similarity):
-        """Fill the similarities of the probe to the packed prints from number `first` on.
-
-        Where ``order[k]`` is negative the print comes before the probe, where it is positive
-        after; where it is 0, the similarity is not touched. `reference` has room for any of them.
-        """
-        packed.attach(reference)
-        with cython.nogil:
-            for k in range(order.shape[0]):
-                if order[k] != 0:
-                    packed.open(first + k, reference)
-                    similarity[k] = 0.0
-                    if reference.size > 0 and self.probe.size > 0:
-                        shortfall = self.shortfall(reference, order[k] < 0)
-                        if shortfall > 0.0:
-                            shortfall = self.scorer.prefilter_rejected(shortfall)
-                            similarity[k] = as_similarity(shortfall)
-                        else:
-                            packed.unpack(first + k, reference)
-                            total = self.match_with(reference, order[k] < 0)
-                            similarity[k] = as_similarity(total) if self.best >= 0 else 0.0
-        return 0
 
 
 @cython.locals(i=cython.Py_ssize_t)

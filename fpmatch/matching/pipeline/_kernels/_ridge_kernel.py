@@ -9,8 +9,8 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
-from fpmatch.matching.prints._kernels._ridge_sample_kernel import SAMPLES
-
+# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns.
+SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
 REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis

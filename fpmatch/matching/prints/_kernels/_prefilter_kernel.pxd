@@ -23,11 +23,6 @@ cdef class Prefilter:
         const unsigned char[::1] direction_bin, const unsigned short[:, ::1] neighbour_bits,
         const unsigned char[:, ::1] orientation_bins, bint flowing, bint other_first,
     ) noexcept nogil
-    cpdef int score_many(
-        self, Py_ssize_t first, const long long[::1] start, const float[:, ::1] xy,
-        const unsigned char[::1] direction_bin, const unsigned short[:, ::1] neighbour_bits,
-        const unsigned char[:, ::1] orientation_bins, const unsigned char[::1] has_flow, int[::1] weight,
-    ) noexcept
     cdef int _pair(
         self, Py_ssize_t first, Py_ssize_t last, const unsigned short[:, ::1] neighbour_bits,
         const unsigned char[:, ::1] orientation_bins, bint flowing, bint other_first,

@@ -126,22 +126,6 @@ class Prefilter:
         return self.pairs.consistent_weight()
 
     @cython.locals(begin=cython.Py_ssize_t, end=cython.Py_ssize_t, flowing=cython.bint)
-    def score_many(
-        self, first, start, xy, direction_bin, neighbour_bits, orientation_bins, has_flow, weight
-    ):
-        """Fill `weight` for as many prints, from the print `first` on, as if each came second."""
-        with cython.nogil:
-            for t in range(weight.shape[0]):
-                begin, end, flowing = start[first + t], start[first + t + 1], has_flow[first + t]
-                weight[t] = self.score(
-                    begin, end, xy, direction_bin, neighbour_bits, orientation_bins, flowing, False
-                )
-        return 0
-
-    @cython.locals(
-        k=cython.int, grid=cython.int, gathered=cython.int, above=cython.int, least=cython.int,
-        limit=cython.int,
-    )  # fmt: skip
     def _pair(self, first, last, neighbour_bits, orientation_bins, flowing, other_first):
         """Gather the pairs of minutiae that agree in enough words; return their number.
 

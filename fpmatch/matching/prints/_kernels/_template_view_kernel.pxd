@@ -18,23 +18,3 @@ cdef class TemplateView:
 
     cdef bint contains(self, double x, double y) noexcept nogil
     cdef bint contains_with_margin(self, double x, double y, double margin) noexcept nogil
-
-
-cdef class PreparedView:
-    cdef readonly Py_ssize_t neighbours
-    cdef const long long[::1] minutiae_start, cell_start
-    cdef const float[:, ::1] xy, direction
-    cdef const unsigned char[::1] quality, count, direction_bin, cell
-    cdef const unsigned char[:, ::1] neighbour, root_weight, orientation_bins
-    cdef const unsigned short[:, ::1] neighbour_bits
-    cdef const int[:, ::1] shape
-    cdef const double[::1] step
-    cdef const unsigned char[::1] has_flow, has_ridges
-    cdef const unsigned long long[::1] ridges
-    cdef const int[::1] inside
-    cdef const double[::1] quality_of, root_weight_of
-    cdef readonly double tolerance, tolerance_growth
-
-    cpdef int attach(self, TemplateView into)
-    cpdef int open(self, Py_ssize_t k, TemplateView into) noexcept nogil
-    cpdef int unpack(self, Py_ssize_t k, TemplateView into) noexcept nogil

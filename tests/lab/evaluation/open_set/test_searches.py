@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify

@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.score_file import csv_lines
+from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.lab.evaluation.rates.scores import (
     choose_matcher,
     read_genuine_and_impostor,
     read_scores,
 )
-from fpmatch.printable import csv_cell
 
 NAMED = [("1_1", "1_2", 1, 0.9), ("1_1", "2_1", 0, 0.1), ("1_2", "2_1", 0, 0.2)]
 LETTERS = [("ann a", "ann b", 1, 0.9), ("ann a", "bob", 0, 0.1), ("ann b", "bob", 0, 0.2)]

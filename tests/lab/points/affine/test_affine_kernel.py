@@ -7,7 +7,7 @@ from pointset_strategies import affine_transforms, grid_of, in_columns, places, 
 
 from fpmatch.lab.points.affine import _affine_kernel as kernel
 from fpmatch.lab.points.triangles._overlay_kernel import refine
-from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 
 EXAMPLES = 50 if kernel.COMPILED else 10

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pointset_strategies import as_move, grid_of, in_columns, places, seeds
 
 from fpmatch.lab.points.triangles import _overlay_kernel as kernel
-from fpmatch.pointset.geometry._least_squares_kernel import fit_partners
+from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.pointset.geometry.similarity import Similarity
 
 REACHES = 8  # of the kernel: t, t/2, t/4 and so on

@@ -1,0 +1,52 @@
+"""Options that commands on many prints share."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, Final
+
+import click
+from click.core import ParameterSource
+
+FROM_0: Final = click.IntRange(min=0)
+FROM_1: Final = click.IntRange(min=1)
+
+
+def old_names(**names: str) -> dict[str, Any]:
+    """Return context settings with which a command accepts old names of options, without dashes."""
+    return {"token_normalize_func": lambda name: names.get(name, name)}
+
+
+def requested_loss() -> float | None:
+    """Return the loss that the command line states; None where it states none."""
+    context = click.get_current_context()
+    stated = context.get_parameter_source("loss") is ParameterSource.COMMANDLINE
+    return context.params["loss"] if stated else None
+
+
+def check_where(workers: int | None, scheduler: str | None) -> None:
+    """Fail if both processes and a cluster are requested."""
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers and --scheduler exclude each other")
+
+
+places_argument: Final = partial(click.argument, nargs=-1, required=True)  # with URLs
+pattern_option: Final = click.option(
+    "--pattern",
+    metavar="REGEX",
+    help="Pattern of file names with subject, finger, impression; see fpmatch enrol --help.",
+)
+by_folder_option: Final = click.option(
+    "--by-folder",
+    is_flag=True,
+    help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
+    "DIR has no prints itself]",
+)
+workers_option: Final = click.option(
+    "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"
+)
+scheduler_option: Final = click.option(
+    "--scheduler",
+    metavar="URL",
+    help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
+)

@@ -1,0 +1,235 @@
+"""Comparison with a finger: the evidence of all its impressions in one score.
+
+The best score of n impressions is too high: the chance that one of them matches another finger by
+accident grows almost n-fold. The score of a finger is therefore that of the harmonic mean of the
+false match rates of its impressions. If one impression of n matches, this costs ``10·log10(n)``,
+like the bound n·FMR; if several match, it costs less.
+
+Impressions that match each other are also put together into a consolidated template (see
+`fpmatch.gallery.fingers.consolidate`). Where all of them belong to one, half of the weight is its
+own.
+
+References
+----------
+Wilson, "The harmonic mean p-value for combining dependent tests", PNAS 116 (2019).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
+from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
+from fpmatch.matching.registry import DEFAULT_MATCHER
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.verification import Verification
+    from fpmatch.templates.minutiae import Template
+
+MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with
+CONSOLIDATED_SHARE: Final = 0.5  # weight of a consolidated template of all impressions
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FingerComparison:
+    """The result of the comparison of a probe with a finger.
+
+    The score is ``-10·log10`` of the rate at which other fingers of as many impressions reach it.
+    """
+
+    score: float
+    scores: NDArray[np.float64]  # of the impressions, each by itself, shape (N,)
+    consolidated: NDArray[np.float64]  # of the consolidated templates, each by itself, shape (M,)
+    best: int  # the most similar impression; of equals, the first
+    comparison: Comparison  # with that impression
+
+    @property
+    def fmr(self) -> float:
+        """The false match rate that the score stands for."""
+        return score_to_fmr(self.score)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finger:
+    """The impressions of a finger and its consolidated templates, prepared by a matcher.
+
+    The weights in the mean, 1 in sum, are those of the impressions, then of the consolidated.
+    """
+
+    matcher: Matcher
+    calibration: Calibration
+    chosen: tuple[int, ...]  # which of the impressions given; see `choose_impressions`
+    impressions: tuple[Any, ...]
+    consolidated: tuple[Any, ...]
+    weights: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls,
+        templates: Sequence[Template],
+        matcher: Matcher,
+        calibration: Calibration,
+        *,
+        most: int = MOST_IMPRESSIONS,
+    ) -> Finger:
+        """Prepare impressions of any resolutions, of more than `most` the chosen ones.
+
+        Raises MatcherError if there is no impression.
+        """
+        if not templates:
+            raise MatcherError("a finger without impressions cannot be compared")
+        chosen = choose_impressions(templates, most)
+        shown = [templates[k] for k in chosen]
+        prepared = tuple(matcher.prepare(template) for template in shown)
+        together = consolidate(shown, link_impressions(prepared, matcher, calibration))
+        shares = [CONSOLIDATED_SHARE * len(one.poses) / len(shown) for one in together]
+        alone = np.full(len(shown), (1.0 - sum(shares)) / len(shown))
+        return cls(
+            matcher=matcher,
+            calibration=calibration,
+            chosen=tuple(chosen),
+            impressions=prepared,
+            consolidated=tuple(matcher.prepare(one.template) for one in together),
+            weights=np.concatenate([alone, shares]),
+        )
+
+    def compare(self, probe: Any) -> FingerComparison:
+        """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
+        comparisons = [self.matcher.compare(probe, one) for one in self.impressions]
+        whole = [self.matcher.compare(probe, one) for one in self.consolidated]
+        scores = self.calibration.scores([one.similarity for one in (*comparisons, *whole)])
+        best = int(np.argmax([one.similarity for one in comparisons]))
+        alone, together = np.split(scores, [len(comparisons)])
+        score = fused_score(scores, self.weights)
+        return FingerComparison(score, alone, together, best, comparisons[best])
+
+
+def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
+    """Return the indices, ascending, of at most so many impressions to compare a probe with.
+
+    Impressions of one session often overlap. So the impressions are divided, in the order in
+    which they are given, into `most` runs, and of each run the one is taken
+    whose minutiae have the greatest quality in sum; of equals, the first.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> poor, good = (Template(Minutiae([1], [1], [0], quality=[q]), 9, 9) for q in (10, 90))
+    >>> choose_impressions([poor, good, good, poor, poor, poor], most=2)
+    [1, 3]
+    """
+    if len(templates) <= most:
+        return list(range(len(templates)))
+    quality = np.array([template.minutiae.quality.sum(dtype=np.int64) for template in templates])
+    runs = np.array_split(np.arange(len(templates)), most)
+    return [int(run[np.argmax(quality[run])]) for run in runs]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FingerVerification:
+    """The decision on a probe and a finger.
+
+    Transform, pairs and reference of the verification are those of the most similar impression.
+    """
+
+    verification: Verification
+    scores: NDArray[np.float64]  # of the impressions compared with, each by itself, shape (N,)
+    compared: tuple[int, ...]  # which of the impressions given these are
+    best: int  # the most similar of the impressions given
+
+    @property
+    def best_score(self) -> float:
+        """The score of the most similar impression by itself."""
+        return float(self.scores[self.compared.index(self.best)])
+
+
+def verify_finger(
+    probe: Template,
+    references: Sequence[Template],
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    threshold: float = DEFAULT_THRESHOLD,
+    calibration: Calibration | None = None,
+) -> FingerVerification:
+    """Decide whether a probe comes from the finger that impressions of any resolutions show.
+
+    Matcher, threshold and calibration are those of `fpmatch.verify`, whose errors are raised, and
+    MatcherError if there are no impressions.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> empty = Template(Minutiae.empty(), width=300, height=300)
+    >>> result = verify_finger(empty, [empty, empty])
+    >>> result.verification.match, result.scores.tolist()
+    (False, [0.0, 0.0])
+    """
+    rule = Rule.of(matcher, threshold, calibration)
+    assert rule.calibration is not None  # a threshold is a score
+    finger = Finger.of(references, rule.matcher, rule.calibration)
+    prepared = rule.matcher.prepare(probe)
+    fused = finger.compare(prepared)
+    best = finger.chosen[fused.best]
+    shown = [references[k] for k in finger.chosen]
+    sides = tuple(zip(shown, finger.impressions, strict=True))
+    ours, most_similar = (probe, prepared), sides[fused.best]
+    verification = rule.decide(ours, most_similar, fused.comparison, fused.score, sides)
+    return FingerVerification(verification, fused.scores, finger.chosen, best)
+
+
+def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
+    """Return the score of a finger from those of all its impressions, at least one.
+
+    It is ``-10·log10`` of the weighted harmonic mean of their false match rates; the weights, 1 in
+    sum, are chosen before the comparison (default: equal).
+
+    Examples
+    --------
+    >>> fused_score([40.0])
+    40.0
+    >>> round(fused_score([40.0, 0.0]), 2), round(fused_score([40.0, 40.0]), 2)
+    (36.99, 40.0)
+    >>> round(fused_score([40.0, 0.0], [0.9, 0.1]), 2)
+    39.54
+    """
+    values = np.asarray(scores, np.float64)
+    best = values.max()
+    relative = 10.0 ** ((values - best) / 10.0)
+    mean = np.average(relative, weights=None if weights is None else np.asarray(weights))
+    return float(np.clip(best + 10.0 * np.log10(mean), 0.0, MAX_SCORE))
+
+
+def fused_scores(
+    scores: NDArray[np.float64], finger: NDArray[np.intp], impressions: Sequence[int] | ArrayLike
+) -> NDArray[np.float64]:
+    """Return the scores of fingers from those of their impressions, as `fused_score` does.
+
+    ``scores[k]`` is that of an impression of number ``finger[k]``; ``impressions[f]`` is how many
+    finger f has. Those without a score, because the probe was not compared with them, count as if
+    they scored 0. A finger of n impressions has at most the best score, and at least that less
+    ``10·log10(n)``.
+
+    Examples
+    --------
+    >>> fused_scores(np.array([40.0, 20.0]), np.array([0, 1]), [1, 100]).round(2).tolist()
+    [40.0, 2.99]
+    """
+    count = np.asarray(impressions, np.float64)
+    best = np.zeros(len(count))
+    np.maximum.at(best, finger, scores)
+    left = count - np.bincount(finger, minlength=len(count))
+    relative = left * 10.0 ** (-best / 10.0)
+    relative += np.bincount(finger, 10.0 ** ((scores - best[finger]) / 10.0), len(count))
+    fused: NDArray[np.float64] = np.clip(best + 10.0 * np.log10(relative / count), 0.0, MAX_SCORE)
+    return fused

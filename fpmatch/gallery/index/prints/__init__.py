@@ -1,0 +1,1 @@
+"""Many prints in flat arrays of few bytes: chosen and compared at once."""

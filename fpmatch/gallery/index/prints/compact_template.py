@@ -1,0 +1,208 @@
+"""Compact templates: the stored templates of an index, about 670 bytes, with samples of the ridges.
+
+They are stored as `fpmatch.gallery.store.stored_template` describes, with eight samples of each
+cell's picture of the ridges, from which the other bits are estimated (see `ridge_samples`).
+`prepare_compact` prepares many at a time, with the result of `prepare`, but faster.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints, inside_counts
+from fpmatch.gallery.index.prints.print_arrays import START, PrintArrays, of_each
+from fpmatch.gallery.index.prints.ridge_samples import restore_all, restore_ridges, sample_ridges
+from fpmatch.gallery.index.prints.stored_columns import plain_columns
+from fpmatch.gallery.store.stored_template import (
+    ANGLES,
+    RIDGES,
+    STEPS,
+    Layout,
+    pack_template,
+    unpack_template,
+)
+from fpmatch.matching.prints.neighbourhood import root_weight_codes
+from fpmatch.matching.prints.prepare import (
+    PreparationParameters,
+    describe,
+    points_at_500dpi,
+    prepare,
+    qualities,
+)
+from fpmatch.matching.prints.print_area import PrintAreas, orientation_codes
+from fpmatch.templates.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.index.prints.stored_columns import StoredColumns
+    from fpmatch.templates.minutiae import Template
+
+VERSION: Final = 1
+LAYOUT: Final = Layout(
+    magic=b"fc",
+    version=VERSION,
+    known={VERSION: RIDGES},
+    cell_bytes=1,
+    pack_ridges=lambda words: sample_ridges(words).tobytes(),
+    unpack_ridges=lambda data, steps, mask: restore_ridges(
+        np.frombuffer(data, np.uint8), steps, mask
+    ),
+)
+CONTENT: Final = "content_start"  # dimension of the bytes
+PRINTS_AT_ONCE: Final = 256  # prepared; their arrays take a few megabytes
+_CODES: Final = orientation_codes(STEPS, np.ones(len(STEPS), bool))  # of ridge orientations
+
+
+def compact(template: Template) -> bytes:
+    """Return a template in few bytes: as a gallery stores it, but with samples of the ridges.
+
+    An expanded template gives the same bytes again. Raises TemplateError as `pack_template`.
+
+    Examples
+    --------
+    >>> from fpmatch.templates.minutiae import Minutiae, Template
+    >>> template = Template(Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6]), width=300, height=400)
+    >>> data = compact(template)
+    >>> len(data), expand(data).minutiae.xy.tolist()
+    (31, [[10.0, 5.0], [20.0, 8.0]])
+    """
+    return pack_template(template, LAYOUT)
+
+
+def expand(data: bytes) -> Template:
+    """Return the template that `compact` packed, with the pictures of its ridges estimated.
+
+    Raises TemplateError if the bytes are of another version, damaged, or no compact template.
+    """
+    return unpack_template(data, LAYOUT)
+
+
+@dataclass(frozen=True, eq=False)
+class CompactTemplates(PrintArrays):
+    """The compact templates of many prints in one array of bytes, and where each starts."""
+
+    content_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
+    content: NDArray[np.uint8] = field(metadata=of_each(CONTENT, "|u1"))
+
+    @classmethod
+    def pack(cls, templates: Iterable[Template]) -> CompactTemplates:
+        """Pack templates; raises TemplateError as `compact`."""
+        return cls.of_bytes(map(compact, templates))
+
+    @classmethod
+    def of_bytes(cls, packed: Iterable[bytes]) -> CompactTemplates:
+        """Join templates that are compact."""
+        parts = list(packed)
+        start = np.cumsum([0, *map(len, parts)], dtype=np.int64)
+        return cls(start, np.frombuffer(b"".join(parts), np.uint8))
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> CompactTemplates:
+        """Return the prints of the arrays, among others, that are those of `COLUMNS`.
+
+        Raises MatcherError if a start lies outside the content; a print has a checksum of its own.
+        """
+        start, content = arrays["content_start"], arrays["content"]
+        if (
+            not len(start)
+            or start[0]
+            or start[-1] != len(content)
+            or (start[1:] < start[:-1]).any()
+        ):
+            raise MatcherError("damaged", code="damaged")
+        return cls(start, content)
+
+    def __len__(self) -> int:
+        return len(self.content_start) - 1
+
+    def __getitem__(self, k: int) -> Template:
+        """Return template k; raises TemplateError as `expand`."""
+        if not 0 <= k < len(self):
+            raise IndexError(f"print {k} of {len(self)}")
+        return expand(self.content[slice(*self.content_start[k : k + 2])].tobytes())
+
+
+COLUMNS: Final = CompactTemplates.columns()
+
+
+def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> PreparedPrints:
+    """Prepare some compact templates, by their numbers: the same as to pack what `prepare` makes.
+
+    Raises IndexError if a number is that of no print, TemplateError if a template is damaged.
+    """
+    numbers = np.asarray(which, np.int64)
+    if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(templates):
+        raise IndexError(f"a print outside of {len(templates)}")
+    parts = [
+        _prepared_part(templates, numbers[k : k + PRINTS_AT_ONCE])
+        for k in range(0, len(numbers), PRINTS_AT_ONCE)
+    ]
+    return PreparedPrints.concatenate(parts)
+
+
+def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> PreparedPrints:
+    """Prepare a few prints, those that are not plain one by one."""
+    start, most = templates.content_start, PreparationParameters().max_minutiae
+    columns, plain = plain_columns(templates.content, start[which], start[which + 1], LAYOUT, most)
+    prepared = _prepared(columns)
+    if len(plain) == len(which):
+        return prepared
+    others = np.setdiff1d(np.arange(len(which)), plain)
+    rest = PreparedPrints.pack(prepare(templates[k]) for k in which[others].tolist())
+    joined = PreparedPrints.concatenate([prepared, rest])
+    return joined.take(np.argsort(np.concatenate([plain, others])))
+
+
+def _prepared(given: StoredColumns) -> PreparedPrints:
+    """Prepare prints of no more minutiae than take part."""
+    n, zoom = np.diff(given.start), STANDARD_DPI / given.dpi
+    x, y, angle, _, hundredths = given.columns
+    of_each = zoom.repeat(n)
+    xy = ((np.stack([x, y]) + 0.5) / of_each - 0.5).astype(np.float32)  # in the image's pixels
+    points = points_at_500dpi(xy[0], xy[1], ANGLES[angle], of_each.astype(np.float32))
+    usual = PreparationParameters().usual_quality
+    quality = qualities(hundredths.astype(np.uint8), given.start, usual)
+    areas = _areas(given)
+    described, (direction_bin, neighbour_bits, orientation_bins) = describe(
+        points, quality, given.start, areas
+    )
+    columns = np.ascontiguousarray(points.T, np.float32)
+    return PreparedPrints(
+        minutiae_start=given.start,
+        cell_start=given.cell_start,
+        xy=np.ascontiguousarray(columns[:, :2]),
+        direction=np.ascontiguousarray(columns[:, 2:]),
+        quality=np.rint(quality * 100.0).astype(np.uint8),
+        index=(np.arange(len(x)) - given.start[:-1].repeat(n)).astype(np.int32),
+        count=described.count.astype(np.uint8),
+        neighbour=described.neighbour.astype(np.uint8),
+        root_weight=root_weight_codes(described.frame[:, 5]),
+        direction_bin=direction_bin,
+        neighbour_bits=neighbour_bits,
+        orientation_bins=orientation_bins,
+        cell=areas.code,
+        ridges=restore_all(
+            given.ridges, given.orientation, given.mask, given.cell_start, given.shape
+        ),
+        shape=areas.shape,
+        step=areas.step,
+        to_500dpi=zoom,
+        has_flow=areas.has_flow,
+        has_ridges=areas.has_flow,
+        inside=inside_counts(given.mask, given.cell_start),
+    )
+
+
+def _areas(given: StoredColumns) -> PrintAreas:
+    """Return the print areas of compact templates, as `area_of_field` does."""
+    code = np.zeros(len(given.mask), np.uint8)
+    code[given.mask.view(bool)] = _CODES[given.orientation]
+    known = np.ones(len(given.dpi), np.uint8)
+    return PrintAreas(given.cell_start, code, given.shape, given.step, known)

@@ -1,0 +1,277 @@
+"""Stored templates: one template in few bytes, as galleries and indices keep it.
+
+There are two layouts, which differ in the pictures of the ridges: that of a gallery, here, has them
+exactly, in about 2,700 bytes; the compact template of an index has samples of them, in about 670
+(`fpmatch.gallery.index.prints.compact_template`).
+
+All numbers are little-endian; bits are packed from the highest of a byte on, each column of
+numbers beginning with a byte of its own::
+
+    two letters and the version of the layout, 1 where there is a ridge field and 2 where it shows
+    the ridges; dpi in thousandths; width, height; number of minutiae; least x and y; bits of an x
+    and of a y
+    columns of the minutiae: x and y above the least, angle (8 bits), kind (2), quality (7)
+    of a ridge field: step; rows, columns; first row and column of the box around its mask, and the
+    box's rows and columns; the mask inside the box, a bit a cell; the orientation of the cells
+    inside the mask (4 bits), in row order; their pictures of the ridges, as the layout has them
+    CRC-32 of all before
+
+Positions are whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
+minutiae; angles are 256ths of a turn, ridge orientations 16ths of a half turn. Kinds, qualities
+and mask are exact.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.base.binary_records import ByteReader
+from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.gallery.store._template_column_kernel import (
+    read_cells,
+    read_columns,
+    to_image,
+    write_columns,
+)
+from fpmatch.templates.bounds import (
+    ANGLE_BITS,
+    DPI_UNITS,
+    LEAST_UNIQUE,
+    MOST_CELLS,
+    check_bounds,
+    rounded_dpi,
+    rounded_minutiae,
+)
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
+from fpmatch.templates.ridge_field import RidgeField
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    Mask = NDArray[np.bool_]
+    Words = NDArray[np.uint64]
+
+FIELD, RIDGES = 1, 2  # what there is beside the minutiae
+KIND_BITS: Final = 2
+QUALITY_BITS: Final = 7
+ORIENTATION_BITS: Final = 4
+HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
+MINUTIAE_HEAD: Final = struct.Struct("<IHHHhhBB")  # the last of it
+FIELD_HEAD: Final = struct.Struct("<fHHHHHH")
+CRC: Final = struct.Struct("<I")
+MOST_BITS: Final = 32  # of a position that is read; none that was packed has more than 16
+ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
+STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """State what distinguishes one kind of stored templates from another.
+
+    `known` is the greatest content, `FIELD` or `RIDGES`, of each version that is read; `version`
+    is the one that is written. The ridges of N cells take ``cell_bytes * N`` bytes, which
+    `pack_ridges` makes of the words; `unpack_ridges` takes them, the orientation of the cells in
+    steps, and the mask, and returns the words of all cells, 0 outside the mask.
+    """
+
+    magic: bytes
+    version: int
+    known: Mapping[int, int]
+    cell_bytes: int
+    pack_ridges: Callable[[Words], bytes]
+    unpack_ridges: Callable[[bytes, NDArray[np.uint8], Mask], Words]
+
+
+def _unpack_words(data: bytes, _steps: NDArray[np.uint8], mask: Mask) -> Words:
+    """Return the pictures of the cells, each of 64 bits, the highest first."""
+    ridges = np.zeros(mask.shape, np.uint64)
+    ridges[mask] = np.frombuffer(data, ">u8")
+    return ridges
+
+
+VERSION: Final = 2
+GALLERY_LAYOUT: Final = Layout(
+    magic=b"fm",
+    version=VERSION,
+    known={1: FIELD, VERSION: RIDGES},  # version 1 is the same without ridges
+    cell_bytes=8,
+    pack_ridges=lambda words: words.astype(">u8").tobytes(),
+    unpack_ridges=_unpack_words,
+)
+
+
+def pack_template(template: Template, layout: Layout = GALLERY_LAYOUT) -> bytes:
+    """Return a template in few bytes; an unpacked one gives the same bytes again.
+
+    Raises TemplateError if a number is outside the bounds of `fpmatch.templates.bounds`: minutiae
+    are within 32,767 pixels of the origin at 500 dpi, at most 65,535 of them, and a ridge field has
+    at most a million cells.
+
+    Examples
+    --------
+    >>> template = Template(Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6]), width=300, height=400)
+    >>> data = pack_template(template)
+    >>> len(data), unpack_template(data).minutiae.xy.tolist()
+    (31, [[10.0, 5.0], [20.0, 8.0]])
+    """
+    check_bounds(template)
+    content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
+    zoom = STANDARD_DPI / (rounded_dpi(template) / DPI_UNITS)
+    try:
+        minutiae = _pack_minutiae(template)
+        field = b"" if template.field is None else _pack_field(template.field, zoom, layout)
+    except (struct.error, OverflowError) as error:
+        raise TemplateError("template too large to be kept in a gallery") from error
+    whole = layout.magic + bytes((layout.version, content)) + minutiae + field
+    return whole + CRC.pack(zlib.crc32(whole))
+
+
+def minutiae_digest(template: Template) -> bytes:
+    """Return a hash of the frame and the minutiae of a template as they would be packed.
+
+    It is b"" for a template that cannot be packed, or of so few minutiae that others may be equal.
+    """
+    try:
+        check_bounds(template)
+    except TemplateError:
+        return b""
+    return _digest(_pack_minutiae(template)) if len(template) >= LEAST_UNIQUE else b""
+
+
+def stored_minutiae_digest(data: bytes) -> bytes:
+    """Return the `minutiae_digest` of a stored template that was checked, of any layout."""
+    *_, count, _, _, bits_x, bits_y = HEAD.unpack(data[: HEAD.size])
+    begin, end = HEAD.size - MINUTIAE_HEAD.size, HEAD.size + body_bytes(count, bits_x, bits_y)
+    return _digest(data[begin:end]) if count >= LEAST_UNIQUE else b""
+
+
+def _digest(packed_minutiae: bytes) -> bytes:
+    return hashlib.blake2b(packed_minutiae, digest_size=16).digest()
+
+
+def unpack_template(data: bytes, layout: Layout = GALLERY_LAYOUT) -> Template:
+    """Return the template that `pack_template` packed, its numbers rounded once.
+
+    Raises TemplateError if `data` is of another version, damaged, or no stored template at all.
+    """
+    check_packed(data, layout)
+    try:
+        template = _unpack(ByteReader(data[: -CRC.size], TemplateError), layout)
+        check_bounds(template)
+    except (ValueError, struct.error, FpmatchError) as error:
+        raise TemplateError(f"packed template is damaged: {error}") from error
+    return template
+
+
+def check_packed(data: bytes, layout: Layout = GALLERY_LAYOUT) -> tuple[int, float]:
+    """Check the checksum of a stored template; return its number of minutiae and its dpi.
+
+    Raises TemplateError as `unpack_template`, which finds damage from before packing too.
+    """
+    if data[:2] != layout.magic or len(data) < HEAD.size + CRC.size:
+        raise TemplateError("not a packed template")
+    if data[2] not in layout.known:
+        latest = layout.version
+        raise TemplateError(f"packed template of version {data[2]} (known: up to {latest})")
+    if CRC.unpack(data[-CRC.size :])[0] != zlib.crc32(memoryview(data)[: -CRC.size]):
+        raise TemplateError("packed template is damaged")
+    _, _, _, dpi_units, _, _, count, *_ = HEAD.unpack(data[: HEAD.size])
+    return count, dpi_units / DPI_UNITS
+
+
+def body_bytes(count: Any, bits_x: Any, bits_y: Any) -> Any:
+    """Return the bytes of the columns of the minutiae of a template, or of each of many."""
+    widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    return sum((count * width + 7) // 8 for width in widths)
+
+
+def _unpack(reader: ByteReader, layout: Layout) -> Template:
+    head = HEAD.unpack(reader.take(HEAD.size))
+    _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
+    if content > layout.known[version]:
+        raise TemplateError("it contains unknown data")
+    if max(bits_x, bits_y) > MOST_BITS:
+        raise TemplateError("its positions have too many bits")
+    dpi = dpi_units / DPI_UNITS
+    zoom = STANDARD_DPI / dpi if dpi else 1.0
+    columns = np.empty((5, count), np.int64)
+    widths = np.array(((bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS),), np.int64)
+    body = np.frombuffer(reader.take(body_bytes(count, bits_x, bits_y)), np.uint8)
+    read_columns(body, np.zeros(1, np.int64), widths, np.array((0, count), np.int64), columns)
+    xy = np.empty((2, count), np.float32)
+    for column, least, values in zip(columns, (least_x, least_y), xy, strict=False):
+        to_image(column, least, zoom, values)
+    kind, quality = columns[3:].astype(np.uint8)
+    minutiae = Minutiae(xy[0], xy[1], ANGLES[columns[2]], kind, quality)
+    field = _unpack_field(reader, zoom, layout if content == RIDGES else None) if content else None
+    if reader.left:
+        raise TemplateError("it has too many bytes")
+    return Template(minutiae, width, height, dpi, field)
+
+
+def _pack_minutiae(template: Template) -> bytes:
+    """Return resolution, frame and minutiae packed."""
+    columns = rounded_minutiae(template)
+    count = columns.shape[1]
+    least = np.minimum.reduce(columns[:2], axis=1) if count else np.zeros(2, np.int64)
+    columns[:2] -= least[:, None]
+    bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
+    size = template.width, template.height
+    head = MINUTIAE_HEAD.pack(rounded_dpi(template), *size, count, *least.tolist(), *bits)
+    widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
+    body = np.zeros(body_bytes(count, *bits), np.uint8)
+    write_columns(columns, widths, body)
+    return head + body.tobytes()
+
+
+def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
+    mask = field.mask
+    rows, columns = (np.logical_or.reduce(mask, axis=axis).nonzero()[0].tolist() for axis in (1, 0))
+    inside = mask.ravel().nonzero()[0]
+    top, bottom = (rows[0], rows[-1] + 1) if rows else (0, 0)
+    left, right = (columns[0], columns[-1] + 1) if columns else (0, 0)
+    head = FIELD_HEAD.pack(field.step * zoom, *mask.shape, top, left, bottom - top, right - left)
+    steps = np.rint(field.orientation.ravel()[inside] * (2**ORIENTATION_BITS / np.pi))
+    coded = np.zeros(len(steps) + len(steps) % 2, np.uint8)
+    coded[: len(steps)] = steps.astype(np.int64) % 2**ORIENTATION_BITS
+    orientation = coded[::2] << ORIENTATION_BITS | coded[1::2]
+    ridges = b"" if field.ridges is None else layout.pack_ridges(field.ridges.ravel()[inside])
+    box = np.packbits(mask[top:bottom, left:right])
+    return head + box.tobytes() + orientation.tobytes() + ridges
+
+
+def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> RidgeField:
+    """Return a ridge field, with ridges where they follow in a layout."""
+    step, rows, columns, top, left, height, width = FIELD_HEAD.unpack(reader.take(FIELD_HEAD.size))
+    if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
+        raise TemplateError("its ridge field leaves its frame")
+    cells, each = height * width, 0 if ridged is None else ridged.cell_bytes
+    first, last = reader.at, len(reader.data)
+    if reader.left < (cells + 7) // 8:
+        raise TemplateError("its ridge field is cut short")
+    at, end, columns_of, bytes_of = np.array((first, last, width, each), np.int64).reshape(4, 1)
+    start = np.array((0, cells), np.int64)
+    box, steps = np.empty((2, cells), np.uint8)
+    after, tight = np.empty(1, np.int64), np.empty(1, np.uint8)
+    data = np.frombuffer(reader.data, np.uint8)
+    inside = read_cells(data, at, end, start, columns_of, bytes_of, box, steps, after, tight)
+    if after[0] < 0:
+        raise TemplateError("its ridge field has too few bytes, or too many")
+    steps = steps[:inside]
+    reader.take(int(after[0]) - first)
+    mask = np.zeros((rows, columns), bool)
+    mask[top : top + height, left : left + width] = box.view(bool).reshape(height, width)
+    orientation = np.zeros((rows, columns), np.float32)
+    orientation[mask] = STEPS[steps]
+    ridges = None
+    if ridged is not None:
+        ridges = ridged.unpack_ridges(reader.take(each * inside), steps, mask)
+    return RidgeField(step / zoom, orientation, mask, ridges)

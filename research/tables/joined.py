@@ -1,0 +1,64 @@
+"""The tables of two prints joined into one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.printable import markdown_table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+_FORMS: Final = ("ridges", "alone")
+_SHARES: Final = ("match", "noticed", "unnoticed")
+_MEDIA: Final = {  # whether images were joined, whether of templates without an image
+    "templates of images": (False, False),
+    "synthetic templates": (False, True),
+    "images": (True, False),
+}
+
+
+def joined_kept(measured: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the page shows: means over databases, in per cent, and the false alarms."""
+    rows = []
+    for medium, (images, synthetic) in _MEDIA.items():
+        of_medium = [
+            row
+            for row in measured["joined"]
+            if (row["images"], row["synthetic"]) == (images, synthetic)
+        ]
+        for kind in dict.fromkeys(row["kind"] for row in of_medium):
+            of_kind = [row for row in of_medium if row["kind"] == kind]
+            shares = {name: [_mean(of_kind, form, name) for form in _FORMS] for name in _SHARES}
+            rows.append({"medium": medium, "kind": kind, **shares})
+    return {"rows": rows, "ordinary": measured["ordinary"]}
+
+
+def format_joined(kept: Mapping[str, Any]) -> str:
+    """Return what joined prints match, and false alarms, as Markdown."""
+    head = ["joined as", "how", "match both", "noticed", "match both, not noticed"]
+    rows = [
+        [row["medium"], row["kind"], *(" / ".join(map(str, row[name])) for name in _SHARES)]
+        for row in kept["rows"]
+    ]
+    return "\n\n".join(
+        [
+            "In per cent, with ridges / as minutiae alone; each database counts the same.",
+            markdown_table([head, *rows]),
+            markdown_table(_false_alarms(kept["ordinary"])),
+        ]
+    )
+
+
+def _mean(rows: Sequence[Mapping[str, Any]], form: str, name: str) -> int:
+    values = [row[name] for row in rows if row["form"] == form]
+    percent: float = 100 * sum(values) / len(values)
+    return round(percent)
+
+
+def _false_alarms(ordinary: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    rows = [["ordinary prints", "prints", "noticed, with ridges", "as minutiae alone"]]
+    numbers = ("prints", *_FORMS)
+    rows += [[one["source"], *(f"{one[name]:,}" for name in numbers)] for one in ordinary]
+    totals = [sum(one[name] for one in ordinary) for name in numbers]
+    return [*rows, ["all", *(f"{total:,}" for total in totals)]]

@@ -1,0 +1,123 @@
+"""The score of a finger is honest for as many impressions as it has."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch import extract
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.fingers.finger import (
+    MOST_IMPRESSIONS,
+    Finger,
+    choose_impressions,
+    fused_score,
+    fused_scores,
+    verify_finger,
+)
+from fpmatch.matching.calibration import Calibration, load_calibration
+from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.result import INCONCLUSIVE, NO_MATCH
+from fpmatch.matching.verify import verify
+from fpmatch.templates.minutiae import Minutiae, Template
+from tests.matching.matching_prints import fragment
+
+scores_of_impressions = st.lists(st.floats(0, 100), min_size=1, max_size=30)
+
+
+@given(scores_of_impressions)
+def test_a_finger_scores_between_its_best_and_the_bound_for_so_many(scores):
+    fused, best = fused_score(scores), max(scores)
+    bound = best - 10 * np.log10(len(scores))
+    assert max(bound, 0) - 1e-9 <= fused <= best + 1e-9
+    assert fused == pytest.approx(fused_score(scores[::-1]), abs=1e-9)
+
+
+@given(st.floats(0, 100), st.integers(1, 20))
+def test_equal_scores_are_the_score_of_the_finger(score, count):
+    assert fused_score([score] * count) == pytest.approx(score, abs=1e-9)
+    assert fused_score([score]) == score
+
+
+@given(scores_of_impressions, st.integers(0, 29), st.floats(0, 100))
+def test_a_better_impression_never_makes_the_finger_worse(scores, which, better):
+    raised = list(scores)
+    raised[which % len(scores)] = max(better, raised[which % len(scores)])
+    assert fused_score(raised) >= fused_score(scores) - 1e-9
+
+
+@given(st.lists(scores_of_impressions, min_size=1, max_size=5))
+def test_many_fingers_at_once_score_as_each_alone(fingers):
+    scores = np.concatenate([np.array(one) for one in fingers])
+    sizes = [len(one) for one in fingers]
+    found = fused_scores(scores, np.repeat(np.arange(len(fingers)), sizes), sizes)
+    assert found == pytest.approx([fused_score(one) for one in fingers])
+
+
+@pytest.mark.parametrize("count", [2, 5, 10])
+def test_the_stated_rate_holds_for_independent_impostors(count):
+    rng = np.random.default_rng(count)
+    single = -10 * np.log10(rng.uniform(size=(200_000, count)))
+    finger = np.repeat(np.arange(len(single)), count)
+    fused = fused_scores(single.ravel(), finger, np.full(len(single), count))
+    for stated in (0.01, 0.001):
+        measured = np.mean(fused >= -10 * np.log10(stated))
+        assert 0.8 * stated < measured < 1.2 * stated
+
+
+def test_verification_names_the_best_impression(template):
+    matcher = get_matcher("unit-circle")
+    half = type(template)(template.minutiae.take(np.arange(6)), template.width, template.height)
+    found = verify_finger(template, [half, template, half])
+    alone = [verify(template, one) for one in (half, template)]
+    assert found.best == 1
+    assert found.scores[:2].tolist() == [one.score for one in alone]
+    assert found.verification.match
+    assert found.verification.score <= found.best_score == found.scores[1]
+    assert found.verification.transform == alone[1].transform
+    finger = Finger.of([half, template, half], matcher, load_calibration("unit-circle"))
+    assert finger.weights.sum() == pytest.approx(1.0)
+    compared = finger.compare(matcher.prepare(template))
+    assert (compared.score, compared.best) == (found.verification.score, 1)
+    (one,) = verify_finger(template, [template]).scores
+    assert one == alone[1].score
+
+
+@pytest.mark.parametrize(("count", "threshold", "named"), [(0, 40, "without"), (1, 101, "thresh")])
+def test_what_cannot_be_compared_is_refused(template, count, threshold, named):
+    with pytest.raises(MatcherError, match=named):
+        verify_finger(template, [template] * count, threshold=threshold)
+
+
+def test_a_mismatch_says_why(template):
+    curve = Calibration(((0.0, 0.0), (1e6, 1.0)), tail_scale=1e6)
+    found = verify_finger(template, [template], calibration=curve).verification
+    assert not found.match
+    assert found.reason
+
+
+def test_of_very_many_impressions_some_are_compared(template):
+    few = type(template)(template.minutiae.take(np.arange(3)), template.width, template.height)
+    prints = [few] * 150
+    prints[70] = template
+    found = verify_finger(template, prints)
+    assert len(found.scores) == len(found.compared) == MOST_IMPRESSIONS
+    assert found.best == 70
+    assert found.best_score == max(found.scores)
+    assert list(found.compared) == sorted(set(found.compared)) == choose_impressions(prints)
+
+
+@given(st.integers(1, 200), st.integers(1, 70))
+def test_the_chosen_impressions_are_spread_over_all(count, most):
+    one = Template(Minutiae([1.0], [1.0], [0.0]), 9, 9)
+    chosen = choose_impressions([one] * count, most)
+    assert len(chosen) == min(count, most)
+    assert np.diff([*chosen, count]).max() <= -(-count // len(chosen))
+
+
+def test_a_finger_is_judged_by_its_best_impression(fingers):
+    print_, impostor = (extract(image, dpi=500) for image in fingers)
+    parts = [fragment(impostor, 2), impostor]
+    assert verify_finger(print_, parts).verification.decision == NO_MATCH
+    assert verify_finger(print_, parts[:1]).verification.decision == INCONCLUSIVE
+    assert verify_finger(fragment(print_, 2), parts).verification.decision == INCONCLUSIVE

@@ -1,0 +1,253 @@
+"""One-to-many comparison: to the last bit what `compare` finds, in any order and any part."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from extreme_prints import DEGENERATE, FIELDS, USUAL
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    impressions_of_a_finger,
+    jittered,
+    seeds,
+    spread_points,
+    striped_field,
+    template_of,
+    templates,
+)
+from matching_weights import (
+    ALWAYS,
+    NEVER,
+    NO_PREFILTER,
+    REJECTING,
+    interpreted_pipeline,
+    print_for,
+    scored_by,
+    some_weights,
+)
+
+from fpmatch.gallery.index.prints.compare import (
+    NEITHER_FIRST,
+    PROBE_FIRST,
+    REFERENCE_FIRST,
+    canonical_order,
+    packs,
+    similarities,
+)
+from fpmatch.gallery.index.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
+from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
+from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.registry import get_matcher
+
+EXAMPLES = 30 if COMPILED else 4
+PRINT_SIZE = 30 if COMPILED else 12
+FIELD_SIDE = 20 if COMPILED else 6
+
+refine_thresholds = st.sampled_from([ALWAYS, NEVER, -6.0, 4.0])
+"""Thresholds that all, no, or some comparisons pass."""
+
+prefilters = st.sampled_from([NO_PREFILTER, REJECTING])
+"""Prefilter thresholds that all, or some, comparisons pass."""
+
+KINDS = (0, 1, 2)
+"""All prints have pictures of their ridges; some have, some no field; some a field alone."""
+
+
+@pytest.fixture(autouse=True)
+def weights_by_hand():
+    with scored_by(some_weights()):
+        yield
+
+
+def one_by_one(probe, prints):
+    return [MATCHER.compare(probe, print_).similarity for print_ in prints]
+
+
+def at_once(probe, prints):
+    return similarities(MATCHER, probe, PreparedPrints.pack(prints)).tolist()
+
+
+def table_of(prints, **limits):
+    """Return the similarities of all prints to all, by weights with these thresholds."""
+    with scored_by(some_weights(**limits)):
+        return np.array([at_once(probe, prints) for probe in prints])
+
+
+def some_field(rng, k):
+    """Return no field, one that does not show its ridges, or one that does, but for a few bits."""
+    field = striped_field(side=FIELD_SIDE)
+    worn = field.ridges ^ (np.uint64(1) << rng.integers(0, 64, field.ridges.shape, np.uint64))
+    return [replace(field, ridges=worn), None, replace(field, ridges=None)][k % 3]
+
+
+def impressions(seed, kinds=0):
+    """Return impressions of one finger and of others, with and without ridges, and of nothing."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for k, side in enumerate(impressions_of_a_finger(seed, PRINT_SIZE)):
+        quality = rng.integers(0, 101, side.shape[1])
+        field = some_field(rng, kinds * k)
+        found.append(prepare(template_of(side, (500.0, 569.0)[k % 2], quality, field)))
+    return found
+
+
+@given(
+    seeds,
+    refine_thresholds,
+    st.sampled_from(KINDS),
+    prefilters,
+    st.sampled_from([-2.0, 1.0, NEVER]),
+    st.sampled_from([-1.0, 0.02, NEVER]),
+)
+@settings(max_examples=EXAMPLES)
+def test_similarities_are_those_of_compare_to_the_last_bit(
+    seed, refine, kinds, prefilter, confident, relaxation
+):
+    """Whichever model scores; some rejected, some refined alone, some of weak local matches."""
+    prints = impressions(seed, kinds)
+    with scored_by(some_weights(refine, 0.4, prefilter, confident, relaxation, apart=3.0)):
+        for probe in prints:
+            assert at_once(probe, prints) == one_by_one(probe, prints)
+
+
+def test_probes_come_before_and_after_and_their_ridges_count():
+    """Otherwise that they are the same to the last bit would show little."""
+    prints = impressions(3)[:4]
+    many = PreparedPrints.pack(prints)
+    order = np.array([canonical_order(probe, many, 0, 4) for probe in prints])
+    assert np.count_nonzero(order == REFERENCE_FIRST) == 6
+    assert np.count_nonzero(order == PROBE_FIRST) == 6
+    always, never = (table_of(prints, refine=refine) for refine in (ALWAYS, NEVER))
+    assert np.count_nonzero(always != never) >= 8
+    some = [table_of(prints, refine=refine) for refine in range(0, 30, 2 if COMPILED else 6)]
+    assert any((one != never).any() and (one != always).any() for one in some)
+
+
+@given(templates(), st.lists(templates(), max_size=4), refine_thresholds)
+@settings(max_examples=EXAMPLES)
+def test_any_templates_compare_as_one_by_one(probe, references, refine):
+    prints = [prepare(template) for template in [*references, probe]]
+    with scored_by(some_weights(refine)):
+        assert at_once(prints[-1], prints) == one_by_one(prints[-1], prints)
+
+
+@pytest.mark.parametrize("refine", [-9.0, 2.0])
+def test_the_prefilter_rejects_some_whose_similarity_is_next_to_nothing(refine):
+    """Otherwise that both ways of comparing reject the same would show little."""
+    prints = impressions(3)[:6]
+    aligned = table_of(prints, refine=refine)
+    found = table_of(prints, refine=refine, prefilter=REJECTING)
+    with scored_by(some_weights(refine, prefilter=REJECTING)):
+        pairs = [[MATCHER.compare(a, b) for b in prints] for a in prints]
+    rejected = np.array([[one.transform is None for one in row] for row in pairs])
+    assert 0 < np.count_nonzero(rejected) < rejected.size
+    assert found[~rejected].tolist() == aligned[~rejected].tolist()
+    assert 0 < found[rejected].max() < np.log1p(np.exp(-5.0))
+
+
+def test_a_part_of_them_is_that_part_of_the_whole():
+    prints = impressions(3)[: 7 if COMPILED else 4]
+    many = PreparedPrints.pack(prints)
+    whole = similarities(MATCHER, prints[0], many).tolist()
+    n = len(prints)
+    parts = [(first, last) for first in range(n + 1) for last in range(first, n + 1)]
+    for part in [*parts, (2, None), (-2, None), (4, 2)]:
+        assert similarities(MATCHER, prints[0], many, *part).tolist() == whole[slice(*part)]
+    assert at_once(prints[0], []) == []
+
+
+def test_arrays_that_cannot_be_written_give_the_same():
+    prints = impressions(5)
+    packed = PreparedPrints.pack(prints)
+    for name in COLUMNS:
+        getattr(packed, name).setflags(write=False)
+    assert similarities(MATCHER, prints[1], packed).tolist() == one_by_one(prints[1], prints)
+
+
+def test_a_crowd_is_compared_by_its_best():
+    n = 260 if COMPILED else 30
+    rng = np.random.default_rng(4)
+    crowd = template_of(spread_points(rng, n, 0.0, 900.0), quality=rng.integers(1, 100, n))
+    prints = [prepare(crowd), *impressions(4)[:2]]
+    for probe in prints[:2]:
+        assert at_once(probe, prints) == one_by_one(probe, prints)
+
+
+def test_prints_that_begin_alike_are_told_apart_by_the_rest():
+    prints = []
+    for seed in range(4):
+        points = spread_points(np.random.default_rng(seed), 9)
+        points[0, :4] = [10.0, 30.0, 20.0, 50.0]
+        prints.append(prepare(template_of(points)))
+    many = PreparedPrints.pack(prints)
+    assert (canonical_order(prints[0], many, 0, 4) == NEITHER_FIRST).all()
+    assert at_once(prints[0], prints) == one_by_one(prints[0], prints)
+
+
+@given(st.lists(st.integers(-40, 40), min_size=6, max_size=6))
+@settings(max_examples=EXAMPLES)
+def test_order_is_that_of_the_keys(x):
+    """Keys are bytes, so that negative numbers, say, do not come before positive ones."""
+    y = np.array([0.0, -9.0, -4.0])
+    sides = [np.array([side, y, np.ones(3), np.zeros(3)], float) for side in (x[:3], x[3:])]
+    a, b = (prepare(template_of(side)) for side in sides)
+    (order,) = canonical_order(a, PreparedPrints.pack([b]), 0, 1)
+    assert order == NEITHER_FIRST if x[:3] == x[3:] else order == (-1 if b.key < a.key else 1)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2])
+def test_few_minutiae_are_like_next_to_nothing(size):
+    few = prepare(template_of(spread_points(np.random.default_rng(1), size)))
+    prints = [few, impressions(2)[0]]
+    for probe in prints:
+        found = at_once(probe, prints)
+        assert found == one_by_one(probe, prints)
+        # a pair counts for nothing, two for at most 1.2 tenfold falls of the FMR
+        assert found[0] <= as_similarity(1.2 * np.log(10) * max(size - 1, 0))
+    assert (size == 0) == (at_once(few, prints)[0] == 0.0)
+
+
+@pytest.mark.parametrize("refine", [ALWAYS, 0.0, NEVER])
+@pytest.mark.parametrize("prefilter", [NO_PREFILTER, REJECTING])
+def test_compiled_and_interpreted_agree(plain, refine, prefilter):
+    weights = some_weights(refine, prefilter=prefilter, confident=2.0)
+    points = [spread_points(np.random.default_rng(k), 9, size=120.0) for k in range(3)]
+    points.append(jittered(np.random.default_rng(9), points[0], 1.0, 0.1))
+    shown = [prepare(template_of(side, field=striped_field(side=8))) for side in points]
+    prints = [*shown, prepare(template_of(points[3]))]
+    many = PreparedPrints.pack(prints[1:])
+    similarity = np.zeros(len(many))
+    order = canonical_order(prints[0], many, 0, len(many))
+    room = max(many.most_minutiae, len(prints[0]))
+    pipeline = interpreted_pipeline(plain, prints[0], room, weights)
+    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
+    packed = plain.prepared_view.PreparedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
+    packed.match(pipeline, print_for(plain, largest), 0, order, similarity)
+    with scored_by(weights):
+        fast = similarities(MATCHER, prints[0], many)
+    assert similarity == pytest.approx(fast, rel=1e-12)
+    assert fast.any()
+    assert prefilter == REJECTING or np.count_nonzero(fast) >= len(fast) - 1
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_degenerate_prints_compare_as_one_by_one(field):
+    every = 3 if COMPILED else 11
+    prints = [prepare(replace(one, field=field)) for one in [*DEGENERATE.values(), USUAL][::every]]
+    for probe in prints[:: 1 if COMPILED else 3]:
+        assert at_once(probe, prints) == one_by_one(probe, prints)
+
+
+def test_a_matcher_that_compares_in_its_own_way_does_so_with_many():
+    prints = impressions(3)[: 4 if COMPILED else 2]
+    many = PreparedPrints.pack(prints)
+    reference = get_matcher("reference")
+    alone = [reference.compare(prints[0], other).similarity for other in prints[1:]]
+    assert similarities(reference, prints[0], many, 1).tolist() == alone
+    assert packs(MATCHER)
+    assert packs(reference)
+    assert not packs(get_matcher("paper"))

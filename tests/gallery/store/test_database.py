@@ -1,0 +1,37 @@
+"""A transaction on the database of a gallery, and what a user sees of its failures."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, NoReturn
+
+import pytest
+from sqlalchemy.engine.default import DefaultDialect
+
+from fpmatch import open_gallery
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.store.database import Database
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def _interrupted(*_: object) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_while_a_connection_closes_is_raised_and_not_logged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    database = Database(tmp_path / "prints.db", create=True)
+    monkeypatch.setattr(DefaultDialect, "do_close", _interrupted)
+    with pytest.raises(KeyboardInterrupt), database.reading():
+        pass
+    assert not caplog.records
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(GalleryError, match="pipe: is not a regular file, not a gallery"):
+        open_gallery(tmp_path / "pipe")

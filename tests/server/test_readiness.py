@@ -1,0 +1,160 @@
+"""Readiness, and a gallery that does not answer: whoever needs none of it does not notice."""
+
+from __future__ import annotations
+
+import ast
+import asyncio
+import sqlite3
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+
+from fpmatch import server
+from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.server import readiness
+from fpmatch.server.guard import OF_GALLERY
+from fpmatch.server.readiness import Check, in_own_thread
+from fpmatch.server.routes import gallery_router, router
+
+from .conftest import served_gallery, wait_until_ready
+
+READY_S = 3.0  # in which readiness is told, whatever hangs: two, and one for a busy machine
+CLIENTS = 50
+
+
+def codes(faults: list[FpmatchError | None]) -> Counter[str]:
+    return Counter("" if fault is None else fault.code for fault in faults)
+
+
+class Looks:
+    """What a check looks at: it hangs while `open` is not set, and fails with `fault` then."""
+
+    def __init__(self) -> None:
+        self.begun, self.open = 0, threading.Event()
+        self.fault: FpmatchError | None = None
+
+    def __call__(self) -> None:
+        self.begun += 1
+        self.open.wait()
+        if self.fault is not None:
+            raise self.fault
+
+
+def test_one_look_answers_all_who_ask_within_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks = Looks()
+    looks.open.set()
+    check = Check("the gallery", lambda: in_own_thread(looks))
+
+    async def ask(times: int) -> Counter[str]:
+        return codes(await asyncio.gather(*(check.fault() for _ in range(times))))
+
+    async def test() -> None:
+        assert await ask(CLIENTS) == {"": CLIENTS}
+        looks.fault = GalleryError("gone", code="missing")
+        assert await ask(CLIENTS) == {"": CLIENTS}
+        assert looks.begun == 1
+        monkeypatch.setattr(readiness, "KEPT_S", 0.0)
+        assert await ask(1) == {"missing": 1}
+
+    asyncio.run(test())
+
+
+def test_while_a_look_hangs_there_is_no_other_and_all_are_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(readiness, "CHECK_S", 0.1)
+    monkeypatch.setattr(readiness, "KEPT_S", 0.0)
+    looks = Looks()
+    check = Check("the gallery", lambda: in_own_thread(looks))
+
+    async def test() -> None:
+        faults = await asyncio.gather(*(check.fault() for _ in range(CLIENTS)))
+        assert codes(faults) == {"late": CLIENTS}
+        start = time.monotonic()
+        again = [await check.fault() for _ in range(CLIENTS)]
+        assert codes(again) == {"late": CLIENTS}
+        assert time.monotonic() - start < 0.1
+        assert looks.begun == 1
+        looks.open.set()
+        while await check.fault() is not None:
+            await asyncio.sleep(0.01)
+
+    asyncio.run(test())
+
+
+def test_addresses_that_need_the_gallery_are_told_by_their_beginning() -> None:
+    paths = [route.path for route in gallery_router.routes]  # type: ignore[attr-defined]
+    assert paths
+    assert all(path.startswith(OF_GALLERY) for path in paths)
+    others = [route.path for route in router.routes]  # type: ignore[attr-defined]
+    assert not any(path.startswith(OF_GALLERY) for path in others)
+
+
+def test_the_server_measures_time_by_a_clock_that_nobody_sets() -> None:
+    files = sorted(Path(server.__file__).parent.glob("*.py"))
+    assert len(files) > 10
+    for file in files:
+        named = {
+            f"{node.value.id}.{node.attr}"
+            for node in ast.walk(ast.parse(file.read_text("utf-8")))
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
+        }
+        assert not named & {"time.time", "time.time_ns", "datetime.now", "date.today"}, file
+
+
+@contextmanager
+def held(gallery: Path) -> Iterator[None]:
+    """Hold the file of a gallery, so that nobody can read it."""
+    with closing(sqlite3.connect(gallery, timeout=60, isolation_level=None)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        yield
+
+
+def timed(request: Callable[[], httpx.Response]) -> tuple[int, float]:
+    start = time.monotonic()
+    return request().status_code, time.monotonic() - start
+
+
+@pytest.mark.slow
+def test_a_gallery_that_does_not_answer_holds_up_no_other_request(
+    gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = (("a.png", prints[name]) for name in ("1_1.png", "1_2.png"))
+    with served_gallery(gallery) as http, ThreadPoolExecutor(CLIENTS) as clients:
+
+        def verify() -> httpx.Response:
+            return http.post("/verify", files={"probe": first, "reference": second})
+
+        def identify() -> httpx.Response:
+            return http.post("/identify", files={"probe": first})
+
+        def ready() -> httpx.Response:
+            return http.get("/ready")
+
+        assert [ask().status_code for ask in (identify, verify, ready)] == [200, 200, 200]
+        monkeypatch.setattr(readiness, "KEPT_S", 60.0)  # the gallery is believed to answer
+        with held(gallery):
+            under_way = clients.submit(identify)
+            assert timed(verify)[0] == 200
+            assert not under_way.done()
+            monkeypatch.undo()
+            time.sleep(readiness.KEPT_S)
+            asked = [clients.submit(timed, ready) for _ in range(CLIENTS - 1)]
+            assert timed(verify)[0] == 200
+            outcomes = [one.result() for one in asked]
+            assert {status for status, _ in outcomes} == {503}
+            assert max(seconds for _, seconds in outcomes) < READY_S
+            refused = identify()
+            assert refused.status_code == 503
+            assert refused.headers["retry-after"]
+            assert refused.json() == {"error": "the gallery does not answer: try again shortly"}
+        assert under_way.result().status_code in {200, 503}
+        wait_until_ready(http)
+        assert identify().status_code == 200

@@ -115,7 +115,7 @@ def test_decades_beyond_chance(pairs, by_chance, nearness, ridges, cells):
     decades = 0.5 * nearness
     if pairs > mean:
         decades += (pairs * math.log(pairs / mean) - pairs + mean) / math.log(10)
-    agreeing = float(np.clip((ridges - 0.18) / 0.15, 0, 1))
+    agreeing = float(np.clip((ridges - 0.115) / 0.2, 0, 1))
     decades += agreeing * (min(cells, 24) / 12 + max(cells - 24, 0) / 48)
     measured = decades_beyond_chance(pairs, by_chance, nearness, ridges, cells)
     assert measured == pytest.approx(decades, abs=1e-9)

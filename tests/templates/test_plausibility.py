@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.formats.files import save_template
+from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-from fpmatch.prints.reading import read_print
+from fpmatch.prints.reading import make_given_print
 from fpmatch.templates.plausibility import DISORDERED, NO_FINGER, OFF_RIDGES, find_doubts, why_no_finger
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
@@ -65,6 +65,6 @@ def test_prints_of_fingers_are_not_named():
 def test_such_a_template_has_a_note(tmp_path, suffix):
     path = tmp_path / f"made{suffix}"
     save_template(path, random_template(1, 80))
-    made = read_print(path)
+    made = make_given_print(load_record(path), path.name)
     assert f"{NO_FINGER}: {DISORDERED}" in made.notes
     assert set(find_doubts(made.template)) <= set(made.notes)

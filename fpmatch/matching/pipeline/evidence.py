@@ -45,7 +45,7 @@ Minutiae in frequent places, in the directions that are usual there, pair in man
 an FMR below 1 % is held against the pairs expected by chance under the best transform: the minutiae
 of B within 60 pixels of where a minutia of A is predicted, in about its direction, show how many.
 A Poisson distribution with that mean gives the decades of the FMR for so many pairs; pairs that lie
-nearer to their predictions than by chance, and ridges that correlate by over 0.38, add to them.
+nearer to their predictions than by chance, and ridges that correlate by over 0.315, add to them.
 Of what the estimate exceeds these decades by, less 0.65, only 20 % counts; less up to 1.15 where
 the smaller print has fewer than 28 minutiae, since few minutiae can be arranged to match more.
 

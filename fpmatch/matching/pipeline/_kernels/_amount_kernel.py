@@ -19,8 +19,8 @@ FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts w
 CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 # Of what the pairs are worth beyond chance, see `decades_beyond_chance`:
 LEAST_BY_CHANCE = cython.declare(cython.double, 0.05)  # pairs
-ALIGNED = cython.declare(cython.double, 0.18)  # ridge correlation above the usual: counts from
-FULLY_ALIGNED = cython.declare(cython.double, 0.15)  # there on, wholly from so much more on
+ALIGNED = cython.declare(cython.double, 0.115)  # ridge correlation above the usual: counts from
+FULLY_ALIGNED = cython.declare(cython.double, 0.2)  # there on, wholly from so much more on
 FULL_CELLS = cython.declare(cython.double, 24.0)  # beyond these, a cell counts a quarter
 LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
 

@@ -15,7 +15,7 @@ from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.templates.two_prints import why_two_prints
+from fpmatch.templates.plausibility import find_doubts
 from research.attacks.joining import IMAGE_KINDS, KINDS, Joint
 from research.commands import Command, folders, json_file, workers, write_json
 from research.tables.joined import format_joined, joined_kept
@@ -110,7 +110,7 @@ def measure_joined(
             "prints": sum(map(len, source.templates)),
             **{
                 form: sum(
-                    bool(why_two_prints(in_form(template, form)))
+                    bool(find_doubts(in_form(template, form)))
                     for templates in source.templates
                     for template in templates
                 )
@@ -154,7 +154,7 @@ def _tried(
 
         yield ALONE, form, (matches([a, b]), False)
         for kind, template in made.items():
-            noticed = bool(why_two_prints(in_form(template, form)))
+            noticed = bool(find_doubts(in_form(template, form)))
             yield kind, form, (matches([template, template]), noticed)
 
 

@@ -11,9 +11,15 @@ from hypothesis import strategies as st
 from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from fpmatch.prints.reading import make_given_print
-from fpmatch.templates.plausibility import DISORDERED, NO_FINGER, OFF_RIDGES, find_doubts, why_no_finger
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.plausibility import (
+    DISORDERED,
+    NO_FINGER,
+    OFF_RIDGES,
+    find_doubts,
+    why_no_finger,
+)
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 SEEDS = st.integers(0, 2**32 - 1)

@@ -97,8 +97,8 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     is_flag=True,
     help="Refuse prints that match no other impression of their finger, where there are others: "
     "they are of another finger or of another part of the skin (see fpmatch gallery check); and "
-    "prints that are probably two in one. Otherwise these, and the former of fingers that existed "
-    "before, are named and enrolled.",
+    "prints that are probably two in one, or that no finger can have. Otherwise these, and the "
+    "former of fingers that existed before, are named and enrolled.",
 )
 @click.option(
     "--audit",

@@ -151,8 +151,8 @@ def check_added(
 
     Compared are those of `added`, from `find_added`, with what their fingers had before. If
     `strict`, so are all `new` ones with the others of their fingers, and those of the new ones that
-    match none are removed, as are those that are probably two prints in one: they are returned by
-    number. Where no impression of a finger is older, the largest group is kept.
+    match none are removed, as are those that are probably two prints in one, or of no finger: they
+    are returned by number. Where no impression of a finger is older, the largest group is kept.
     """
     fresh, labels = {number for numbers in added.values() for number in numbers}, set(new)
     subjects = {*added, *(label.subject for label in labels if strict)}
@@ -180,7 +180,7 @@ def check_added(
 
 
 def _find_doubtful(gallery: Gallery, labels: Collection[Label]) -> dict[int, Failure]:
-    """Return the entries of some labels that one finger does not have, or probably not, by number."""
+    """Return the entries of some labels that are probably not one finger's, by number."""
     refused = {}
     for subject in {label.subject for label in labels}:
         for entry in gallery.entries(subject=subject):

@@ -46,7 +46,7 @@ an FMR below 1 % is held against the pairs expected by chance under the best tra
 of B within 60 pixels of where a minutia of A is predicted, in about its direction, show how many.
 A Poisson distribution with that mean gives the decades of the FMR for so many pairs; pairs that lie
 nearer to their predictions than by chance, and ridges that correlate by over 0.315, add to them.
-Of what the estimate exceeds these decades by, less 0.65, only 20 % counts; less up to 1.15 where
+Of what the estimate exceeds these decades by, less 1, only 20 % counts; less up to 1.4 where
 the smaller print has fewer than 28 minutiae, since few minutiae can be arranged to match more.
 
 The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
@@ -132,8 +132,8 @@ class ScoreParameters:
     doubt_cells: float = 10.0  # and to the cells
     usual_correlation: float = 0.2  # of the ridges of different fingers
     beyond_from: float = 2.0  # decades of the FMR from which pairs are held against chance,
-    beyond_less: float = 0.65  # which explains so many more, since the best transform is taken,
-    beyond_few: float = 0.5  # and so many more where a print has few minutiae;
+    beyond_less: float = 1.0  # which explains so many more, since the best transform is taken,
+    beyond_few: float = 0.4  # and so many more where a print has few minutiae;
     beyond_share: float = 0.8  # of what is above, so much does not count
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import (
     MAX_SCORE,
-    calibrated_matchers,
+    is_calibrated,
     load_calibration,
     score_of,
     score_to_fmr,
@@ -57,7 +57,7 @@ class Rule:
             raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
         chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
         rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
-        if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
+        if calibration is None and (rho is None or is_calibrated(chosen.name)):
             calibration = load_calibration(chosen.name)
         needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
         return cls(chosen, calibration, needed if rho is None else score_of(calibration, rho), rho)

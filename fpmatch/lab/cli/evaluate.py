@@ -76,8 +76,8 @@ _WORKERS_NEED = (
     multiple=True,
     default=[DEFAULT_MATCHER],
     metavar="NAME",
-    help="Matcher to evaluate, by its name or its place, package.module:OBJECT; repeatable, or "
-    "all, to compare several side by side.",
+    help="Matcher to evaluate, by its name or its place, package.module:OBJECT, perhaps with "
+    "parameters, as in unit-circle:rounds=5; repeatable, or all, to compare several side by side.",
 )
 @file_option(
     "--pairs",

@@ -13,6 +13,8 @@ from fpmatch.errors import FpmatchError, did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
 
@@ -98,7 +100,7 @@ def _restore_key(before: str | None) -> None:
         os.environ[KEY_VARIABLE] = before
 
 
-def old_option(name: str, now: str) -> Any:
+def old_option(name: str, now: str) -> Callable[[Any], Any]:
     """Return an option that answers only what has taken its place, ``{}`` standing for a value."""
 
     def refuse(ctx: click.Context, param: click.Parameter, value: str | None) -> None:

@@ -110,14 +110,16 @@ CASES = {
     "points match": [
         *((f"{name} q.csv --pairs pairs.csv", reason) for name, (_, reason) in POINTS.items()),
         ("p.csv few.csv --pairs pairs.csv", "few.csv: "),
-        *((f"p.csv q.csv --matcher paper --rho {rho}", "rho must") for rho in (-0.1, 1.1, "nan")),
-        ("p.csv q.csv --matcher van-wamelen --rho 1.1", "rho must"),
+        *((f"p.csv q.csv --matcher paper:rho={rho}", "rho must") for rho in (-0.1, 1.1, "nan")),
+        ("p.csv q.csv --matcher van-wamelen:rho=1.1", "rho must"),
+        ("p.csv q.csv --matcher paper:roh=0.9", "Did you mean 'rho'?"),
+        ("p.csv q.csv --matcher paper:rho=half", "rho is a number, not 'half'"),
         *(
-            (f"p.csv q.csv --matcher paper --area-tolerance {area}", "area tolerance must")
+            (f"p.csv q.csv --matcher paper:area_tolerance={area}", "area tolerance must")
             for area in (0, -1, "nan")
         ),
-        ("p.csv q.csv --rho 0.5", "rho"),
-        ("p.csv q.csv --area-tolerance 1", "area tolerance"),
+        ("p.csv q.csv --matcher triangles:rho=0.5", "no parameter 'rho'"),
+        ("p.csv q.csv --rho 0.5", "--rho is now --matcher paper:rho=0.5"),
         ("p.csv q.csv --tolerance -1", "-1"),
         ("gone.csv q.csv", "gone.csv: no such file"),
         ("p.csv .", ".: is a folder"),

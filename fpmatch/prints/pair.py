@@ -84,4 +84,6 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Ve
     """Verify two given prints; inconclusive where an assumed resolution decides."""
     sides = {"probe": probe, "reference": reference}
     assumed = tuple(name for name, given in sides.items() if given.dpi_assumed)
-    return replace(verify(probe.template, reference.template, **options), dpi_assumed=assumed)
+    images = [None if one.image is None else one.image.pixels for one in sides.values()]
+    verified = verify(probe.template, reference.template, images=images, **options)
+    return replace(verified, dpi_assumed=assumed)

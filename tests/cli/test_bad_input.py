@@ -64,7 +64,11 @@ CASES = {
         ("set --baseline notes.txt", "notes.txt: line 1: "),
         ("set --ground-truth", "1.json: no such file"),
         ("set --protocol identification --background nowhere", "nowhere: no such"),
-        ("set --protocol identification --plot det.doc", ".svg"),
+        ("set --protocol identification --det det.doc", ".svg"),
+        ("set --det det.doc", ".svg"),
+        ("set --det nowhere/det.svg", "cannot be written"),
+        ("set --table rates.xls", "a table's name ends with .tex, .csv"),
+        ("set --plot det.svg", "--plot is now --det det.svg"),
     ],
     "gallery": [
         ("info no.db", "no.db: no such gallery"),
@@ -112,6 +116,7 @@ CASES = {
         ("p.csv few.csv --pairs pairs.csv", "few.csv: "),
         *((f"p.csv q.csv --matcher paper:rho={rho}", "rho must") for rho in (-0.1, 1.1, "nan")),
         ("p.csv q.csv --matcher van-wamelen:rho=1.1", "rho must"),
+        ("p.csv q.csv --matcher best", "unknown matcher 'best'"),
         ("p.csv q.csv --matcher paper:roh=0.9", "Did you mean 'rho'?"),
         ("p.csv q.csv --matcher paper:rho=half", "rho is a number, not 'half'"),
         *(

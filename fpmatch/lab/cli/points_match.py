@@ -124,7 +124,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
 @click.argument("q", metavar="Q.csv", type=_CSV)
 @click.option(
     "--matcher",
-    metavar="NAME[:PARAMETER=VALUE,...]",
+    metavar=f"[{'|'.join(_PARAMETERS)}][:PARAMETER=VALUE,...]",
     default="triangles",
     help="Matcher to use, perhaps with parameters, see below.",
 )

@@ -29,7 +29,7 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "drawing/scene": {"pointset/geometry", "templates"},
     "matching/numpy_forms": set(),
     "pointset/delaunay": {"pointset/geometry"},
-    "pointset/paper": {"pointset/delaunay"},
+    "pointset/paper": {"base", "pointset/delaunay"},
     "matching/prints/_kernels": {"matching/numpy_forms", "pointset/paper"},
     "matching/pipeline/_kernels": {"matching/prints/_kernels"},
     "matching/prints": {"matching/prints/_kernels", "templates"},

@@ -209,6 +209,7 @@ def _gigabytes(count: int | None) -> str:
     epilog="""\b
 Examples:
   fpmatch doctor
+  fpmatch doctor --matchers
   fpmatch doctor --json
 
 Exit status: 0 when all is well, 1 when a package that fpmatch needs is missing, a plug-in cannot be
@@ -216,13 +217,24 @@ used or kernels are out of date (a line on stderr says so). Kernels that are not
 slowly; one that is out of date was compiled before its file changed.
 """
 )
+@click.option(
+    "--matchers",
+    "list_matchers",
+    is_flag=True,
+    help="List the parameters of the matchers instead, with default, range, unit and meaning.",
+)
 @json_option
-def doctor(as_json: bool) -> int:
+def doctor(list_matchers: bool, as_json: bool) -> int:
     """Show what is installed: versions, compiled kernels, extras, plug-ins, cores and memory.
 
     Send it along when you report a problem: it contains no prints and no names of files of yours
     other than the folder of the installation.
     """
+    if list_matchers:
+        from fpmatch.cli.matchers import matchers_document, matchers_text
+
+        show(json_text(matchers_document()) if as_json else matchers_text())
+        return 0
     installation = inspect_installation()
     show(json_text(installation.as_dict()) if as_json else installation.as_text())
     say_errors(installation.problems)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.errors import did_you_mean
+from fpmatch.errors import FpmatchError, did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
 
@@ -98,6 +100,16 @@ def _restore_key(before: str | None) -> None:
         os.environ[KEY_VARIABLE] = before
 
 
+def old_option(name: str, now: str) -> Callable[[Any], Any]:
+    """Return an option that answers only what has taken its place, ``{}`` standing for a value."""
+
+    def refuse(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            raise FpmatchError(f"{name} is now {now.format(value)}")
+
+    return click.option(name, hidden=True, expose_value=False, callback=refuse)
+
+
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
@@ -124,7 +136,8 @@ matcher_option: Final = click.option(
     "--matcher",
     metavar="NAME",
     default=DEFAULT_MATCHER,
-    help="Matcher to use, by its name or its place, package.module:OBJECT.",
+    help="Matcher to use, by its name or its place, package.module:OBJECT, perhaps with "
+    "parameters, as in unit-circle:rounds=5,reach_px=12: see fpmatch doctor --matchers.",
 )
 angles_option: Final = click.option(
     "--angles",

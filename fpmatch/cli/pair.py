@@ -15,6 +15,7 @@ from fpmatch.cli.options import (
     file_option,
     key_option,
     matcher_option,
+    old_option,
     polarity_option,
     raw_option,
 )
@@ -35,27 +36,14 @@ _OPTIONS: Final = (
         type=float,
         metavar="RATE",
         help="Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: "
-        "0.0001; with --matcher paper, --rho decides]",
+        "0.0001; with --matcher paper, its parameter rho decides]",
     ),
     click.option(
         "--threshold", type=float, metavar="SCORE", help="Decide at this score, 0 to 100."
     ),
     matcher_option,
-    click.option(
-        "--rho",
-        type=float,
-        metavar="SHARE",
-        help="Matcher paper: match where more than this share of the smaller print's minutiae is "
-        "paired; --fmr or --threshold decide by the score instead.  [default: 0.6, the lowest of "
-        "the paper's experiments; 0.9 and 0.95 reject most genuine pairs]",
-    ),
-    click.option(
-        "--area-tolerance",
-        type=float,
-        metavar="AREA",
-        help="Matcher paper: largest difference in area of corresponding rings on the unit circle, "
-        "which the paper does not state; a smaller one is faster and finds less.  [default: 0.1]",
-    ),
+    old_option("--rho", "--matcher paper:rho={}"),
+    old_option("--area-tolerance", "--matcher paper:area_tolerance={}"),
     file_option(
         "--calibration",
         metavar="FILE",
@@ -122,15 +110,7 @@ def compare_files(values: Mapping[str, Any]) -> ComparedPair:
     from fpmatch.prints.pair import compare_pair
 
     options = pair_options_of(values)
-    compared = compare_pair(open_side(values, "probe"), open_side(values, "reference"), options)
-    used = options.area_tolerance
-    if used is not None and options.calibration is None:
-        from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
-
-        if used != DEFAULT_AREA_TOLERANCE:
-            usual = f"an area tolerance of {DEFAULT_AREA_TOLERANCE:g}"
-            say_note(f"the score was calibrated at {usual}, not {used:g}")
-    return compared
+    return compare_pair(open_side(values, "probe"), open_side(values, "reference"), options)
 
 
 def pair_options_of(values: Mapping[str, Any]) -> PairOptions:

@@ -35,7 +35,7 @@ Examples:
   fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
   fpmatch verify probe.iso reference.tif
-  fpmatch verify probe.tif reference.tif --matcher paper --rho 0.6
+  fpmatch verify probe.tif reference.tif --matcher paper:rho=0.6
   fpmatch verify --gallery prints.db --subject 101 probe.tif
   fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
 
@@ -93,8 +93,8 @@ def verify(
     as high. The transform maps pixels of the probe to pixels of the reference.
 
     With --matcher paper, the method of Choi, Lee and Lee, two prints match if more than the share
-    --rho of the smaller print's minutiae is paired; the score does not decide, unless --threshold
-    or --fmr is given.
+    rho of the smaller print's minutiae is paired; the score does not decide, unless --threshold or
+    --fmr is given.
 
     With --gallery and --subject the probe is compared with all impressions of the subject, or of
     its --finger, in the gallery that `fpmatch enrol` made. All of them together have one score: the

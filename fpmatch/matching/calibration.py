@@ -202,16 +202,21 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
         raise MatcherError(f"{file}: not a calibration file") from error
     calibration = Calibration.from_json(text, str(file))
     made_for = calibration.provenance.matcher
-    if made_for not in {"", matcher_name}:
+    if made_for and _without_rho(made_for) != _without_rho(matcher_name):
         raise MatcherError(f"{file}: calibrates matcher {made_for!r}, not {matcher_name!r}")
     return calibration
 
 
 @cache
 def _calibration_of_package(matcher_name: str) -> Calibration:
-    if matcher_name not in calibrated_matchers():
-        raise MatcherError(f"matcher {matcher_name!r} has no calibration; see fpmatch calibrate")
-    file = CALIBRATION_FOLDER / f"{SHARED.get(matcher_name, matcher_name)}.json"
+    if not is_calibrated(matcher_name):
+        usual = matcher_name.partition(":")[0]
+        other = f" (that of {usual} is for its usual parameters)" * is_calibrated(usual)
+        raise MatcherError(
+            f"matcher {matcher_name!r} has no calibration{other}; see fpmatch calibrate"
+        )
+    name = _without_rho(matcher_name)
+    file = CALIBRATION_FOLDER / f"{SHARED.get(name, name)}.json"
     return Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
 
 
@@ -219,6 +224,18 @@ def calibrated_matchers() -> list[str]:
     """Return the names of the matchers for which the package has a calibration."""
     own = {file.stem for file in CALIBRATION_FOLDER.glob("*.json")}
     return sorted(own | {name for name, other in SHARED.items() if other in own})
+
+
+def is_calibrated(matcher_name: str) -> bool:
+    """Return whether the package has a calibration for a matcher, with the parameters it has."""
+    return _without_rho(matcher_name) in calibrated_matchers()
+
+
+def _without_rho(matcher_name: str) -> str:
+    """Return the name of a matcher without the share that decides, which alters no similarity."""
+    name, colon, parameters = matcher_name.partition(":")
+    kept = ",".join(one for one in parameters.split(",") if not one.startswith("rho="))
+    return f"{name}{colon * bool(kept)}{kept}"
 
 
 def score_of(calibration: Calibration | None, similarity: float) -> float:

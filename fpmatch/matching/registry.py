@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.parameters import Parametrised, read_parameters
 from fpmatch.errors import MatcherError, did_you_mean
 
 if TYPE_CHECKING:
@@ -53,13 +55,24 @@ def get_matcher(name: str) -> Matcher:
     Parameters
     ----------
     name : str
-        A name of `matcher_names`, or the place of a matcher, ``package.module:OBJECT``.
+        A name of `matcher_names`, or the place of a matcher, ``package.module:OBJECT``; perhaps
+        with parameters of the matcher, as in ``unit-circle:rounds=5,reach_px=12``.
 
     Raises
     ------
     MatcherError
-        If there is no matcher of that name, or that of another package cannot be loaded.
+        If there is no matcher of that name, that of another package cannot be loaded, or it has no
+        such parameter or value.
+
+    Examples
+    --------
+    >>> from fpmatch.matching.registry import get_matcher
+    >>> get_matcher("unit-circle:reach_px=12,rounds=3").name  # the usual rounds
+    'unit-circle:reach_px=12'
     """
+    plain, parameters = split_name(name)
+    if parameters:
+        return _parametrised(plain, parameters)
     if name in own_matcher_names():
         module = importlib.import_module(f"{_MATCHERS}.{name.replace('-', '_')}")
         own: Matcher = module.MATCHER
@@ -83,6 +96,35 @@ def get_matcher(name: str) -> Matcher:
 def matcher_name(name: str) -> str:
     """Return the name of a matcher that is given by its name or its place; raises MatcherError."""
     return get_matcher(name).name if ":" in name else name
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Return the name or place of a matcher, and the text of its parameters, "" without any.
+
+    Examples
+    --------
+    >>> split_name("paper:rho=0.9"), split_name("package.module:OBJECT")
+    (('paper', 'rho=0.9'), ('package.module:OBJECT', ''))
+    """
+    plain, _, last = name.rpartition(":")
+    return (plain, last) if plain and ("=" in last or plain in own_matcher_names()) else (name, "")
+
+
+def states_rho(name: str) -> bool:
+    """Return whether the name of a matcher states the share that decides, which no score does."""
+    return ",rho=" in f",{split_name(name)[1]}"
+
+
+@lru_cache(maxsize=16)
+def _parametrised(name: str, text: str) -> Matcher:
+    """Return a matcher with parameters, always the same one."""
+    matcher = get_matcher(name)
+    owner = f"matcher {matcher.name}"
+    given = read_parameters(text, owner)
+    if not isinstance(matcher, Parametrised):
+        raise MatcherError(f"{owner} has no parameters, so no {text.partition('=')[0]!r}")
+    made: Matcher = type(matcher)(**given)
+    return made
 
 
 def own_matcher_names() -> set[str]:

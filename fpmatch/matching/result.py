@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, runtime_checkab
 
 import numpy as np
 
+from fpmatch.errors import MatcherError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -91,6 +93,9 @@ class Matcher(Protocol):
     `prepare` does once per template what does not depend on the other side; `compare` takes two
     prepared templates. `compare` must be symmetric: exchanging the two sides gives the same
     similarity to the last bit and the inverse transform.
+
+    Where a matcher states ``wants_image = True``, `prepare` is called with the image as well:
+    its pixels as uint8, in the frame of the template, ridges dark.
     """
 
     @property
@@ -139,6 +144,26 @@ class DecidesByShare(Protocol):
     @property
     def rho(self) -> float:
         """Share that must be exceeded."""
+
+
+def prepare_print(matcher: Any, template: Template, image: NDArray[np.uint8] | None) -> Any:
+    """Return what a matcher prepares of a print, with its image where the matcher wants one."""
+    if not wants_image(matcher):
+        return matcher.prepare(template)
+    if image is None:
+        raise MatcherError(f"matcher {matcher.name} compares images: a template is not enough")
+    return matcher.prepare(template, image)
+
+
+def wants_image(matcher: Matcher) -> bool:
+    """Return whether a matcher prepares images, with their templates."""
+    return getattr(matcher, "wants_image", False)
+
+
+def refuse_images(matcher: Matcher, where: str) -> None:
+    """Raise MatcherError if a matcher wants images, `where` there are none."""
+    if wants_image(matcher):
+        raise MatcherError(f"matcher {matcher.name} compares images: {where}")
 
 
 def may_match(matcher: Matcher, comparison: Comparison) -> bool:

@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from fpmatch.matching.calibration import score_of
-from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, UNKNOWN_RESOLUTION, Shortage
+from fpmatch.matching.result import (
+    INCONCLUSIVE,
+    MATCH,
+    NO_MATCH,
+    UNKNOWN_RESOLUTION,
+    Shortage,
+    wants_image,
+)
 from fpmatch.matching.scale import ScaleMeasurement, assessed, measure_scale
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, Template
 
@@ -117,6 +124,8 @@ class Explanation:
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
         matcher = as_explaining(self.matcher)
+        if wants_image(self.matcher):  # which is at one scale
+            return ()
         return (
             ratios
             if matcher is None

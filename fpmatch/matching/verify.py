@@ -11,13 +11,13 @@ import numpy as np
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import (
     MAX_SCORE,
-    calibrated_matchers,
+    is_calibrated,
     load_calibration,
     score_of,
     score_to_fmr,
 )
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import may_match
+from fpmatch.matching.result import may_match, prepare_print
 from fpmatch.matching.verification import Explanation, Verification
 from fpmatch.templates.bounds import have_same_minutiae
 
@@ -57,7 +57,7 @@ class Rule:
             raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
         chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
         rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
-        if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
+        if calibration is None and (rho is None or is_calibrated(chosen.name)):
             calibration = load_calibration(chosen.name)
         needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
         return cls(chosen, calibration, needed if rho is None else score_of(calibration, rho), rho)
@@ -112,14 +112,17 @@ def verify(
     matcher: str | Matcher = DEFAULT_MATCHER,
     threshold: float | None = None,
     calibration: Calibration | None = None,
+    images: Sequence[NDArray[np.uint8] | None] = (None, None),
 ) -> Verification:
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
     The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
+    A matcher that wants them is given the `images`.
     """
     rule = Rule.of(matcher, threshold, calibration)
     chosen, curve = rule.matcher, rule.calibration
-    ours, theirs = chosen.prepare(probe), chosen.prepare(reference)
+    sides = zip((probe, reference), images, strict=True)
+    ours, theirs = (prepare_print(chosen, *side) for side in sides)
     comparison = chosen.compare(ours, theirs)
     score = score_of(curve, comparison.similarity)
     return rule.decide((probe, ours), (reference, theirs), comparison, score)

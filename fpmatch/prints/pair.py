@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.verify import find_identity, verify
 from fpmatch.prints.report import as_dict
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
-    from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.matching.verification import Verification
     from fpmatch.matching.verify import Identity
     from fpmatch.prints.reading import GivenPrint
@@ -24,20 +23,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PairOptions:
-    """The options of a comparison; `rho` and `area_tolerance` are for the matcher "paper"."""
+    """The options of a comparison; the name of the matcher may state parameters."""
 
     matcher: str = DEFAULT_MATCHER
     fmr: float | None = None
     threshold: float | None = None
     calibration: Path | None = None
-    rho: float | None = None
-    area_tolerance: float | None = None
 
     def decision_score(self) -> float | None:
         """Return the score to decide at; None for the matcher's own rule."""
         if self.fmr is not None and self.threshold is not None:
             raise MatcherError("fmr and threshold exclude each other", code="exclusive")
-        if self.rho is not None and (self.fmr, self.threshold) != (None, None):
+        if states_rho(self.matcher) and (self.fmr, self.threshold) != (None, None):
             raise MatcherError(
                 "rho decides without a score: give neither fmr nor threshold", code="exclusive"
             )
@@ -73,15 +70,10 @@ class ComparedPair:
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
     """Decide whether two given prints come from the same finger."""
     file = options.calibration
-    matcher: str | PaperMatcher = options.matcher
-    if (options.rho, options.area_tolerance) != (None, None):
-        from fpmatch.matching.matchers.paper import matcher_with  # noqa: PLC0415
-
-        matcher = matcher_with(options.matcher, options.rho, options.area_tolerance)
     verification = verify_given(
         probe,
         reference,
-        matcher=matcher,
+        matcher=options.matcher,
         threshold=options.decision_score(),
         calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
     )
@@ -92,4 +84,6 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Ve
     """Verify two given prints; inconclusive where an assumed resolution decides."""
     sides = {"probe": probe, "reference": reference}
     assumed = tuple(name for name, given in sides.items() if given.dpi_assumed)
-    return replace(verify(probe.template, reference.template, **options), dpi_assumed=assumed)
+    images = [None if one.image is None else one.image.pixels for one in sides.values()]
+    verified = verify(probe.template, reference.template, images=images, **options)
+    return replace(verified, dpi_assumed=assumed)

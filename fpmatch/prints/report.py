@@ -56,6 +56,8 @@ def as_rows(
     rows: list[tuple[str, str]] = []
     if identical is not None:
         rows.append(("Identical", f"{IDENTITY[identical]}: {SELF_COMPARED}"))
+    if ":" in v.matcher:
+        rows.append(("Matcher", v.matcher))
     if v.rho is None:
         score += f"; a match needs {v.threshold:.1f}"
     else:
@@ -130,6 +132,7 @@ def as_dict(
         "threshold": threshold,
         "matched_share": float(verification.matched_share),
         "rho": verification.rho,
+        "matcher": verification.matcher,
         "pairs": len(verification.pairs),
         "transform": None
         if t is None

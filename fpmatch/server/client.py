@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     Print = str | os.PathLike[str] | bytes
 
 _READING: Final = ("dpi", "enhance")
-_DECISION: Final = ("matcher", "fmr", "threshold", "rho", "area_tolerance")
+_DECISION: Final = ("matcher", "fmr", "threshold")
 _PAIR: Final = (*_READING, "probe_dpi", "reference_dpi", *_DECISION)
 _OPTIONS: Final = {  # that a request takes, besides prints and labels
     "/verify": _PAIR,
@@ -105,9 +105,9 @@ class ServerClient:
     def verify(self, probe: Print, reference: Print, **options: Any) -> dict[str, Any]:
         """Decide whether two prints are of the same finger.
 
-        Options are ``matcher``, ``fmr``, ``threshold``, ``rho``, ``area_tolerance``, ``dpi``,
-        ``probe_dpi``, ``reference_dpi`` and ``enhance``, as of the command. Raises ServerError if
-        there is no such option, the server refuses the request or cannot be reached.
+        Options are ``matcher``, ``fmr``, ``threshold``, ``dpi``, ``probe_dpi``, ``reference_dpi``
+        and ``enhance``, as of the command. Raises ServerError if there is no such option, the
+        server refuses the request or cannot be reached.
         """
         files = {"probe": probe, "reference": reference}
         return _document(self._request("POST", "/verify", files, options=options))

@@ -76,6 +76,7 @@ class Verified(BaseModel):
     )
     matched_share: float = Field(description="Pairs over minutiae of the smaller print")
     rho: float | None = Field(description="What matched_share must exceed; null if a score decides")
+    matcher: str = Field(description="Matcher, with the parameters that are not the usual ones")
     pairs: int = Field(description="How many minutiae are paired")
     transform: Transform | None = Field(
         description="scale, rotation_deg, tx, ty: takes pixels of the probe to the reference"

@@ -13,7 +13,7 @@ from fastapi.security import HTTPBearer
 from fpmatch.drawing.overlay.draw import View
 from fpmatch.errors import unknown_name
 from fpmatch.gallery.store.audit_chain import act_as
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names, split_name
 from fpmatch.prints.pair import PairOptions
 from fpmatch.server.auditor import AUDITED, AUDITOR, route_of
 from fpmatch.server.errors import RequestError
@@ -190,12 +190,16 @@ async def _both_options(
 
 async def _matcher(
     matcher: Annotated[
-        str, Form(description="Name of a matcher, one of those that `/about` lists")
+        str, Form(description="Name of a matcher that `/about` lists, perhaps with parameters")
     ] = DEFAULT_MATCHER,
 ) -> str:
-    """Return the name of a matcher, never its place, package.module:OBJECT: nothing is imported."""
-    if matcher not in matcher_names():
-        raise RequestError(unknown_name("matcher", matcher, matcher_names()))
+    """Return the name of a matcher, never its place, package.module:OBJECT: nothing is imported.
+
+    It may state parameters, as ``paper:rho=0.9``.
+    """
+    name = split_name(matcher)[0]
+    if name not in matcher_names():
+        raise RequestError(unknown_name("matcher", name, matcher_names()))
     return matcher
 
 
@@ -206,15 +210,13 @@ async def _pair_options(
     matcher: Matcher,
     fmr: Annotated[float | None, Form(description="Decide at this false match rate")] = None,
     threshold: Annotated[float | None, Form(description="Decide at this score")] = None,
-    rho: Annotated[
-        float | None, Form(description="Matcher paper: match over this share of minutiae paired")
-    ] = None,
-    area_tolerance: Annotated[
-        float | None,
-        Form(description="Matcher paper: largest difference in area of corresponding rings"),
-    ] = None,
+    rho: Annotated[str | None, Form(deprecated=True)] = None,
+    area_tolerance: Annotated[str | None, Form(deprecated=True)] = None,
 ) -> PairOptions:
-    return PairOptions(matcher, fmr, threshold, None, rho, area_tolerance)
+    for name, value in (("rho", rho), ("area_tolerance", area_tolerance)):
+        if value is not None:
+            raise RequestError(f"{name} is now a parameter of matcher: paper:{name}={value}")
+    return PairOptions(matcher, fmr, threshold)
 
 
 OneReading = Annotated[PrintOptions, Depends(_print_options)]

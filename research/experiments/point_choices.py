@@ -21,7 +21,7 @@ from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.lab.points.bench.conditions import conditions, make_pair
 from fpmatch.lab.points.bench.trials import is_recognised
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
-from fpmatch.matching.matchers.paper import matcher_with
+from fpmatch.matching.matchers.paper import PaperMatcher
 from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.paper.matcher import (
     UnitCircleParameters,
@@ -183,7 +183,7 @@ def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
     with processes(1) as engine:
         sets = extract_datasets(with_unique_names(load_datasets(folders)), engine=engine)
         for area in AREA_TOLERANCES:
-            matcher = matcher_with("paper", area_tolerance=area)
+            matcher = PaperMatcher(area_tolerance=area)
             report = evaluate_templates(sets, matcher=matcher, engine=engine)
             counted = [
                 count_accepted(row.name, row.outcomes["similarity"], row.pairs.genuine)

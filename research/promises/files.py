@@ -187,7 +187,6 @@ def bad_input(place: Place) -> Tries:
     options: dict[str, Words] = {
         **dict.fromkeys(("--dpi", "--fmr", "--threshold"), pair),
         **dict.fromkeys(("--loss", "-k", "--candidate-list"), ("identify", gallery, PROBE)),
-        "--rho": (*pair, "--matcher", "paper"),
         "--tolerance": ("points", "match", SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"),
         "--size": ("convert", PROBE, "out.iso"),
         "--min-quality": ("enrol", gallery, PROBE),

@@ -299,7 +299,7 @@ def hostile_fields(place: Place) -> Tries:
     """Send hostile numbers and texts in fields and addresses; each is refused in one line."""
     numbers = ("nan", "inf", "1e400", "-1", " ", "0x10", "9" * 400, "1\0", "[]", "1,5", "5\n")
     texts = (NASTY, "a\nb", "\0", "\x7f", "a" * 5000, " ", "\u202e", b"\xed\xa0\x80")
-    fields = dict.fromkeys(("dpi", "probe_dpi", "fmr", "threshold", "rho"), "/verify")
+    fields = dict.fromkeys(("dpi", "probe_dpi", "fmr", "threshold"), "/verify")
     with served(place) as web:
         for field, address in (*fields.items(), ("candidates", "/identify"), ("fmr", "/views")):
             for value in numbers:

@@ -12,14 +12,10 @@ import numpy as np
 from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import (
-    AlignmentParameters,
-    RidgeSearchParameters,
-    aligner_of,
-    local_similarity,
-)
+from fpmatch.matching.pipeline.alignment import aligner_of, local_similarity
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
+from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
@@ -43,7 +39,7 @@ if TYPE_CHECKING:
 
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses
-HYPOTHESES: Final = LOCAL_HYPOTHESES + RidgeSearchParameters().found
+HYPOTHESES: Final = LOCAL_HYPOTHESES + RidgeSearchParameters().ridge_starts
 NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
 """Quantiles that do not depend on the amount of evidence."""
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass

@@ -101,3 +101,21 @@ def test_the_memory_of_a_container_is_shown_where_it_is_less(tmp_path, monkeypat
     installed = installation.inspect_installation()
     assert installed.memory_limit == limit
     assert ("1.0 GiB" in installed.as_text()) == (limit is not None)
+
+
+def test_doctor_lists_the_parameters_of_matchers(run):
+    listed = json.loads(run("doctor", "--matchers", "--json").stdout)
+    steps = listed["unit-circle"]
+    known = {one["name"]: one for many in steps.values() for one in many}
+    assert known["rounds"]["value"] == 3
+    assert (known["reach_px"]["unit"], known["place_tolerance"]["unit"]) == (
+        "px at 500 dpi",
+        "radians",
+    )
+    text = run("doctor", "--matchers").stdout
+    assert all(f"\n    {name} " in text for name in known)
+    assert "reference: those of unit-circle" in text
+    assert {one["name"] for many in listed["paper"].values() for one in many} >= {
+        "rho",
+        "precision",
+    }

@@ -66,8 +66,9 @@ WRONG_USAGE = {
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
     "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
     "--impostors y | --enrol-seed 1 | --enhance gabor | --background y | --fingers 2 | "
-    "--fpir 0.1 | --plot det.svg",
-    "evaluate x --protocol identification": "--crop 100 | --scores s.csv | --fmr 0.1",
+    "--fpir 0.1",
+    "evaluate x --protocol identification": "--crop 100 | --scores s.csv | --fmr 0.1 | "
+    "--table t.csv",
     "evaluate --scores-in s.csv": "--matcher paper | prints | --crop 100 | --fmr 0",
     "evaluate --genuine-scores": "g.txt",
     "gallery": "remove x | list x --failures --subject 1",
@@ -75,7 +76,7 @@ WRONG_USAGE = {
     "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
     "--matcher his | --model aloud | --workers 0 | --seed -1",
     "points draw -o x": "--seed -1 | --ring -1 | --format pdf | --y-axis up | p.csv q.csv --seed 1",
-    "points match": "p q --matcher best | - -",
+    "points match": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "stages a -o b": "--enhance gabor",
     "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "

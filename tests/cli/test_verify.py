@@ -17,8 +17,8 @@ SAMPLES = Path(__file__).parents[2] / "sample_data"
 
 KEYS = [
     "decision", "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho",
-    "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score", "identical",
-    "reason", "quality", "probe", "reference",
+    "matcher", "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score",
+    "identical", "reason", "quality", "probe", "reference",
 ]  # fmt: skip
 
 
@@ -135,7 +135,7 @@ def test_a_print_matches_itself_by_the_papers_matcher(run, prints, tmp_path):
     assert (document["match"], document["matched_share"], document["rho"]) == (True, 1.0, 0.6)
     assert document["threshold"] < document["score"] < 40
     assert re.search(r"\n  Matched +100.0% .* more than 0.6 .*\(rho\)", run("verify", *pair).stdout)
-    drawn = run("overlay", *pair, "-o", tmp_path / "overlay.svg", "--rho", 1)
+    drawn = run("overlay", *pair[:-1], "paper:rho=1", "-o", tmp_path / "overlay.svg")
     assert drawn.stdout.startswith("NO MATCH")
 
 
@@ -148,22 +148,36 @@ def test_different_fingers_do_not_match_by_the_papers_matcher(run, prints, name,
 
 
 def test_rho_or_a_score_decides_for_the_papers_matcher(run, prints):
-    words = ["verify", prints / "1_1.png", prints / "2_1.png", "--matcher", "paper"]
+    words = ["verify", "--matcher", "paper", prints / "1_1.png", prints / "2_1.png"]
     share = decision(run(*words, "--json"))["matched_share"]
     assert 0 < share < 0.6
-    assert run(*words, "--rho", repr(share)).exit_code == 1
-    assert run(*words, "--rho", repr(share - 1e-9)).exit_code == 0
-    words[2] = words[1]
+    words[2] = f"paper:rho={share!r}"
+    assert run(*words).exit_code == 1
+    words[2] = f"paper:rho={share - 1e-9!r}"
+    result = run(*words, "--json")
+    assert (result.exit_code, decision(result)["matcher"]) == (0, words[2])
+    assert decision(result)["score"] is not None  # rho alters no similarity
+    words[2:] = "paper", words[3], words[3]
     document = decision(run(*words, "--threshold", 40, "--json"))
     assert (document["match"], document["rho"], document["threshold"]) == (False, None, 40)
     assert run(*words, "--threshold", 20).exit_code == run(*words, "--fmr", 0.01).exit_code == 0
 
 
-def test_another_area_tolerance_is_not_what_the_score_was_measured_at(run, prints):
-    words = ["verify", prints / "1_1.png", prints / "1_1.png", "--matcher", "paper"]
-    result = run(*words, "--area-tolerance", 0.01)
-    assert (result.exit_code, result.stderr.count("0.01")) == (0, 1)
-    assert run(*words, "--area-tolerance", 0.1).stderr == ""
+def test_with_other_parameters_there_is_no_score(run, prints):
+    words = ["verify", prints / "1_1.png", prints / "1_1.png", "--json", "--matcher"]
+    found = decision(run(*words, "paper:area_tolerance=0.01"))
+    assert (found["matcher"], found["score"]) == ("paper:area_tolerance=0.01", None)
+    assert decision(run(*words, "paper:area_tolerance=0.1"))["matcher"] == "paper"
+    refused = run(*words, "unit-circle:rounds=2")
+    assert_refused(
+        refused, "matcher 'unit-circle:rounds=2' has no calibration (that of unit-circle"
+    )
+
+
+@pytest.mark.parametrize(("old", "now"), [("--rho", "rho"), ("--area-tolerance", "area_tolerance")])
+def test_old_options_of_the_papers_matcher_name_the_new_one(run, prints, old, now):
+    refused = run("verify", prints / "1_1.png", prints / "1_1.png", old, 0.9)
+    assert_refused(refused, f"{old} is now --matcher paper:{now}=0.9")
 
 
 def test_the_assumed_resolution_is_said_once(run, prints):
@@ -248,7 +262,7 @@ def test_the_map_of_ridges_is_in_the_json_if_requested(run, prints):
         ("verify --gallery {db} --subject 7 {a}", "subject 7"),
         ("verify --gallery {db} {a}", "--subject"),
         ("verify --gallery {db} --subject 1 {a} {a}", "REFERENCE"),
-        ("verify --gallery {db} --subject 1 --rho 0.6 {a}", "--rho"),
+        ("verify --gallery {db} --subject 1 --matcher paper:rho=0.5 {a}", "rho"),
         ("verify --gallery {db} --subject 1 --overlay o.png {a}", "--overlay"),
         ("verify {a}", "REFERENCE"),
     ],

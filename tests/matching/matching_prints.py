@@ -13,6 +13,7 @@ from fpmatch.matching.pipeline.alignment import (
     hypotheses,
     local_similarity,
 )
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepare import prepare
@@ -257,7 +258,7 @@ def alignments(
     a,
     b,
     similarity,
-    parameters=None,
+    parameters=USUAL,
     *,
     coarse=False,
 ):
@@ -275,7 +276,7 @@ def heaviest(
     a,
     b,
     similarity,
-    parameters=None,
+    parameters=USUAL,
 ):
     """Return the alignment whose pairs fit best, or None where nothing is paired."""
     found = alignments(a, b, similarity, parameters)

@@ -9,14 +9,14 @@ import pytest
 
 from fpmatch.matching import reference
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.alignment import (
+from fpmatch.matching.pipeline.parameters import (
     AlignmentParameters,
     LocalParameters,
     PairMeshParameters,
     RelaxationParameters,
     RidgeSearchParameters,
+    ScoreParameters,
 )
-from fpmatch.matching.pipeline.evidence import ScoreParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
@@ -125,6 +125,6 @@ def interpreted_pipeline(plain, probe, capacity, weights):
     pipeline = plain.pipeline.Pipeline(capacity, tables, before, after, scorer, search, local)
     pipeline.load(print_for(plain, probe))
     n = probe.neighbourhoods
-    turn = math.radians(local.max_turn_deg)
+    turn = math.radians(local.neighbour_turn_deg)
     pipeline.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
     return pipeline

@@ -20,7 +20,8 @@ from matching_prints import (
     spread_points,
 )
 
-from fpmatch.matching.pipeline.alignment import AlignmentParameters, identity_alignment
+from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
+from fpmatch.matching.pipeline.alignment import identity_alignment
 
 EXAMPLES = 30 if COMPILED else 8
 APART = 25.0  # px between minutiae, more than any reach: only true partners can be paired
@@ -30,9 +31,9 @@ shifts = st.complex_numbers(max_magnitude=300)
 scales = st.floats(0.97, 1.03)
 
 
-def aligned(a, b, parameters=None):
+def aligned(a, b):
     """Align two prints by their local matches."""
-    return heaviest(a, b, similarity_of(a, b), parameters)
+    return heaviest(a, b, similarity_of(a, b))
 
 
 def matches(n, m, *pairs):
@@ -155,7 +156,10 @@ def test_the_mesh_grows_over_skin_that_is_distorted_farther_than_any_reach():
         a = spread_points(rng, 40)
         b = jittered(rng, distorted(a, rng.uniform(-3, 3), 40.0, 250.0), 1.0, 0.05)
         local = matches(40, 40, *((k, k) for k in np.argsort(a[0])[:6].tolist()))
-        found = [heaviest(a, b, local, AlignmentParameters(rounds=rounds)) for rounds in (1, 3, 8)]
+        found = [
+            heaviest(a, b, local, UnitCircleMatcher(rounds=rounds).parameters)
+            for rounds in (1, 3, 8)
+        ]
         pairs.append([np.sum(one.partner == np.arange(40)) for one in found if one is not None])
     coarse, usual, long = np.mean(pairs, axis=0)
     assert coarse < 26

@@ -17,7 +17,7 @@ from matching_prints import (
 )
 
 from fpmatch.matching.pipeline._kernels import _alignment_kernel
-from fpmatch.matching.pipeline.alignment import (
+from fpmatch.matching.pipeline.parameters import (
     AlignmentParameters,
     PairMeshParameters,
     RelaxationParameters,

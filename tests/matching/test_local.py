@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, moved, seeds, similarity_of, spread_points
 
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
-from fpmatch.matching.pipeline.alignment import LocalParameters, local_similarity
+from fpmatch.matching.pipeline.alignment import local_similarity
+from fpmatch.matching.pipeline.parameters import LocalParameters
 from fpmatch.matching.prints.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,

@@ -10,7 +10,7 @@ from matching_prints import COMPILED, moved, on_pixels, plane, seeds, spread_poi
 from scipy.spatial import Delaunay
 
 from fpmatch.matching.pipeline._kernels import _pair_mesh_kernel as kernel
-from fpmatch.matching.pipeline.alignment import PairMeshParameters
+from fpmatch.matching.pipeline.parameters import PairMeshParameters
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.pair_mesh import measure
 

@@ -1,18 +1,15 @@
 import math
-import re
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fpmatch.errors import FpmatchError, MatcherError
-from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
+from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
 from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.paper.matcher import UnitCircleParameters
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -114,7 +111,7 @@ def test_nothing_in_common_is_explained(probe, reference, reason):
 
 
 def test_transform_that_matches_no_minutia_is_none():
-    exact = PaperMatcher(UnitCircleParameters(area_tolerance=3.0, tolerance=0.0))
+    exact = PaperMatcher(area_tolerance=3.0, precision=0.0)
     found = exact.compare(*(exact.prepare(template_of(positions(seed, 9))) for seed in (1, 2)))
     assert found.transform is None
     assert found.reason.startswith("no transform aligns minutiae of the probe with")
@@ -187,28 +184,10 @@ def test_a_threshold_decides_by_the_score_instead_of_rho():
 
 def test_a_smaller_area_tolerance_lets_fewer_rings_pass():
     sides = template_of(positions(1)), template_of(positions(2))
-    matchers = [matcher_with("paper", area_tolerance=area) for area in (0.001, 0.1, 10.0)]
+    matchers = [PaperMatcher(area_tolerance=area) for area in (0.001, 0.1, 10.0)]
     found = [one.compare(*map(one.prepare, sides)).similarity for one in matchers]
     assert found[0] < found[2]
     assert found == sorted(found)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "named"),
-    [
-        *(({"rho": rho}, "rho must lie in 0..1") for rho in (-0.01, 1.01, math.nan, math.inf)),
-        *(({"area_tolerance": area}, "must be positive") for area in (0.0, -1.0, math.nan)),
-    ],
-)
-def test_a_parameter_outside_its_range_is_refused(parameters, named):
-    with pytest.raises(FpmatchError, match=re.escape(named)):
-        matcher_with("paper", **parameters)
-
-
-def test_parameters_are_of_this_matcher_alone():
-    assert matcher_with("unit-circle") == "unit-circle"
-    with pytest.raises(MatcherError, match="paper, not unit-circle"):
-        matcher_with("unit-circle", rho=0.5)
 
 
 def test_very_many_minutiae_are_an_answer():

@@ -33,7 +33,7 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
-from fpmatch.matching.pipeline.alignment import PairMeshParameters
+from fpmatch.matching.pipeline.parameters import PairMeshParameters
 from fpmatch.matching.reference import pair_mesh
 from fpmatch.matching.reference.triangulation import triangulate
 from fpmatch.matching.registry import get_matcher

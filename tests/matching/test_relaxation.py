@@ -16,7 +16,7 @@ from matching_prints import (
 )
 
 from fpmatch.matching.pipeline._kernels import _relaxation_kernel as kernel
-from fpmatch.matching.pipeline.alignment import RelaxationParameters
+from fpmatch.matching.pipeline.parameters import RelaxationParameters
 from fpmatch.matching.reference.relaxation import Candidates, relax
 
 P = RelaxationParameters()
@@ -80,7 +80,7 @@ any_parameters = st.builds(
     distance_px=st.floats(1, 40),
     max_rotation_deg=st.floats(5, 90),
     max_angle_deg=st.floats(5, 150),
-    rounds=st.integers(0, 8),
+    relaxation_rounds=st.integers(0, 8),
     inertia=st.floats(0, 1),
     least_seed_share=st.floats(0, 1),
     least_share=st.floats(0.01, 1.5),

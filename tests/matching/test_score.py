@@ -34,6 +34,7 @@ from score_cases import (
 from fpmatch.matching.pipeline._kernels._amount_kernel import decades_beyond_chance
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.evidence import load_weights
+from fpmatch.matching.pipeline.parameters import ScoreParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.evidence import _features
@@ -76,7 +77,9 @@ def test_features_agree_with_the_reference(entries, shown):
     weights = some_weights()
     entries["cells"] *= shown
     found = features_of(weights, shown=shown, **entries)
-    assert found == pytest.approx(_features(weights.models[0 if shown else 1], entries), rel=1e-12)
+    assert found == pytest.approx(
+        _features(weights.models[0 if shown else 1], entries, ScoreParameters()), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("bias", [-800.0, -40.0, -1.0, 0.0, 1.0, 40.0, 800.0])

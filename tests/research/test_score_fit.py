@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.parameters import AlignmentParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, MODELS, ScoreWeights
 from research.training.score import rates_of
 from research.training.score_fit import OF_RIDGES, FitParameters, _prefilter, fit_model, fit_weights

@@ -10,9 +10,9 @@ from fpmatch.lab.evaluation.databases.dataset import Dataset
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
 from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.alignment import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import match
+from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     ScoreModel,
@@ -76,7 +76,7 @@ def test_of_so_many_impostors_one_is_taken(two_fingers, every, taken):
     found = sample_of(two_fingers, SampleParameters(every_impostor=every))
     assert found.genuine.sum() + found.nothing[0] == 6
     assert (~found.genuine).sum() + found.nothing[1] == taken
-    hypotheses = OF_MATCHES + RidgeSearchParameters().found
+    hypotheses = OF_MATCHES + RidgeSearchParameters().ridge_starts
     assert found.features.shape == (len(found.genuine), hypotheses, N)
 
 

@@ -44,14 +44,14 @@ def as_printed(folder, prints, *words):
         ("1_2.png", {}, True),
         ("2_1.png", {}, False),
         ("1_2.png", {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"}, True),
-        ("1_2.png", {"rho": 0.05, "area_tolerance": 0.2, "matcher": "paper"}, True),
+        ("1_2.png", {"matcher": "paper:rho=0.05,area_tolerance=0.2"}, True),
     ],
 )
 def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference, options, match):
     files = sent(prints, probe="1_1.png", reference=reference)
     answer = client.post("/verify", files=files, data=options)
     assert answer.status_code == 200
-    words = [f"--{name}={value}".replace("_", "-") for name, value in options.items()]
+    words = [f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
     printed = as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json", *words)
     assert answer.json() == printed
     assert printed["match"] == match
@@ -69,10 +69,11 @@ def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference,
         ({"matcher": "antigravity:fly"}, "unknown matcher 'antigravity:fly'; known: paper, "),
         ({"matcher": "unit-circl"}, "unit-circle. Did you mean 'unit-circle'?"),
         ({"enhance": "magic"}, "enhance: input should be"),
-        ({"matcher": "paper", "rho": 2}, "rho must lie in 0..1, not 2"),
-        ({"matcher": "paper", "area_tolerance": 0}, "area tolerance must be positive, not 0"),
-        ({"rho": 0.5}, "rho and area tolerance are parameters of matcher paper, not unit-circle"),
-        ({"matcher": "paper", "rho": 0.5, "threshold": 30}, "rho decides without a score"),
+        ({"matcher": "paper:rho=2"}, "rho lies from 0 to 1, not 2"),
+        ({"matcher": "unit-circle:rho=0.5"}, "matcher unit-circle has no parameter 'rho'"),
+        ({"matcher": "antigravity:fly:rho=0.5"}, "unknown matcher 'antigravity:fly'; known: paper"),
+        ({"rho": 0.5}, "rho is now a parameter of matcher: paper:rho=0.5"),
+        ({"matcher": "paper:rho=0.5", "threshold": 30}, "rho decides without a score"),
     ],
 )
 def test_a_bad_option_is_one_sentence(client, prints, options, reason):

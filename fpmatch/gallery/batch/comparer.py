@@ -10,6 +10,7 @@ import numpy as np
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
+from fpmatch.matching.result import prepare_print, wants_image
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,6 +39,10 @@ class Comparer(Generic[Key]):
         """Return the template of a key; None where extraction failed."""
         raise NotImplementedError
 
+    def image(self, key: Key) -> NDArray[np.uint8] | None:
+        """Return the image of a key, for a matcher that wants it; None where there is none."""
+        return None
+
     def prepare(self, key: Key) -> Any:
         """Return what the matcher's `prepare` makes of a template; None where there is none."""
         return self._print(key)[0]
@@ -55,7 +60,8 @@ class Comparer(Generic[Key]):
         template = self.template(key)
         prepared, evidence = None, np.array(NOTHING)
         if template is not None:
-            prepared = self.matcher.prepare(template)
+            image = self.image(key) if wants_image(self.matcher) else None
+            prepared = prepare_print(self.matcher, template, image)
             evidence = evidence_in(self.matcher, template, prepared)
         self._prepared[key] = prepared, evidence
         if len(self._prepared) > self._capacity:

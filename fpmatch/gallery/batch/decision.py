@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import is_calibrated, load_calibration
 from fpmatch.matching.decision import decide, reachable_scores
-from fpmatch.matching.registry import get_matcher, matcher_names
+from fpmatch.matching.registry import get_matcher, matcher_names, split_name
 from fpmatch.matching.result import DecidesByShare
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 def calibration_of(matcher: str) -> Calibration | None:
     """Return the package's own calibration of a matcher; None where there is none."""
-    return load_calibration(matcher) if matcher in calibrated_matchers() else None
+    return load_calibration(matcher) if is_calibrated(matcher) else None
 
 
 def outcomes(
@@ -61,7 +62,10 @@ def matches(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
 
 def rho_of(matcher: str) -> float | None:
     """Return the share of minutiae by which a matcher decides; None where the score does."""
-    if matcher not in matcher_names():
+    if split_name(matcher)[0] not in matcher_names():
         return None
-    chosen = get_matcher(matcher)
+    try:
+        chosen = get_matcher(matcher)
+    except MatcherError:  # of a file of scores: parameters that this version does not have
+        return None
     return chosen.rho if isinstance(chosen, DecidesByShare) else None

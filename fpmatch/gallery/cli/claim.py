@@ -12,7 +12,7 @@ from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.registry import matcher_name
+from fpmatch.matching.registry import matcher_name, states_rho
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import json_text
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
@@ -20,7 +20,7 @@ from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
+_OF_TWO_FILES: Final = ("reference", "reference_dpi")
 
 
 def verify_claim(
@@ -38,6 +38,8 @@ def verify_claim(
             raise click.UsageError(f"{option} cannot be combined with --gallery")
 
     options = pair_options_of(values)
+    if states_rho(options.matcher):
+        raise click.UsageError("rho cannot be combined with --gallery: scores decide there")
     threshold = options.decision_score()
     calibration = load_calibration(matcher_name(options.matcher), options.calibration)
     with open_gallery(gallery) as opened:

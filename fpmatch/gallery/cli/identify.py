@@ -214,11 +214,13 @@ def identify(
     from fpmatch.gallery.listing.prints import find_prints
     from fpmatch.gallery.search.search import SearchOptions
     from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.registry import matcher_name
+    from fpmatch.matching.registry import matcher_name, states_rho
     from fpmatch.prints.reading import PrintReader
 
     if impressions and consolidate:
         raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
+    if states_rho(matcher):
+        raise click.UsageError("rho decides on two prints: searches go by scores")
     curve = load_calibration(matcher_name(matcher), calibration)
     places = (*probes, *more_probes)
     if not places:

@@ -25,6 +25,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
+from fpmatch.matching.result import refuse_images
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class Finger:
 
         Raises MatcherError if there is no impression.
         """
+        refuse_images(matcher, "fingers are compared by templates alone")
         if not templates:
             raise MatcherError("a finger without impressions cannot be compared")
         chosen = choose_impressions(templates, most)

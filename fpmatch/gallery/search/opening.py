@@ -13,6 +13,7 @@ from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO, LISTED_UP_TO
 from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.result import refuse_images
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,6 +49,7 @@ def open_search(
     matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    refuse_images(chosen, "a gallery has templates alone")
     given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
     if not packs(chosen):
         return _prepared_one_by_one(gallery, chosen, progress)

@@ -76,8 +76,8 @@ _WORKERS_NEED = (
     multiple=True,
     default=[DEFAULT_MATCHER],
     metavar="NAME",
-    help="Matcher to evaluate, by its name or its place, package.module:OBJECT; repeatable, or "
-    "all, to compare several side by side.",
+    help="Matcher to evaluate, by its name or its place, package.module:OBJECT, perhaps with "
+    "parameters, as in unit-circle:rounds=5; repeatable, or all, to compare several side by side.",
 )
 @file_option(
     "--pairs",
@@ -160,6 +160,8 @@ def evaluate(
     impostors: tuple[str, ...],
     fmrs: tuple[float, ...],
     curves: Path | None,
+    det: Path | None,
+    table: Path | None,
     as_json: bool,
     workers: int | None,
     **given: Any,
@@ -174,17 +176,18 @@ def evaluate(
     databases: those of --scores and of fpmatch score, or tables of another matcher's scores.
     """
     draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
+    files = {"report_folder": report_folder, "curves": curves, "det": det, "table": table}
     search_options = {name: given.pop(name) for name in OPTIONS}
     if protocol != "identification":
         refuse_identification_options(search_options)
     if given["scores_in"] or given["genuine_scores"] or given["impostor_scores"]:
-        given |= {"report_folder": report_folder, "curves": curves, "pattern": pattern}
+        given |= {"files": files, "pattern": pattern}
         return evaluate_given_scores(baseline, as_json=as_json, fmrs=fmrs, **draws, **given)
     if not places:
         raise click.UsageError("Missing argument 'DIR|MANIFEST|GALLERY...'.")
     if protocol == "identification":
         search_options |= {"pattern": pattern, "by_folder": by_folder, "enhance": enhance, **draws}
-        search_options |= {"curves": curves, "workers": workers, "as_json": as_json}
+        search_options |= {"curves": curves, "det": det, "workers": workers, "as_json": as_json}
         return evaluate_by_searches(places, _chosen(matchers), **search_options)
     if crop is not None and (ground_truth or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --ground-truth")
@@ -220,7 +223,7 @@ def evaluate(
 
     if scores is not None:
         check_writable(scores)
-    prepare_outputs(report_folder, curves)
+    prepare_outputs(**files)
     earlier = None if baseline is None else read_scores(baseline)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     loaded = run.load_datasets(places, protocol, **labels, pairs=pairs)
@@ -255,7 +258,7 @@ def evaluate(
         for _, reason in row.failures:
             say_note(f"no template: {reason}")
     report = Report.of(results, **draws, fmrs=fmrs, baseline=earlier, baseline_name=str(baseline))
-    write_outputs(report_folder, curves, report)
+    write_outputs(report, **files)
     document, text = report.as_json(), report.as_text()
     document["dpi_assumed"] = len(results[0].dpi_assumed)
     document["notes"] = notes_as_json(results[0].noted)

@@ -65,8 +65,9 @@ Examples:
   fpmatch evaluate fvc2002/DB1_B --pairs list.csv
   fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
   fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+  fpmatch evaluate fvc2002/DB*_B --matcher paper --matcher unit-circle --det det.pdf --table r.tex
   fpmatch evaluate fvc2002/DB*_B --protocol identification --fingers 2
-  fpmatch evaluate fvc2002/DB1_B --protocol identification --background prints.db --plot det.svg
+  fpmatch evaluate fvc2002/DB1_B --protocol identification --background prints.db --det det.svg
   fpmatch evaluate --scores-in scores.csv --scores-in theirs.txt --report report
   fpmatch evaluate --genuine-scores genuine.txt --impostor-scores impostor.txt --distances
 

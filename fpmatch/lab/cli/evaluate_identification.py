@@ -8,7 +8,6 @@ import click
 
 from fpmatch.cli import fast_imports
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import file_option
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.lab.cli.scores_in import add_options, refuse_others
 from fpmatch.printable import json_text
@@ -19,10 +18,10 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
 
-OPTIONS: Final = ("background", "fingers", "fpirs", "plot")
+OPTIONS: Final = ("background", "fingers", "fpirs")
 _GO_WITH_IT: Final = frozenset(
     {*OPTIONS, "places", "pattern", "by_folder", "protocol", "matchers", "enhance", "bootstrap"}
-    | {"seed", "curves", "as_json", "workers", "key"}
+    | {"seed", "curves", "det", "as_json", "workers", "key"}
 )
 _STAGES: Final = {
     "extract": "extracting prints",
@@ -53,12 +52,6 @@ _OPTIONS: Final = (
         help="With --protocol identification: report the FNIR at this false positive "
         "identification rate; repeatable (default: 0.001, 0.005 and 0.01).",
     ),
-    file_option(
-        "--plot",
-        metavar="FILE",
-        help="With --protocol identification: plot FNIR against FPIR and rank into a .png, .svg or "
-        ".pdf.",
-    ),
 )
 
 
@@ -79,8 +72,8 @@ def evaluate_by_searches(
     background: str | None,
     fingers: int | None,
     fpirs: Sequence[float],
-    plot: Path | None,
     curves: Path | None,
+    det: Path | None,
     workers: int | None,
     as_json: bool,
 ) -> int:
@@ -96,7 +89,7 @@ def evaluate_by_searches(
         from fpmatch.matching.registry import get_matcher
         from fpmatch.prints.reading import PrintReader, group_by_note
 
-    _prepare_outputs(curves, plot)
+    _prepare_outputs(curves, det)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     datasets = dataset.with_unique_names(run.load_datasets(places, **labels))
     say_slow_kernels()
@@ -121,7 +114,7 @@ def evaluate_by_searches(
                 of_matcher.append(evaluate_identification(sets, gallery, **given))
             reports += of_matcher[::-1]
     _say_notes(sets)
-    _write_outputs(curves, plot, reports)
+    _write_outputs(curves, det, reports)
     document = {
         "protocol": "identification",
         "tests": [report.as_json() for report in reports],

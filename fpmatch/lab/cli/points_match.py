@@ -13,14 +13,13 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write, check_writable
+from fpmatch.base.parameters import read_parameters
 from fpmatch.cli.notes import ProgressBars, say_note, show
-from fpmatch.cli.options import Name, file_option
-from fpmatch.errors import PointSetError
+from fpmatch.cli.options import Name, file_option, old_option
+from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.words import match_facts
 from fpmatch.lab.points.match import (
-    POINT_MATCHERS,
     TRANSFORM_MODELS,
-    PointMatcher,
     TransformModel,
     match_points,
     wider_maps,
@@ -43,6 +42,11 @@ _CSV: Final = click.Path(path_type=Path, allow_dash=True)
 _TRANSFORM: Final[Mapping[TransformModel, tuple[str, ...]]] = {
     "similarity": ("scale", "rotation_deg", "tx", "ty"),
     "affine": ("scale_x", "scale_y", "shear", "rotation_deg", "tx", "ty"),
+}
+_PARAMETERS: Final = {
+    "triangles": (),
+    "paper": ("rho", "area_tolerance"),
+    "van-wamelen": ("rho",),
 }
 _PAIR_COLUMNS: Final = ("p", "q", "p_x", "p_y", "q_x", "q_y", "distance")
 
@@ -91,9 +95,11 @@ JSON:
 Matchers:
   triangles      fast, and right where points are missing, moved and strewn among others; matches
                  where so many pairs are not to be expected by chance
-  paper          the method of Choi, Lee and Lee; matches where more than a share --rho of the
-                 points of the smaller set are paired
-  van-wamelen    the paper's baseline; matches where a share --rho of P is paired
+  paper          the method of Choi, Lee and Lee; matches where more than a share rho of the
+                 points of the smaller set is paired (default 0.6, the least of the paper's
+                 experiments); area_tolerance, which the paper does not give, is the largest
+                 difference in area of similar rings on the unit circle (default 0.1)
+  van-wamelen    the paper's baseline; matches where a share rho of P is paired (default 0.6)
 
 \b
 Models:
@@ -106,7 +112,7 @@ Examples:
   fpmatch points match stars.csv catalogue.csv
   fpmatch points match stars.csv catalogue.csv --text --plot match.png
   fpmatch points match spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
-  fpmatch points match stars.csv catalogue.csv --matcher paper --rho 0.9
+  fpmatch points match stars.csv catalogue.csv --matcher paper:rho=0.9
   fpmatch points match negative.csv catalogue.csv --reflect
   fpmatch points match oblique.csv map.csv --model affine --plot match.png
   cut -f 2,3 stars.tsv | fpmatch points match - catalogue.csv
@@ -118,9 +124,9 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
 @click.argument("q", metavar="Q.csv", type=_CSV)
 @click.option(
     "--matcher",
-    type=Name(POINT_MATCHERS),
+    metavar=f"[{'|'.join(_PARAMETERS)}][:PARAMETER=VALUE,...]",
     default="triangles",
-    help="Matcher to use; the others are there to compare with.",
+    help="Matcher to use, perhaps with parameters, see below.",
 )
 @click.option(
     "--model",
@@ -140,20 +146,8 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     help="How far a partner may lie from its place, in the units of Q.  "
     "[default: a share of Q's mean spacing]",
 )
-@click.option(
-    "--rho",
-    type=float,
-    metavar="SHARE",
-    help="Share of the points that must be paired, of matchers paper (more than it) and "
-    "van-wamelen.  [default: 0.6, the least of the paper's experiments]",
-)
-@click.option(
-    "--area-tolerance",
-    type=float,
-    metavar="AREA",
-    help="Matcher paper: largest difference between the areas of similar rings on the unit circle; "
-    "the paper gives no value.  [default: 0.1]",
-)
+@old_option("--rho", "--matcher paper:rho={}")
+@old_option("--area-tolerance", "--matcher paper:area_tolerance={}")
 @click.option(
     "--json/--text",
     "as_json",
@@ -170,12 +164,10 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
 def points_match(
     p: Path,
     q: Path,
-    matcher: PointMatcher,
+    matcher: str,
     model: TransformModel,
     reflect: bool,
     tolerance: float | None,
-    rho: float | None,
-    area_tolerance: float | None,
     as_json: bool,
     plot: Path | None,
     pairs: Path | None,
@@ -197,21 +189,41 @@ def points_match(
         check_plot(plot)
     if pairs is not None:
         check_writable(pairs)
+    given = _chosen(matcher, tolerance)
     ours, theirs = _read(p), _read(q)
-    given: dict[str, Any] = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
     maps = _Maps(reflect, model)
     with ProgressBars({"search": "searching"}) as bars:
-        match = _match(ours, theirs, maps, {"matcher": matcher, **given}, bars)
+        match = _match(ours, theirs, maps, given, bars)
     if pairs is not None:
         _write_pairs(pairs, ours, theirs, match)
     if plot is not None:
         names = ours.name, theirs.name
         save_point_plot(plot, ours.points, theirs.points, match, names=names)
     if as_json:
-        show(_as_json(ours, theirs, match, {"matcher": matcher, **given}, maps))
+        show(_as_json(ours, theirs, match, given, maps))
     else:
         show(_as_text(ours, theirs, match))
     return 0 if match.transform is not None else 1
+
+
+def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
+    """Return the options of the matcher that a text states, None where not given."""
+    name, _, stated = text.partition(":")
+    if name not in _PARAMETERS:
+        raise PointSetError(unknown_name("matcher", name, _PARAMETERS))
+    values: dict[str, Any] = {"matcher": name, "tolerance": tolerance}
+    values |= {"rho": None, "area_tolerance": None}
+    given = read_parameters(stated, f"matcher {name}") if stated else {}
+    for parameter, value in given.items():
+        if parameter not in _PARAMETERS[name]:
+            question = did_you_mean(parameter, _PARAMETERS[name])
+            raise PointSetError(f"matcher {name} has no parameter {parameter!r}.{question}")
+        try:
+            values[parameter] = float(value)
+        except ValueError:
+            why = f"{parameter} is a number, not {value!r}"
+            raise PointSetError(f"matcher {name}: {why}") from None
+    return values
 
 
 def _match(

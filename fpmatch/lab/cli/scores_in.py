@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.notes import say_note, show
-from fpmatch.cli.options import file_option
+from fpmatch.cli.options import file_option, old_option
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.analysis import Report
 
 _GO_WITH_SCORES: Final = frozenset(
     {"scores_in", "genuine_scores", "impostor_scores", "distances", "report_folder", "curves"}
+    | {"det", "table"}
     | {"baseline", "bootstrap", "seed", "fmrs", "as_json", "workers", "pattern"}
 )
 _OPTIONS: Final = (
@@ -53,6 +54,18 @@ _OPTIONS: Final = (
         metavar="DIR",
         help="Write the points of the curves there: det.csv, histogram.csv, discard.csv.",
     ),
+    file_option(
+        "--det",
+        metavar="FILE",
+        help="Draw the DET curves into a .pdf, .svg or .png; with --protocol identification FNIR "
+        "against FPIR and rank.",
+    ),
+    old_option("--plot", "--det {}"),
+    file_option(
+        "--table",
+        metavar="FILE",
+        help="Write the table of rates of all matchers and databases as .tex (LaTeX) or .csv.",
+    ),
 )
 
 
@@ -71,8 +84,7 @@ def scores_in_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def evaluate_given_scores(
     baseline: Path | None,
     *,
-    report_folder: Path | None,
-    curves: Path | None,
+    files: Mapping[str, Path | None],
     pattern: str | None,
     scores_in: Sequence[Path],
     genuine_scores: Sequence[Path],
@@ -93,7 +105,7 @@ def evaluate_given_scores(
         notes_on,
     )
 
-    prepare_outputs(report_folder, curves)
+    prepare_outputs(**files)
     how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
     earlier = None if baseline is None else read_scores(baseline, **how)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
@@ -105,7 +117,7 @@ def evaluate_given_scores(
         for note in notes:
             say_note(f"{matcher}: {note}")
     report = Report.of(results, **draws, baseline=earlier, baseline_name=str(baseline))
-    write_outputs(report_folder, curves, report)
+    write_outputs(report, **files)
     document = report.as_json()
     document["notes"] = [
         {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
@@ -114,8 +126,14 @@ def evaluate_given_scores(
     return 0
 
 
-def prepare_outputs(report_folder: Path | None, curves: Path | None) -> None:
-    """Raise an OutputError if the report or the files of curves cannot be written."""
+def prepare_outputs(
+    report_folder: Path | None, curves: Path | None, det: Path | None, table: Path | None
+) -> None:
+    """Raise an OutputError if the report, curves, DET or table cannot be written."""
+    if det is not None or table is not None:
+        from fpmatch.lab.evaluation.report.papers import prepare_files
+
+        prepare_files(det, table)
     if report_folder is not None:
         from fpmatch.lab.evaluation.report.page import prepare_page
 
@@ -127,11 +145,24 @@ def prepare_outputs(report_folder: Path | None, curves: Path | None) -> None:
 
 
 def write_outputs(
+    report: Report,
+    *,
     report_folder: Path | None,
     curves: Path | None,
-    report: Report,
+    det: Path | None,
+    table: Path | None,
 ) -> None:
-    """Write the report and the files of curves, where requested, and note where they are."""
+    """Write report, curves, DET and table, where requested, and note where they are."""
+    if det is not None:
+        from fpmatch.lab.evaluation.report.papers import save_det
+
+        save_det(det, [one.report for one in report.analyses])
+        say_note(f"DET: {det}")
+    if table is not None:
+        from fpmatch.lab.evaluation.report.papers import save_table
+
+        save_table(table, report.analyses)
+        say_note(f"table: {table}")
     if report_folder is not None:
         from fpmatch.lab.evaluation.report.page import write_page
 

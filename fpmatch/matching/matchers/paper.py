@@ -13,15 +13,14 @@ paper leaves open, the choices made, and where the method departs from Fig. 7.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.errors import MatcherError
+from fpmatch.base.parameters import Parametrised, parameter
 from fpmatch.matching.result import Comparison, nothing_found
-from fpmatch.pointset.geometry.point_match import check_rho
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import (
     DEFAULT_RHO,
@@ -51,26 +50,28 @@ class PreparedPositions:
 
 
 @dataclass(frozen=True, slots=True)
-class PaperMatcher:
+class PaperParameters:
+    """Decision by the share of minutiae that are paired."""
+
+    rho: float = parameter(
+        DEFAULT_RHO,
+        "match where more than this share of the smaller print's minutiae is paired; the paper "
+        "also has 0.9 and 0.95, which reject most genuine pairs",
+        0,
+        1,
+    )
+    rings: UnitCircleParameters = field(
+        default_factory=lambda: UnitCircleParameters(precision=0.61)  # the best of Table 2
+    )
+
+
+class PaperMatcher(Parametrised):
     """Compare templates by the paper's section 3.3; similarity is the share of minutiae matched.
 
-    Parameters
-    ----------
-    parameters : UnitCircleParameters
-        What counts as a matched point; lengths in pixels at 500 dpi. Default: λ of the middle
-        part of the paper's Table 2, the best of its three on prints.
-    rho : float
-        ρ: two templates match where more than this share of the smaller one's minutiae is paired.
-        Default: 0.6, the least of the paper's experiments. Two impressions of a finger overlap in
-        part, so that its others, 0.9 and 0.95, reject most genuine pairs;
-        docs/explanation/point_sets.md has the shares accepted.
-    name : str
-        Name of the matcher.
-
-    Raises
-    ------
-    PointSetError
-        If `rho` is outside 0..1.
+    The arguments are `rho`, which decides, and the parameters of
+    `fpmatch.pointset.paper.matcher.UnitCircleParameters`. λ is that of the middle part of the
+    paper's Table 2, the best of its three on prints; ρ is 0.6, because two impressions of a finger
+    overlap in part; docs/explanation/point_sets.md has the shares accepted.
 
     Examples
     --------
@@ -83,14 +84,13 @@ class PaperMatcher:
     True
     """
 
-    parameters: UnitCircleParameters = field(
-        default_factory=lambda: UnitCircleParameters(precision=0.61)
-    )
-    rho: float = DEFAULT_RHO
-    name: str = "paper"
+    name = "paper"
+    parameters: PaperParameters = PaperParameters()
 
-    def __post_init__(self) -> None:
-        check_rho(self.rho)
+    @property
+    def rho(self) -> float:
+        """ρ: the share of the smaller print's minutiae that must be exceeded."""
+        return self.parameters.rho
 
     def prepare(self, template: Template) -> PreparedPositions:
         """Triangulate the minutiae of `template` and map their one-rings to the unit circle."""
@@ -100,7 +100,7 @@ class PaperMatcher:
     def compare(self, probe: PreparedPositions, reference: PreparedPositions) -> Comparison:
         """Compare two prepared templates; the similarity is the share that match, 0 to 1."""
         p, q = probe.at_500_dpi, reference.at_500_dpi
-        match = match_prepared(p, q, self.parameters)
+        match = match_prepared(p, q, self.parameters.rings)
         if not isinstance(match.transform, Similarity):
             return nothing_found(_why_nothing(match.local_matches, p, q))
         agreement, overlap = _common_region(match, p.points, q.points)
@@ -117,33 +117,6 @@ class PaperMatcher:
 
 
 MATCHER: Final = PaperMatcher()
-
-
-def matcher_with(
-    name: str, rho: float | None = None, area_tolerance: float | None = None
-) -> str | PaperMatcher:
-    """Return the name of a matcher, or this matcher with the parameters given, which no other has.
-
-    Raises
-    ------
-    MatcherError
-        If a parameter is given to another matcher.
-    PointSetError
-        If a parameter is outside its range.
-
-    Examples
-    --------
-    >>> matcher_with("paper", rho=0.9).rho, matcher_with("unit-circle")
-    (0.9, 'unit-circle')
-    """
-    if rho is None and area_tolerance is None:
-        return name
-    if name != MATCHER.name:
-        raise MatcherError(f"rho and area tolerance are parameters of matcher paper, not {name}")
-    parameters = MATCHER.parameters
-    if area_tolerance is not None:
-        parameters = replace(parameters, area_tolerance=area_tolerance)
-    return PaperMatcher(parameters, MATCHER.rho if rho is None else rho)
 
 
 def _why_nothing(similar: int, probe: PreparedPoints, reference: PreparedPoints) -> str:

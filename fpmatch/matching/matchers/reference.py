@@ -21,6 +21,7 @@ from fpmatch.matching.result import Comparison, nothing_found
 if TYPE_CHECKING:
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
+    from fpmatch.templates.minutiae import Template
 
 
 class ReferenceMatcher(UnitCircleMatcher):
@@ -28,7 +29,9 @@ class ReferenceMatcher(UnitCircleMatcher):
 
     name = "reference"
 
-    prepare = staticmethod(method.prepare)
+    def prepare(self, template: Template) -> PreparedTemplate:
+        """Triangulate the minutiae of a template and describe their rings."""
+        return method.prepare(template, self.parameters)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
         """Match two prints in the order of their content, unless the prefilter rejects them."""
@@ -37,12 +40,12 @@ class ReferenceMatcher(UnitCircleMatcher):
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         if a.key != b.key:
-            workspace = workspace_for(max(len(a), len(b)))
+            workspace = workspace_for(max(len(a), len(b)), self.parameters)
             workspace.load(a)
             rejected = workspace.rejected(b, reference_first=False)
             if rejected is not None:
                 return nothing_found(UNLIKE, as_similarity(rejected))
-        matched = method.match(a, b)
+        matched = method.match(a, b, self.parameters)
         if matched is None:
             return nothing_found(too_few(probe, reference) or UNPAIRED)
         pairing, evidence = matched

@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parameters import Parametrised
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
 from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE, local_similarity
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, workspace_for
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
 from fpmatch.matching.result import Compared, Comparison, nothing_found
@@ -32,8 +34,10 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.evidence import Evidence
+    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.templates.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -42,8 +46,11 @@ MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 
 
-class UnitCircleMatcher:
+class UnitCircleMatcher(Parametrised):
     """Compare prints by the Delaunay mesh of their pairs on the unit circle.
+
+    The arguments are the parameters in `fpmatch.matching.pipeline.parameters`, which ``fpmatch
+    doctor --matchers`` lists.
 
     References
     ----------
@@ -51,8 +58,12 @@ class UnitCircleMatcher:
     """
 
     name = "unit-circle"
+    parameters: MatchParameters = USUAL
 
-    prepare = staticmethod(prepare)
+    def prepare(self, template: Template) -> PreparedTemplate:
+        """Triangulate the minutiae of a template and describe their neighbourhoods."""
+        p = self.parameters
+        return prepare(template, p.preparation, p.neighbourhood, p.prefilter)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
         """Match locally, then globally, and score the evidence, unless the prefilter rejects them.
@@ -65,9 +76,9 @@ class UnitCircleMatcher:
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         if a.key == b.key:
-            matched = match(a, b)
+            matched = match(a, b, None, self.parameters)
         else:
-            workspace = workspace_for(max(len(a), len(b)))
+            workspace = workspace_for(max(len(a), len(b)), self.parameters)
             workspace.load(probe)
             rejected = workspace.rejected(reference, reference_first=swapped)
             if rejected is not None:
@@ -89,13 +100,14 @@ class UnitCircleMatcher:
 
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        matched = comparison.detail or _match_in_any_case(a, b)
+        p = self.parameters
+        matched = comparison.detail or _match_in_any_case(a, b, p)
         if matched is None:
             return comparison
         whole = _comparison(a, b, matched, swapped=swapped)
-        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, p)
         alignment, evidence = matched
-        competing = competing_pairs(a, b, alignment, similarity)
+        competing = competing_pairs(a, b, alignment, similarity, parameters=p)
         reason = all_reasons(probe, reference, evidence, competing)
         return replace(whole, similarity=comparison.similarity, reason=reason)
 
@@ -127,7 +139,7 @@ class UnitCircleMatcher:
 
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        return ridge_map(a, b, comparison.detail[0], swapped=swapped)
+        return ridge_map(a, b, comparison.detail[0], self.parameters, swapped=swapped)
 
     def mesh_points(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -179,12 +191,14 @@ class UnitCircleMatcher:
 
         The probe's lengths are multiplied by each.
         """
-        workspace = workspace_for(len(reference))
+        p = self.parameters
+        workspace = workspace_for(len(reference), p)
         workspace.load(reference)
         return [
             ratio
             for ratio in ratios
-            if workspace.common_bits(rescaled_descriptors(probe, ratio)) >= MIN_AT_SCALE
+            if workspace.common_bits(rescaled_descriptors(probe, ratio, p.prefilter))
+            >= MIN_AT_SCALE
         ]
 
 
@@ -192,17 +206,18 @@ MATCHER: Final = UnitCircleMatcher()
 
 
 def _match_in_any_case(
-    a: PreparedTemplate, b: PreparedTemplate
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters
 ) -> tuple[Alignment, Evidence] | None:
     """Match two prints; if need be by all hypotheses, however weak the local matches are."""
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
-    if matched := match(a, b):
+    if matched := match(a, b, None, parameters):
         return matched
     weights = score.load_weights()
     models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
-    scorer = score.evidence_scorer(max(len(a), len(b)), replace(weights, models=models))
-    return match(a, b, scorer)
+    weights = replace(weights, models=models)
+    scorer = score.evidence_scorer(max(len(a), len(b)), weights, parameters.score)
+    return match(a, b, scorer, parameters)
 
 
 def _comparison(

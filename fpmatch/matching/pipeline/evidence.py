@@ -66,6 +66,7 @@ import numpy as np
 from fpmatch.matching.pipeline._kernels import _evidence_kernel as kernel
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.alignment import aligner_of
+from fpmatch.matching.pipeline.parameters import USUAL, ScoreParameters
 from fpmatch.matching.pipeline.score_model import ScoreWeights
 from fpmatch.printable import count
 
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.alignment import Alignment
+    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json"
@@ -117,26 +119,6 @@ class Evidence:
         return float(as_similarity(self.minus_log_fmr))
 
 
-@dataclass(frozen=True, slots=True)
-class ScoreParameters:
-    """Set how evidence is gathered and turned into features.
-
-    An unpaired minutia counts if it lies so many px at 500 dpi inside the other print: nearer to
-    the border, it is easily missed. A print reaches farther than the hull of its minutiae.
-    """
-
-    margin_px: float = 20.0
-    hull_margin_px: float = 0.0  # where the convex hull of the minutiae stands for the print
-    doubt_pairs: float = 2.0  # added to the pairs, so that little evidence counts less,
-    doubt_minutiae: float = 5.0  # to the minutiae,
-    doubt_cells: float = 10.0  # and to the cells
-    usual_correlation: float = 0.2  # of the ridges of different fingers
-    beyond_from: float = 2.0  # decades of the FMR from which pairs are held against chance,
-    beyond_less: float = 1.0  # which explains so many more, since the best transform is taken,
-    beyond_few: float = 0.4  # and so many more where a print has few minutiae;
-    beyond_share: float = 0.8  # of what is above, so much does not count
-
-
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
 POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
 MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
@@ -150,11 +132,10 @@ def load_weights() -> ScoreWeights:
 
 
 def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters | None = None
+    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
 ) -> kernel.EvidenceScorer:
     """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    used = parameters or ScoreParameters()
-    return kernel.EvidenceScorer(used, weights or load_weights(), room)
+    return kernel.EvidenceScorer(parameters, weights or load_weights(), room)
 
 
 def gather_evidence(
@@ -163,14 +144,15 @@ def gather_evidence(
     alignment: Alignment,
     similarity: NDArray[np.float32],
     scorer: kernel.EvidenceScorer | None = None,
+    parameters: MatchParameters = USUAL,
 ) -> Evidence:
     """Gather and weigh the evidence for and against one finger in an alignment of two prints.
 
     `similarity` (N, M) is the local similarity of their minutiae; the scorer has the weights in the
     package unless one is given.
     """
-    used = evidence_scorer(len(b)) if scorer is None else scorer
-    aligner = aligner_of(a.points, b.points)
+    used = evidence_scorer(len(b), None, parameters.score) if scorer is None else scorer
+    aligner = aligner_of(a.points, b.points, parameters)
     aligner.relax(similarity)
     aligner.impose(alignment.partner, *alignment.transform.tolist())
     total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)

@@ -10,14 +10,13 @@ from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
-    LocalParameters,
-    RidgeSearchParameters,
     identity_alignment,
     index_neighbours,
     kept_alignment,
     local_similarity,
     make_aligner,
 )
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
 
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.evidence import Evidence
+    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.bit_descriptors import BitDescriptors
     from fpmatch.matching.prints.prepare import PreparedTemplate
@@ -41,15 +41,19 @@ class Workspace:
     reference comes first, in the order of the content.
     """
 
-    def __init__(self, capacity: int, scorer: EvidenceScorer | None = None) -> None:
+    def __init__(
+        self,
+        capacity: int,
+        scorer: EvidenceScorer | None = None,
+        parameters: MatchParameters = USUAL,
+    ) -> None:
+        p = self.parameters = parameters
         self.capacity = capacity
         self.weights = score.load_weights()
-        self.scorer = score.evidence_scorer(capacity) if scorer is None else scorer
-        before, after = (make_aligner(capacity, capacity) for _ in range(2))
-        search = RidgeSearch(RidgeSearchParameters())
-        self._kernel: Any = Pipeline(
-            capacity, prefilter(), before, after, self.scorer, search, LocalParameters()
-        )
+        self.scorer = score.evidence_scorer(capacity, None, p.score) if scorer is None else scorer
+        before, after = (make_aligner(capacity, capacity, p) for _ in range(2))
+        tables, search = prefilter(p.prefilter), RidgeSearch(p.ridges)
+        self._kernel: Any = Pipeline(capacity, tables, before, after, self.scorer, search, p.local)
         self._probe: PreparedTemplate | None = None
 
     def load(self, probe: PreparedTemplate) -> None:
@@ -69,7 +73,7 @@ class Workspace:
 
     def pipeline(self) -> Any:
         """Return the kernel, with the probe and the index of its neighbours."""
-        self._kernel.neighbours = _index_of(self._probe, threading.get_ident())
+        self._kernel.neighbours = _index_of(self._probe, threading.get_ident(), self.parameters)
         return self._kernel
 
     def match(
@@ -88,16 +92,17 @@ class Workspace:
 _THREAD: Final = threading.local()
 
 
-def workspace_for(minutiae: int) -> Workspace:
+def workspace_for(minutiae: int, parameters: MatchParameters = USUAL) -> Workspace:
     """Return the thread's own workspace, with capacity for prints of so many minutiae."""
     workspace: Workspace | None = getattr(_THREAD, "workspace", None)
     if (
         workspace is None
         or workspace.capacity < minutiae
+        or workspace.parameters is not parameters
         or workspace.weights is not score.load_weights()
     ):
         capacity = max(LEAST_CAPACITY, 1 << (minutiae - 1).bit_length())
-        workspace = _THREAD.workspace = Workspace(capacity)
+        workspace = _THREAD.workspace = Workspace(capacity, parameters=parameters)
     return workspace
 
 
@@ -108,24 +113,33 @@ def view_of(prepared: PreparedTemplate) -> TemplateView:
 
 
 @lru_cache(maxsize=PREPARED_KEPT)
-def _index_of(prepared: PreparedTemplate | None, thread: int) -> NeighbourIndex:
+def _index_of(
+    prepared: PreparedTemplate | None, thread: int, parameters: MatchParameters
+) -> NeighbourIndex:
     # one a thread: an index has scratch arrays
     assert prepared is not None
-    return index_neighbours(prepared.neighbourhoods)
+    return index_neighbours(prepared.neighbourhoods, parameters)
 
 
 def match(
-    a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    scorer: EvidenceScorer | None = None,
+    parameters: MatchParameters = USUAL,
 ) -> tuple[Alignment, Evidence] | None:
     """Match print A with print B, in the order of their content; None if nothing is paired.
 
     If their content is the same, neither can come first: only the identity is its own inverse.
     """
     if a.key == b.key:
-        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
         identity = identity_alignment(a.points)
-        return identity, score.gather_evidence(a, b, identity, similarity, scorer)
+        return identity, score.gather_evidence(a, b, identity, similarity, scorer, parameters)
     capacity = max(len(a), len(b))
-    workspace = workspace_for(capacity) if scorer is None else Workspace(capacity, scorer)
+    workspace = (
+        workspace_for(capacity, parameters)
+        if scorer is None
+        else Workspace(capacity, scorer, parameters)
+    )
     workspace.load(a)
     return workspace.match(b, reference_first=False)

@@ -8,12 +8,14 @@ import numpy as np
 
 from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses
 from fpmatch.matching.pipeline.evidence import main_reason
+from fpmatch.matching.pipeline.parameters import USUAL
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.evidence import Evidence
+    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
 
@@ -45,6 +47,7 @@ def competing_pairs(
     alignment: Alignment,
     similarity: NDArray[np.float32],
     apart_px: float = APART_PX,
+    parameters: MatchParameters = USUAL,
 ) -> int:
     """Count the pairs under the best transform that maps print A to a quite different place.
 
@@ -56,7 +59,7 @@ def competing_pairs(
     other = similarity.copy()
     paired = np.flatnonzero(alignment.partner >= 0)
     other[paired, alignment.partner[paired]] = 0.0
-    aligner = aligner_of(a.points, b.points)
+    aligner = aligner_of(a.points, b.points, parameters)
     return max(
         (
             int(np.count_nonzero(one.partner >= 0))

@@ -10,11 +10,13 @@ import numpy as np
 
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline.alignment import aligner_of
+from fpmatch.matching.pipeline.parameters import USUAL
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.alignment import Alignment
+    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
 
@@ -94,13 +96,18 @@ class RidgeMap:
 
 
 def ridge_map(
-    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment, *, swapped: bool
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    parameters: MatchParameters = USUAL,
+    *,
+    swapped: bool,
 ) -> RidgeMap | None:
     """Return how the ridges of prints A and B agree under an alignment; None if nowhere compared.
 
     The reference is B, or A where `swapped`.
     """
-    correlator, compared = correlate(a, b, alignment)
+    correlator, compared = correlate(a, b, alignment, parameters)
     if not compared:
         return None
     region, reference = a.region, a if swapped else b
@@ -121,7 +128,10 @@ def ridge_map(
 
 
 def correlate(
-    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    parameters: MatchParameters = USUAL,
 ) -> tuple[RidgeCorrelator, int]:
     """Correlate the ridges of two prints under an alignment of A with B.
 
@@ -150,7 +160,7 @@ def correlate(
     """
     correlator = RidgeCorrelator(len(b))
     c, s, x, y = alignment.transform.tolist()
-    aligner = aligner_of(a.points, b.points)
+    aligner = aligner_of(a.points, b.points, parameters)
     with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere
         aligner.impose(alignment.partner, c, s, x, y)
         cells = correlator.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parameters import parameter
 from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.print_area import PrintAreas
@@ -35,18 +36,22 @@ TURNS: Final = 256  # steps of a minutia's direction in a turn
 
 @dataclass(frozen=True, slots=True)
 class BitDescriptorParameters:
-    """Set how prints are encoded and compared; lengths in pixels at 500 dpi.
+    """Prefilter: bit descriptors of minutiae, and pairs of them that agree in one transform.
 
     `flow_rings` are places of ridge orientation: number, distance from the minutia, angle of the
-    first in degrees. Two pairs d apart agree within ``sqrt(near_px² + (spread·d)²)``.
+    first in degrees. Two pairs d apart agree within ``sqrt(near_px² + (near_per_px·d)²)``.
     """
 
-    cell_px: float = 16.0  # side of the cells in which neighbours lie
+    cell_px: float = parameter(16.0, "side of the cells in which neighbours lie", 4, 64)
     flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
-    most_pairs: int = 16  # compared with each other: those that share most words
-    near_px: float = 12.0
-    spread: float = 0.1
-    pair_turn_deg: float = 15.0  # between the rotations of two pairs
+    most_pairs: int = parameter(
+        16, "pairs compared with each other: those that share most words", 1, 64
+    )
+    near_px: float = parameter(12.0, "distance within which two pairs agree", 0, 100)
+    near_per_px: float = parameter(0.1, "what a px between them adds to it, squared", 0, 1)
+    pair_turn_deg: float = parameter(
+        15.0, "largest difference of the rotations of two pairs", 0, 22.5
+    )
 
     @property
     def places(self) -> NDArray[np.float64]:
@@ -77,13 +82,14 @@ def encode(
     quality: NDArray[np.float64],
     neighbours: Neighbourhoods,
     region: PrintArea,
+    parameters: BitDescriptorParameters | None = None,
 ) -> BitDescriptors:
     """Encode the minutiae of a print, given as `PreparedTemplate` has them.
 
     Of more than 64 minutiae, those of the greatest quality are encoded; of equals, the first.
     """
     start = np.array((0, points.shape[1]), np.int64)
-    bits = encode_many(points, quality, start, neighbours, PrintAreas.of(region))
+    bits = encode_many(points, quality, start, neighbours, PrintAreas.of(region), parameters)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return BitDescriptors(xy, *bits, region.has_flow)
 
@@ -94,6 +100,7 @@ def encode_many(
     start: NDArray[np.int64],
     neighbours: Neighbourhoods,
     areas: PrintAreas,
+    parameters: BitDescriptorParameters | None = None,
 ) -> EncodedMinutiae:
     """Encode the minutiae of many prints, each from an entry of `start` up to the next.
 
@@ -109,18 +116,18 @@ def encode_many(
     angle = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
-    encode_neighbours(
-        neighbours.count, neighbours.frame, angle, coded, 1.0 / _USUAL.cell_px, neighbour_bits
-    )
+    p = parameters or _USUAL
+    of_neighbours = neighbours.count, neighbours.frame, angle, coded
+    encode_neighbours(*of_neighbours, 1.0 / p.cell_px, neighbour_bits)
     place = start, areas.code, areas.start, areas.shape, areas.step, areas.has_flow
     encode_orientations(points, direction_bin, *place, _PLACES, orientation_bins)
     return direction_bin, neighbour_bits, orientation_bins
 
 
-def prefilter() -> Prefilter:
+def prefilter(parameters: BitDescriptorParameters | None = None) -> Prefilter:
     """Return an empty prefilter, for one thread."""
-    p = _USUAL
-    return Prefilter(p.most_pairs, p.near_px, p.spread, round(p.pair_turn_deg * TURNS / 360))
+    p = parameters or _USUAL
+    return Prefilter(p.most_pairs, p.near_px, p.near_per_px, round(p.pair_turn_deg * TURNS / 360))
 
 
 def prefilter_of(descriptors: BitDescriptors) -> Prefilter:

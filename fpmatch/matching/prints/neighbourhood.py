@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parameters import parameter
 from fpmatch.matching.prints._kernels import _neighbourhood_kernel as kernel
 from fpmatch.matching.prints._kernels._preparation_kernel import round_weights
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
@@ -28,16 +29,20 @@ ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones har
 
 @dataclass(frozen=True, slots=True)
 class NeighbourhoodParameters:
-    """Set the neighbourhoods; lengths in pixels at 500 dpi.
+    """Neighbourhoods of the minutiae, with the shape-preserving weights of eq. (4)."""
 
-    A neighbour may lie `tolerance_px`, and `tolerance_per_px` of its own distance, from its
-    counterpart.
-    """
-
-    size: int = 12  # neighbours of a minutia, nearest first, from its first and second ring
-    tolerance_px: float = 9.0
-    tolerance_per_px: float = 0.08
-    second_ring_weight: float = 0.5  # beyond the one-ring, the least in it; the mean is 1
+    neighbours: int = parameter(
+        12, "neighbours of a minutia, nearest first, from its first and second ring", 1, 32
+    )
+    tolerance_px: float = parameter(
+        9.0, "how far a neighbour may lie from its counterpart", 0.1, 100
+    )
+    tolerance_per_px: float = parameter(
+        0.08, "what a px of the neighbour's own distance adds to it", 0, 0.5
+    )
+    second_ring_weight: float = parameter(
+        0.5, "weight of neighbours beyond the one-ring, the least in it; the mean is 1", 0, 1
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +72,8 @@ def neighbourhoods(
     n = points.shape[1]
     starts = (0, n) if start is None else start
     count = np.empty(n, np.int32)
-    neighbour = np.zeros((n, p.size), np.int32)
-    frame = np.zeros((n, 6, p.size), np.float32)
+    neighbour = np.zeros((n, p.neighbours), np.int32)
+    frame = np.zeros((n, 6, p.neighbours), np.float32)
     most = max((end - first for first, end in pairwise(starts)), default=0)
     writer = kernel.NeighbourhoodWriter(points, p, most, count, neighbour, frame)
     for first, end in pairwise(starts):

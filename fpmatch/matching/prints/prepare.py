@@ -8,9 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parameters import parameter
 from fpmatch.matching.prints._kernels._preparation_kernel import write_qualities
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-from fpmatch.matching.prints.bit_descriptors import BitDescriptors, encode, encode_many
+from fpmatch.matching.prints.bit_descriptors import (
+    BitDescriptorParameters,
+    BitDescriptors,
+    encode,
+    encode_many,
+)
 from fpmatch.matching.prints.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
@@ -31,15 +37,23 @@ _FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
 
 @dataclass(frozen=True, slots=True)
 class PreparationParameters:
-    """Set what is prepared; lengths in pixels at 500 dpi.
+    """Preparation of a template.
 
-    Where a template has no ridge field, the cells of the minutiae's hull stand for the print.
+    Where it has no ridge field, the cells of the minutiae's hull stand for the print.
     """
 
-    max_minutiae: int = 200  # that take part; of more, those of best quality
-    hull_step_px: float = 16.0  # side of a cell of the hull
-    max_hull_cells: int = 512  # along a side; larger cells where the minutiae reach farther
-    usual_quality: float = 0.7  # 0 to 1, where a template gives none: all are 100, or all 0
+    max_minutiae: int = parameter(
+        200, "minutiae that take part; of more, those of best quality", 1, 256
+    )
+    hull_step_px: float = parameter(
+        16.0, "side of a cell of the hull, where a template has no ridge field", 4, 64
+    )
+    max_hull_cells: int = parameter(
+        512, "such cells along a side; larger ones where the minutiae reach farther", 16, 512
+    )
+    usual_quality: float = parameter(
+        0.7, "quality where a template gives none: all are 100, or all 0", 0, 1
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +98,7 @@ def prepare(
     template: Template,
     parameters: PreparationParameters | None = None,
     neighbourhood: NeighbourhoodParameters | None = None,
+    prefilter: BitDescriptorParameters | None = None,
 ) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
     p = parameters or PreparationParameters()
@@ -98,7 +113,8 @@ def prepare(
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     start = np.array((0, len(index)), np.int64)
     quality = qualities(minutiae.quality, start, p.usual_quality)
-    described, bits = describe(points, quality, start, PrintAreas.of(region), neighbourhood)
+    areas = PrintAreas.of(region)
+    described, bits = describe(points, quality, start, areas, neighbourhood, prefilter)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return PreparedTemplate(
         points=points,
@@ -118,13 +134,14 @@ def describe(
     start: NDArray[np.int64],
     areas: PrintAreas,
     neighbourhood: NeighbourhoodParameters | None = None,
+    prefilter: BitDescriptorParameters | None = None,
 ) -> tuple[Neighbourhoods, EncodedMinutiae]:
     """Describe the minutiae of many prints: their neighbourhoods, and what `encode_many` returns.
 
     Those of print k are from ``start[k]`` up to the next.
     """
     described = rounded(neighbourhoods(points, neighbourhood, start.tolist()))
-    return described, encode_many(points, quality, start, described, areas)
+    return described, encode_many(points, quality, start, described, areas, prefilter)
 
 
 def points_at_500dpi(
@@ -154,7 +171,9 @@ def qualities(
     return scaled
 
 
-def rescaled_descriptors(prepared: PreparedTemplate, ratio: float) -> BitDescriptors:
+def rescaled_descriptors(
+    prepared: PreparedTemplate, ratio: float, prefilter: BitDescriptorParameters | None = None
+) -> BitDescriptors:
     """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
     p = prepared
     frame = p.neighbourhoods.frame.copy()
@@ -162,7 +181,8 @@ def rescaled_descriptors(prepared: PreparedTemplate, ratio: float) -> BitDescrip
     points = p.points.copy()
     points[:2] *= ratio
     neighbours = replace(p.neighbourhoods, frame=frame)
-    return encode(points, p.quality, neighbours, replace(p.region, step=p.region.step * ratio))
+    region = replace(p.region, step=p.region.step * ratio)
+    return encode(points, p.quality, neighbours, region, prefilter)
 
 
 def content_key(

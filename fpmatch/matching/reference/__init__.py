@@ -22,12 +22,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.pipeline.alignment import (
-    MAX_STRETCH,
-    MIN_PAIRS_FOR_SCALE,
-    AlignmentParameters,
-)
+from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.evidence import load_weights
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.prints.bit_descriptors import encode
 from fpmatch.matching.prints.prepare import prepare as prepare_print
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
@@ -41,40 +38,39 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters
-    from fpmatch.matching.prints.prepare import PreparationParameters, PreparedTemplate
+    from fpmatch.matching.pipeline.parameters import MatchParameters
+    from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 
-def prepare(
-    template: Template,
-    parameters: PreparationParameters | None = None,
-    neighbourhood: NeighbourhoodParameters | None = None,
-) -> PreparedTemplate:
+def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings.
 
     The area of the print, and the bit descriptors of the prefilter, are those of the package.
     """
-    p = prepare_print(template, parameters)
-    rings = neighbourhoods(p.points, neighbourhood)
-    bits = encode(p.points, p.quality, rings, p.region)
+    p = prepare_print(template, parameters.preparation)
+    rings = neighbourhoods(p.points, parameters.neighbourhood)
+    bits = encode(p.points, p.quality, rings, p.region, parameters.prefilter)
     return replace(p, neighbourhoods=rings, bit_descriptors=bits)
 
 
-def match(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Pairing, Evidence] | None:
+def match(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
+) -> tuple[Pairing, Evidence] | None:
     """Align print A with print B, in the order of their content; None if nothing is paired."""
-    p, model = AlignmentParameters(), load_weights().model_of(a, b)
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    candidates = relax(a.points, b.points, similarity)
+    p, model = parameters.alignment, load_weights().model_of(a, b)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
+    candidates = relax(a.points, b.points, similarity, parameters.relaxation)
+    start = partial(seeded, a.points, b.points, parameters=parameters)
     weighed = partial(weigh, a, b, candidates)
     if a.key == b.key:  # only the identity is its own inverse
         every = np.arange(len(a))
-        identity = Pairing(a.points, b.points, every, np.ones(len(a)))
+        identity = Pairing(a.points, b.points, every, np.ones(len(a)), parameters=parameters)
         return weighed(identity, ridges_from=model.refine_threshold)
 
     coarse = []
     for partner, weight in candidates.hypotheses(len(a), p.hypotheses):
-        pairing = grow(seeded(a.points, b.points, partner, weight), p.coarse_rounds)
+        pairing = grow(start(partner, weight), p.coarse_rounds)
         candidates.explain(pairing.partner)
         coarse += [weighed(pairing, ridges_from=math.inf)] if pairing.pairs else []
         if coarse and coarse[-1][1].total > model.confident_threshold:
@@ -91,9 +87,9 @@ def match(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Pairing, Evidence] 
         best = _greatest(weighed(each) for each in grown if each.pairs)
     if doubtful and not (best and best[1].total > model.confident_threshold):
         small = min(a.region.area, b.region.area) <= load_weights().small_area
-        pairs = search_by_ridges(a, b, None if small else (candidates.first, candidates.second))
-        starts = (seeded(a.points, b.points, *one_pair(len(a), *pair)) for pair in pairs)
-        grown = (grow(start, p.rounds) for start in starts)
+        proposed = None if small else (candidates.first, candidates.second)
+        pairs = search_by_ridges(a, b, proposed, parameters.ridges)
+        grown = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
         by_ridges = [weighed(each) for each in grown if each.pairs]
         best = _greatest([best, *by_ridges] if best else by_ridges)
     return best

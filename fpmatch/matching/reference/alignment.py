@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline.alignment import AlignmentParameters
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from fpmatch.matching.pipeline.parameters import MatchParameters
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
@@ -32,6 +34,7 @@ class Pairing:
     partner: Numbers  # (N,): the partner in B, or -1
     weight: Floats  # (N,)
     move: tuple[complex, complex] = (1 + 0j, 0j)  # linear, shift
+    parameters: MatchParameters = USUAL
 
     @property
     def places(self) -> tuple[Plane, Plane]:
@@ -51,13 +54,15 @@ class Pairing:
     @cached_property
     def mesh(self) -> tuple[PairMesh, Plane, Plane, Floats]:
         """The mesh of the pairs, and what it predicts; see `predict`."""
-        mesh = mesh_of_pairs(*self.places, self.partner, self.move)
+        mesh = mesh_of_pairs(*self.places, self.partner, self.move, self.parameters.mesh)
         return mesh, *predict(mesh, self.directions[0], self.move)
 
 
-def seeded(a: Floats, b: Floats, partner: Numbers, weight: Floats) -> Pairing:
+def seeded(
+    a: Floats, b: Floats, partner: Numbers, weight: Floats, parameters: MatchParameters = USUAL
+) -> Pairing:
     """Return given pairs with the transform that they fit, of one by its place and direction."""
-    pairing = Pairing(a, b, partner, weight)
+    pairing = Pairing(a, b, partner, weight, parameters=parameters)
     (z_a, z_b), (d_a, d_b) = pairing.places, pairing.directions
     i = int(np.flatnonzero(partner >= 0)[0])
     linear = complex(d_b[partner[i]] * d_a[i].conj())
@@ -75,7 +80,7 @@ def grow(pairing: Pairing, rounds: int, *, settled: bool = False) -> Pairing:
 
     Pairs that have just been made are not `settled`: their transform is fitted anew in any case.
     """
-    p = AlignmentParameters()
+    p = pairing.parameters.alignment
     for k in range(rounds):
         if not pairing.pairs:
             break
@@ -97,7 +102,7 @@ def _pair(
 
     Return partners and weights.
     """
-    least = AlignmentParameters().min_cosine
+    least = pairing.parameters.alignment.min_cosine
     away = pairing.places[1] - place[:, None]
     squared = away.real * away.real + away.imag * away.imag
     cosine = (direction[:, None] * pairing.directions[1].conj()).real

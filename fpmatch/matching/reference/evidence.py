@@ -12,7 +12,7 @@ from fpmatch.matching.pipeline._kernels._amount_kernel import (
     most_decades,
     quality_correction,
 )
-from fpmatch.matching.pipeline.evidence import Evidence, ScoreParameters, load_weights
+from fpmatch.matching.pipeline.evidence import Evidence, load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
@@ -20,6 +20,7 @@ from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.matching.pipeline.parameters import ScoreParameters
     from fpmatch.matching.pipeline.score_model import ScoreModel
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
@@ -52,16 +53,17 @@ def weigh(
     The ridges are compared where the sum of the minutiae is above `ridges_from`.
     """
     model = load_weights().model_of(a, b)
+    p = pairing.parameters.score
     entries = _gather(a, b, candidates, pairing)
-    features = _features(model, entries)
+    features = _features(model, entries, p)
     if model.sums(features) > ridges_from:
         drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
         ridges = compare_ridges(a.region, b.region, pairing.move, drift)
         entries |= zip(("ridges", "cells"), ridges, strict=True)
-        features = _features(model, entries)
+        features = _features(model, entries, p)
     total = float(model.sums(features))
-    decade, estimate = _condition(model, total, entries)
-    estimate = _beyond_chance(pairing, entries, estimate)
+    decade, estimate = _condition(model, total, entries, p.usual_correlation)
+    estimate = _beyond_chance(pairing, entries, estimate, p)
     entries |= {"features": features, "total": total, "decade": decade, "minus_log_fmr": estimate}
     return pairing, Evidence(**entries)
 
@@ -71,13 +73,13 @@ def _gather(
 ) -> dict[str, Any]:
     """Return the evidence of the minutiae."""
     partner, (linear, shift) = pairing.partner, pairing.move
-    mesh, predicted, _, _ = pairing.mesh
+    p, (mesh, predicted, _, _) = pairing.parameters, pairing.mesh
     paired = np.flatnonzero(partner >= 0)
     others = np.setdiff1d(np.arange(len(b)), partner[paired])
     back = (b.points[0, others] + 1j * b.points[1, others] - shift) / linear
     own = np.flatnonzero(partner < 0)
-    common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own])
-    common_b, unpaired_b = _unpaired(b, others, a.region, back)
+    common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own], p.score)
+    common_b, unpaired_b = _unpaired(b, others, a.region, back, p.score)
     common_a, common_b = common_a + len(paired), common_b + len(paired)
     smaller = min(a.region.area, b.region.area)
     area = min(_common_cells(a.region, b.region, linear, shift) * a.region.step**2, smaller)
@@ -88,7 +90,7 @@ def _gather(
         "common": common_a + common_b,
         "overlap": area / smaller if smaller > 0.0 else 0.0,
         "relaxed": float(candidates.relaxed[candidates.among(partner)].sum()),
-        **measure(mesh, pairing.places[1], partner, predicted),
+        **measure(mesh, pairing.places[1], partner, predicted, p.mesh),
         "fewest": min(len(a), len(b)),
         "ridges": 0.0,
         "cells": 0,
@@ -98,10 +100,13 @@ def _gather(
 
 
 def _unpaired(
-    own: PreparedTemplate, which: NDArray[np.intp], other: PrintArea, at: Plane
+    own: PreparedTemplate,
+    which: NDArray[np.intp],
+    other: PrintArea,
+    at: Plane,
+    p: ScoreParameters,
 ) -> tuple[int, float]:
     """Return how many unpaired minutiae lie in the other print, and the weight of those well in."""
-    p = ScoreParameters()
     margin = p.margin_px if other.has_flow else p.hull_margin_px
     inside = codes_at(other, at) > 0
     well = inside.copy()
@@ -119,9 +124,8 @@ def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -
     return int(np.count_nonzero(codes_at(b, shift + linear * a.step * at)))
 
 
-def _features(model: ScoreModel, e: dict[str, Any]) -> Floats:
+def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Floats:
     """Return what evidence amounts to, by `FEATURES`."""
-    p = ScoreParameters()
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [
         math.log(LEAST_RELAXED + e["relaxed"]),
@@ -141,19 +145,22 @@ def _features(model: ScoreModel, e: dict[str, Any]) -> Floats:
     return np.array(features)
 
 
-def _condition(model: ScoreModel, total: float, e: dict[str, Any]) -> tuple[float, float]:
+def _condition(
+    model: ScoreModel, total: float, e: dict[str, Any], usual: float
+) -> tuple[float, float]:
     """Return by how much the sum rises where the FMR falls tenfold, and -ln(FMR) of a sum."""
     amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
     low, high = (model.quantiles @ amount).tolist()
     decade = max(high - low, LEAST_SPREAD)
-    unusual = e["ridges"] - ScoreParameters().usual_correlation
+    unusual = e["ridges"] - usual
     limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
     return decade, math.log(10.0) * min(2.0 + (total - low) / decade, limit)
 
 
-def _beyond_chance(pairing: Pairing, e: dict[str, Any], estimate: float) -> float:
+def _beyond_chance(
+    pairing: Pairing, e: dict[str, Any], estimate: float, p: ScoreParameters
+) -> float:
     """Return an estimate of -ln(FMR), lowered where the pairs are by chance."""
-    p = ScoreParameters()
     if not estimate > math.log(10.0) * p.beyond_from:
         return estimate
     _, place, direction, _ = pairing.mesh

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.numpy_forms.local import NeighbourIndex, like_neighbours
-from fpmatch.matching.pipeline.alignment import LocalParameters
+from fpmatch.matching.pipeline.parameters import LocalParameters
 from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
@@ -35,14 +35,14 @@ def neighbourhoods(
     joined, rings = _mesh(z)
     near = joined | (joined.astype(np.intp) @ joined > 0)
     np.fill_diagonal(near, False)
-    count = np.minimum(near.sum(axis=1), p.size).astype(np.int32)
-    neighbour = np.zeros((len(z), p.size), np.int32)
-    frame = np.zeros((len(z), 6, p.size), np.float32)
+    count = np.minimum(near.sum(axis=1), p.neighbours).astype(np.int32)
+    neighbour = np.zeros((len(z), p.neighbours), np.int32)
+    frame = np.zeros((len(z), 6, p.neighbours), np.float32)
     for i, ring in enumerate(rings):
         j = np.flatnonzero(near[i])
         away = z[j] - z[i]
         squared = away.real * away.real + away.imag * away.imag
-        j = j[np.argsort(squared, kind="stable")[: p.size]]
+        j = j[np.argsort(squared, kind="stable")[: p.neighbours]]
         weight = np.full(len(z), p.second_ring_weight)
         of_ring = ring_weights(z[ring] - z[i]) if ring else np.full(1, np.nan)
         if not np.isnan(of_ring[0]):
@@ -83,12 +83,14 @@ def _mesh(z: Plane) -> tuple[NDArray[np.bool_], list[list[int]]]:
     return joined, rings
 
 
-def local_similarity(a: Neighbourhoods, b: Neighbourhoods) -> NDArray[np.float32]:
+def local_similarity(
+    a: Neighbourhoods, b: Neighbourhoods, parameters: LocalParameters | None = None
+) -> NDArray[np.float32]:
     """Return the similarity of all minutiae of A and B: the weighted share of like neighbours.
 
     A neighbour in A counts by the most similar one in B, or not at all.
     """
-    p = LocalParameters()
+    p = parameters or LocalParameters()
     ours, theirs = (NeighbourIndex(of.count, of.frame) for of in (a, b))
     total = like_neighbours(ours, theirs, p.min_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))

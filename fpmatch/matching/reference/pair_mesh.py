@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline.alignment import PairMeshParameters
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.triangulation import chain, cross, ring_of, triangulate
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
+
+    from fpmatch.matching.pipeline.parameters import PairMeshParameters
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
@@ -43,9 +45,14 @@ class PairMesh:
     rings: list[list[int]]  # of each minutia of A, a vertex or not; none where it has no ring
 
 
-def mesh_of_pairs(a: Plane, b: Plane, partner: Numbers, move: tuple[complex, complex]) -> PairMesh:
+def mesh_of_pairs(
+    a: Plane,
+    b: Plane,
+    partner: Numbers,
+    move: tuple[complex, complex],
+    p: PairMeshParameters = USUAL.mesh,
+) -> PairMesh:
     """Triangulate the pairs; of those whose minutiae of A coincide, the first."""
-    p = PairMeshParameters()
     low, high = complex(a.real.min(), a.imag.min()), complex(a.real.max(), a.imag.max())
     angle = np.arange(FRAME) * (2.0 * np.pi / FRAME)
     frame = 0.5 * (low + high) + (abs(0.5 * (high - low)) + p.frame_margin_px) * np.exp(1j * angle)
@@ -112,9 +119,10 @@ def predict(
     return place, turn * direction, nearest
 
 
-def measure(mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane) -> dict[str, float]:
+def measure(
+    mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane, p: PairMeshParameters = USUAL.mesh
+) -> dict[str, float]:
     """Measure the pairs on their rings: sums over the pairs, each of the first three 0 to 1."""
-    p = PairMeshParameters()
     features = dict.fromkeys(("places", "weights", "fullness", "turned", "strain"), 0.0)
     edges = 0
     for i, ring in by_degree(mesh.rings, mesh.owner[FRAME:]):

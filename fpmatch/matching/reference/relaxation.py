@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline.alignment import RelaxationParameters
+from fpmatch.matching.pipeline.parameters import RelaxationParameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -82,7 +82,7 @@ def relax(
     relaxed = similarity[first, second].astype(np.float64)
     support = _compatibility(a[:, first], b[:, second], p)
     share = (1.0 - p.inertia) / max(len(first) - 1, 1)
-    for _ in range(p.rounds):
+    for _ in range(p.relaxation_rounds):
         relaxed = p.inertia * relaxed + share * (relaxed @ support)
     unexplained = np.zeros(len(first), bool)
     return Candidates(similarity, first, second, relaxed, support, unexplained, p)

@@ -16,7 +16,7 @@ from fpmatch.matching.numpy_forms.ridges import (
     count_agreeing,
 )
 from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
-from fpmatch.matching.pipeline.alignment import RidgeSearchParameters
+from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 
@@ -119,14 +119,16 @@ def search_by_ridges(
         swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], parameters)
         return [(j, i) for i, j in swapped]
     p = parameters or RidgeSearchParameters()
-    most, least_flow, least_value = p.found, p.least_flow, 0.0
+    most, least_flow, least_value = p.ridge_starts, p.least_flow, 0.0
     if pairs is not None:
         most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value
     i, j = np.indices((len(a), len(b))).reshape(2, -1) if pairs is None else pairs
     linear = (b.points[2, j] + 1j * b.points[3, j]) * (a.points[2, i] - 1j * a.points[3, i])
     shift = b.points[0, j] + 1j * b.points[1, j] - linear * (a.points[0, i] + 1j * a.points[1, i])
-    flow, middle = _flow_agreement(a.region, b.region, linear, shift)
-    best = np.argsort(-flow, kind="stable")[: p.compared if pairs is None else p.candidates]
+    flow, middle = _flow_agreement(a.region, b.region, linear, shift, p.least_common)
+    best = np.argsort(-flow, kind="stable")[
+        : p.ridge_trials if pairs is None else p.ridge_candidates
+    ]
     entered: list[tuple[float, int]] = []
     for k in best[flow[best] >= least_flow].tolist():
         correlation, cells = compare_ridges(a.region, b.region, (linear[k], shift[k]))
@@ -142,7 +144,7 @@ def search_by_ridges(
 
 
 def _flow_agreement(
-    small: PrintArea, large: PrintArea, linear: Plane, shift: Plane
+    small: PrintArea, large: PrintArea, linear: Plane, shift: Plane, least_common: float
 ) -> tuple[NDArray[np.float64], complex]:
     """Return the mean cosine of twice the difference of orientation under transforms, -1 to 1.
 
@@ -157,7 +159,7 @@ def _flow_agreement(
     ours, theirs = (_flow(of) for of in (small.code[row, column], codes))
     agreement = (linear[:, None] ** 2 * ours * theirs.conj()).real
     common = (codes > 0).sum(axis=1)
-    enough = (common > 0) & (common >= RidgeSearchParameters().least_common * len(at))
+    enough = (common > 0) & (common >= least_common * len(at))
     total = np.where(codes > 0, agreement, 0.0).sum(axis=1)
     return np.where(enough, total / np.maximum(common, 1), -2.0), complex(
         at.mean() if len(at) else 0

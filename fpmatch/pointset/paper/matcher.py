@@ -41,6 +41,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.base.parameters import parameter
 from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.pairing import greedy_pairs, index_pairs
@@ -66,19 +67,35 @@ DEFAULT_RHO: Final = 0.6
 
 @dataclass(frozen=True, slots=True)
 class UnitCircleParameters:
-    """Set what counts as a match; values outside their range raise a `PointSetError`."""
+    """Rings on the unit circle, and the points that match.
 
-    area_tolerance: float = DEFAULT_AREA_TOLERANCE
-    """Largest difference of two inscribed polygons' areas (the unit circle's own area is π)."""
-    precision: float = 0.428
-    """λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target."""
+    `tolerance` is the matching distance itself, in the units of the larger set; it replaces
+    `precision`. Values outside their range raise a `PointSetError`.
+    """
+
+    area_tolerance: float = parameter(
+        DEFAULT_AREA_TOLERANCE,
+        "largest difference in area of corresponding rings on the unit circle, whose own area is π",
+        1e-9,
+        10,
+    )
+    precision: float = parameter(
+        0.428,
+        "λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target",
+        0,
+        10,
+    )
     tolerance: float | None = None
-    """The matching distance itself, in the units of the larger set; replaces `precision`."""
-    matching_factor: float = 1.0
-    """ρ: the search ends with the first transform that pairs more than this share of the smaller
-    set. With 1 it ends early only where all points are paired, and the best transform is kept."""
-    max_scale: float = math.inf
-    """Transforms that change the scale by more than this factor, either way, are left out."""
+    matching_factor: float = parameter(
+        1.0,
+        "the search ends with the first transform that pairs more than this share of the smaller "
+        "set",
+        0,
+        1,
+    )
+    max_scale: float = parameter(
+        math.inf, "largest factor by which a transform changes the scale, either way", 1, math.inf
+    )
 
     def __post_init__(self) -> None:
         if not self.area_tolerance > 0:

@@ -165,7 +165,7 @@ def _requests() -> list[bytes]:
         _request("DELETE", "/gallery/2"),
         _request("DELETE", "/gallery/prints?subject=102"),
         _request("POST", "/verify", pair, options),
-        _request("POST", "/verify", pair, {"matcher": "paper", "fmr": "0.001", "rho": "0.5"}),
+        _request("POST", "/verify", pair, {"matcher": "paper:area_tolerance=0.2", "fmr": "0.001"}),
         _request("POST", "/overlay", pair, {"format": "svg", "side_by_side": "true"}),
         _request("POST", "/case-report", pair, marks),
         _request("POST", "/identify", {"probe": reference}, {"candidates": "3", "threshold": "1"}),

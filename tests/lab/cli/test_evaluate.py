@@ -262,7 +262,7 @@ def searched(tmp_path):
 
 def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
     words = (searched, "--protocol", "identification", "--fpir", "0.1", "--fpir", "0.2")
-    outputs = ("--curves", tmp_path / "curves", "--plot", tmp_path / "det.svg")
+    outputs = ("--curves", tmp_path / "curves", "--det", tmp_path / "det.svg")
     result = evaluate(*words, "--fingers", 2, *outputs)
     assert result.exit_code == 1, result.output
     one, rates, _, _, two, *_ = result.stdout.split("\n\n")

@@ -99,7 +99,7 @@ def test_the_words_of_a_match_and_of_none(run, stars, unlike):
 
 @pytest.mark.parametrize(("rho", "status"), [("0.93", 0), ("0.94", 1)])
 def test_the_papers_method_decides_by_rho(match, stars, rho, status):
-    result, document = match(*stars, "--matcher", "paper", "--rho", rho)
+    result, document = match(*stars, "--matcher", f"paper:rho={rho}")
     assert (result.exit_code, document["match"]) == (status, status == 0)
     assert (document["transform"] is None) == bool(document["reason"]) == (status == 1)
     assert document["rho"] == float(rho)
@@ -187,8 +187,8 @@ def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
 
 
 def test_a_smaller_area_tolerance_follows_fewer_local_matches(match, stars):
-    words = [*stars, "--matcher", "paper", "--area-tolerance"]
-    (_, few), (_, many) = (match(*words, area) for area in ("0.001", "1"))
+    words = [*stars, "--matcher"]
+    (_, few), (_, many) = (match(*words, f"paper:area_tolerance={a}") for a in ("0.001", "1"))
     assert few["match"] is many["match"] is True
     assert few["local_matches"] < many["local_matches"]
     assert few["area_tolerance"] == 0.001

@@ -127,7 +127,7 @@ def beside(a, b, one, other):
     way_b = complex(*(b.points[:2, other[1]] - b.points[:2, one[1]]))
     way_a = complex(*(a.points[:2, other[2]] - a.points[:2, one[2]]))
     off = abs(way_b * np.exp(2j * np.pi * turn / TURNS) - way_a)
-    reach = math.hypot(P.near_px, P.spread * abs(way_b))
+    reach = math.hypot(P.near_px, P.near_per_px * abs(way_b))
     return bool(abs(apart) <= round(P.pair_turn_deg * TURNS / 360) and off <= reach)
 
 
@@ -202,7 +202,7 @@ def test_crowds_are_compared_by_their_best(n):
 def test_compiled_and_interpreted_agree(plain, seed, k):
     first, one = (impressions(seed)[place] for place in (0, k))
     turn = round(P.pair_turn_deg * TURNS / 360)
-    tables = plain.prefilter.Prefilter(P.most_pairs, P.near_px, P.spread, turn)
+    tables = plain.prefilter.Prefilter(P.most_pairs, P.near_px, P.near_per_px, turn)
     load(tables, first.bit_descriptors)
     expected = score_descriptors(prefilter_of(first.bit_descriptors), one.bit_descriptors)
     assert score(tables, one.bit_descriptors) == expected

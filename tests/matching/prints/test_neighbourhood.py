@@ -38,7 +38,7 @@ def test_a_neighbour_stands_in_the_frame_of_its_minutia():
 @given(seeds, st.integers(1, 14), st.floats(0.1, 1))
 def test_frames_agree_with_the_reference(seed, size, second):
     points = any_points(seed)
-    p = NeighbourhoodParameters(size=size, second_ring_weight=second)
+    p = NeighbourhoodParameters(neighbours=size, second_ring_weight=second)
     found = neighbourhoods(points, p)
     expected = reference.neighbourhoods(points, p)
     assert found.frame.shape == (points.shape[1], 6, size)
@@ -51,7 +51,7 @@ def test_frames_agree_with_the_reference(seed, size, second):
 @given(seeds, st.integers(1, 14))
 def test_compiled_and_interpreted_agree(plain, seed, size):
     points = any_points(seed)
-    p = NeighbourhoodParameters(size=size)
+    p = NeighbourhoodParameters(neighbours=size)
     fast = neighbourhoods(points, p)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(described, "kernel", plain.neighbourhood)
@@ -65,7 +65,7 @@ def test_few_minutiae_know_one_another(n):
     points = spread_points(np.random.default_rng(n), n)
     found = neighbourhoods(points)
     assert found.count.tolist() == [max(n - 1, 0)] * n
-    assert found.frame.shape == (n, 6, P.size)
+    assert found.frame.shape == (n, 6, P.neighbours)
 
 
 @given(seeds)

@@ -52,7 +52,7 @@ def test_a_template_without_qualities_has_the_usual_one(quality, prepared):
 def test_of_too_many_minutiae_the_best_take_part_in_their_order():
     quality = np.array([10, 90, 50, 90, 50, 70])
     points = spread_points(np.random.default_rng(1), 6)
-    parameters = PreparationParameters(max_minutiae=4), NeighbourhoodParameters(size=3)
+    parameters = PreparationParameters(max_minutiae=4), NeighbourhoodParameters(neighbours=3)
     prepared = prepare(template_of(points, quality=quality), *parameters)
     assert prepared.index.tolist() == [1, 2, 3, 5]
     assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)

@@ -9,6 +9,7 @@ import numpy as np
 
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, workspace_for
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 
 if TYPE_CHECKING:
@@ -25,8 +26,11 @@ PROBE_FIRST: Final = 1
 
 
 def packs(matcher: Matcher) -> bool:
-    """Return whether what a matcher prepares can be packed: it is what the default one prepares."""
-    return isinstance(matcher, UnitCircleMatcher)
+    """Return whether what a matcher prepares can be packed: it is what the default one prepares.
+
+    What one with other parameters prepares is in no file, index or array of many prints.
+    """
+    return isinstance(matcher, UnitCircleMatcher) and matcher.parameters is USUAL
 
 
 def similarities(
@@ -54,7 +58,7 @@ def similarities(
     first, last, _ = slice(first, last).indices(len(references))
     similarity, order = np.zeros(max(last - first, 0)), np.full(max(last - first, 0), NEITHER_FIRST)
     kernel = getattr(type(matcher), "compare", None) is UnitCircleMatcher.compare
-    if kernel and len(similarity):
+    if kernel and packs(matcher) and len(similarity):
         order = canonical_order(probe, references, first, last)
         _fill(similarity, probe, references, first, order)
     for k in np.flatnonzero(order == NEITHER_FIRST).tolist():

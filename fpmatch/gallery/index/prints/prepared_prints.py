@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PRINTS_AT_ONCE: Final = 1024  # put into arrays before these are joined
-_SIZE: Final = NeighbourhoodParameters().size
+_SIZE: Final = NeighbourhoodParameters().neighbours
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 # Beyond what is ever kept, and far from where a kernel's numbers would overflow:
 MAX_CELLS: Final = 1 << 24  # of a print, and rows and columns

@@ -12,7 +12,9 @@ import numpy as np
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE, Comparer
 from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.gallery.fingers.finger import Finger
+from fpmatch.lab.evaluation.databases.extraction import SetImages
 from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.result import refuse_images, wants_image
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -45,18 +47,30 @@ OUTCOME: Final = np.dtype(
 
 
 class _ImpressionComparer(Comparer[tuple[int, int, int]]):
-    """Compare impressions by side, database and number; `enrolled` as for `compare_sets`."""
+    """Compare impressions by side, database and number; `enrolled` as for `compare_sets`.
 
-    def __init__(self, matcher: Matcher, sides: Sides, enrolled: Sequence[Enrolled] | None) -> None:
+    `images` are for a matcher that wants them.
+    """
+
+    def __init__(
+        self,
+        matcher: Matcher,
+        sides: Sides,
+        enrolled: Sequence[Enrolled] | None,
+        images: SetImages | None,
+    ) -> None:
         largest = max((sum(map(len, one)) for one in zip(*sides, strict=True)), default=0)
         super().__init__(matcher, capacity=largest)
-        self._sides = sides
+        self._sides, self._images = sides, images
         self._enrolled = enrolled
         self._fingers: dict[tuple[int, int], Finger | None] = {}
 
     def template(self, key: tuple[int, int, int]) -> Template | None:
         side, database, number = key
         return self._sides[side][database][number]
+
+    def image(self, key: tuple[int, int, int]) -> NDArray[np.uint8] | None:
+        return None if self._images is None else self._images.pixels(*key[1:])
 
     def outcome(self, database: int, probe: int, reference: int) -> tuple[Any, ...]:
         """Return a row of `OUTCOME`."""
@@ -145,7 +159,15 @@ def compare_sets(
         progress("compare", done, total)
 
     progress("compare", 0, total)
-    comparer = _ImpressionComparer(matcher, sides, enrolled)
+    images = None
+    if wants_image(matcher):
+        if probes is not None or enrolled is not None:
+            refuse_images(matcher, "not with squares of prints or enrolled fingers")
+        datasets = [one.dataset for one in sets]
+        if any(one.in_gallery for one in datasets):
+            refuse_images(matcher, "a gallery has templates alone")
+        images = SetImages.of(datasets)
+    comparer = _ImpressionComparer(matcher, sides, enrolled, images)
     results = run_chunks(
         _compare_chunk, comparer, chunks, workers=workers, engine=engine, finished=finished
     )

@@ -29,6 +29,8 @@ from fpmatch.prints.reading import PrintReader
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from numpy.typing import NDArray
+
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.image.io.read import GreyImage
     from fpmatch.lab.evaluation.databases.dataset import Dataset
@@ -147,6 +149,28 @@ def dataset_reader(
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
     polarities = find_polarities(paths, reader=reader, each=each, places=places)
     return PolarityReader(reader, polarities)
+
+
+@dataclass(frozen=True, slots=True)
+class SetImages:
+    """The images of some databases, for matchers that want them; read anew where they are used."""
+
+    paths: tuple[tuple[Path, ...], ...]
+    reader: PolarityReader[GreyImage | TemplateRecord]
+
+    @classmethod
+    def of(cls, datasets: Sequence[Dataset]) -> SetImages:
+        """Return the images of databases, of which none is a gallery."""
+        paths = tuple(tuple(i.path for i in one.impressions) for one in datasets)
+        return cls(paths, dataset_reader(datasets))
+
+    def pixels(self, database: int, number: int) -> NDArray[np.uint8]:
+        """Return the pixels of an image; raise DatasetError where a print is a template."""
+        path = self.paths[database][number]
+        image = self.reader(path)
+        if isinstance(image, TemplateRecord):
+            raise DatasetError("is a template, and the matcher compares images", path=path)
+        return image.pixels
 
 
 def extract_datasets(

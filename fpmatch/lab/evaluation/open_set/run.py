@@ -18,6 +18,7 @@ from fpmatch.lab.evaluation.open_set.searches import search_all
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.result import refuse_images
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ def evaluate_identification(
     calibrated; a `TemplateError` if a gallery cannot store a template.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    refuse_images(chosen, "searches are of templates alone")
     calibration = load_calibration(chosen.name)
     loaded = [load_subjects(one, test.fingers) for one in sets]
     sizes = [[len(shown) for shown in of_set] for of_set in loaded]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -11,10 +11,11 @@ from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.rates.error_rates import error_curves
 from fpmatch.lab.evaluation.report import svg
 from fpmatch.lab.evaluation.report.results import split_scores
+from fpmatch.lab.plots.style import SERIES_COLOURS
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -49,35 +50,80 @@ class Curve:
         """Whether some threshold makes no error; the DET then has nothing to show."""
         return bool(self.genuine.min() > self.impostor.max())
 
+    @property
+    def title(self) -> str:
+        """The label, with a note where the DET has nothing to show."""
+        note = " (a threshold without errors: not in the DET)" * self.separates
+        return f"{self.label}{note}"
+
+
+@dataclass(frozen=True, slots=True)
+class Palette:
+    """The look of a plot: of its lines by their number, and the colours of all else."""
+
+    series: Callable[[int], dict[str, Any]]
+    ink: str
+    muted: str
+    shade: str
+
+
+_IN_PAGE: Final = Palette(svg.series_look, svg.INK, svg.MUTED, svg.SHADE)
+_IN_FILE: Final = Palette(
+    lambda k: {"color": SERIES_COLOURS[k % len(SERIES_COLOURS)], "linestyle": svg.series_dashes(k)},
+    "#202124",
+    "#5f6368",
+    "#eeeeee",
+)
+
 
 def det_plot(curves: Sequence[Curve], name: str) -> str:
+    """Return the DET curves as `draw_det` draws them; `name` is as for `inline_svg`."""
+    with svg.settings():
+        figure, axes = new_axes()
+        draw_det(axes, curves, _IN_PAGE)
+        return svg.inline_svg(figure, name, "DET curves")
+
+
+def draw_det(axes: Axes, curves: Sequence[Curve], palette: Palette = _IN_FILE) -> None:
     """Draw FNMR against FMR on axes of normal deviates, on which normal scores give a line.
 
     The last curve determines the shaded range of unsure rates. See Martin, Doddington, Kamm,
     Ordowski, Przybocki, "The DET curve in assessment of detection task performance", Eurospeech
-    1997. `name` is as for `inline_svg`.
+    1997.
     """
     from scipy.special import ndtri  # noqa: PLC0415
 
-    with svg.settings():
-        figure, axes = new_axes()
-        low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
-        low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
-        for index, curve in enumerate(curves):
-            errors = error_curves(curve.genuine, curve.impostor)
-            x = ndtri(np.clip(errors.fmr, low_x / 2, 1 - low_x / 2))
-            y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
-            _line(axes, x, y, index, curve)
-        unsure = _RULE_OF_30 / curves[-1].impostor.size
-        axes.axvspan(ndtri(low_x), ndtri(max(unsure, low_x)), color=svg.SHADE, zorder=0)
-        highest = ndtri(_DET_HIGHEST)
-        axes.plot([-9, highest], [-9, highest], color=svg.MUTED, linewidth=0.8, linestyle=":")
-        for set_ticks, low in ((axes.set_xticks, low_x), (axes.set_yticks, low_y)):
-            ticks = [t for t in _DET_TICKS if low <= t <= _DET_HIGHEST]
-            set_ticks([float(ndtri(t)) for t in ticks], [in_percent(t) for t in ticks])
-        axes.set(xlim=(ndtri(low_x), highest), ylim=(ndtri(low_y), highest))
-        axes.set(xlabel="false match rate, %", ylabel="false non-match rate, %")
-        return svg.inline_svg(figure, name, "DET curves")
+    low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
+    low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
+    for index, curve in enumerate(curves):
+        errors = error_curves(curve.genuine, curve.impostor)
+        x = ndtri(np.clip(errors.fmr, low_x / 2, 1 - low_x / 2))
+        y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
+        _line(axes, x, y, index, curve, palette)
+    unsure = _RULE_OF_30 / curves[-1].impostor.size
+    axes.axvspan(ndtri(low_x), ndtri(max(unsure, low_x)), color=palette.shade, zorder=0)
+    highest = ndtri(_DET_HIGHEST)
+    axes.plot([-9, highest], [-9, highest], color=palette.muted, linewidth=0.8, linestyle=":")
+    for set_ticks, low in ((axes.set_xticks, low_x), (axes.set_yticks, low_y)):
+        ticks = [t for t in _DET_TICKS if low <= t <= _DET_HIGHEST]
+        set_ticks([float(ndtri(t)) for t in ticks], [in_percent(t) for t in ticks])
+    axes.set(xlim=(ndtri(low_x), highest), ylim=(ndtri(low_y), highest))
+    axes.set(xlabel="false match rate, %", ylabel="false non-match rate, %")
+
+
+def det_curves(reports: Sequence[RatesReport]) -> list[Curve]:
+    """Return a curve a matcher, of all scores pooled; of one matcher a curve a database, too.
+
+    There are none where a matcher lacks a kind of pair, and none of a database that lacks one.
+    """
+    pooled = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
+    if not all(curve.genuine.size and curve.impostor.size for curve in pooled):
+        return []
+    if len(reports) > 1:
+        return pooled
+    curves = [Curve(row.name, *split_scores([row])) for row in reports[0].sets]
+    usable = [c for c in curves if c.genuine.size and c.impostor.size]
+    return [*usable, replace(pooled[0], label=_POOLED, bold=True)] if len(usable) > 1 else usable
 
 
 def roc_plot(curves: Sequence[Curve], name: str) -> str:
@@ -87,7 +133,7 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
         lowest = 1.0
         for index, curve in enumerate(curves):
             errors = error_curves(curve.genuine, curve.impostor)
-            _line(axes, errors.fmr, 1 - errors.fnmr, index, curve)
+            _line(axes, errors.fmr, 1 - errors.fnmr, index, curve, _IN_PAGE)
             shown = errors.fmr >= _ROC_LOWEST_FMR
             lowest = min(lowest, float(1 - errors.fnmr[shown].max()))
         axes.set_xscale("log")
@@ -148,9 +194,16 @@ def new_axes() -> tuple[Figure, Axes]:
 
 
 def _line(
-    axes: Axes, x: NDArray[np.float64], y: NDArray[np.float64], index: int, curve: Curve
+    axes: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    index: int,
+    curve: Curve,
+    palette: Palette,
 ) -> None:
-    look: Any = {"color": svg.INK, "linewidth": 2.4} if curve.bold else svg.series_look(index)
+    look: Any = palette.series(index)
+    if curve.bold:
+        look = {"color": palette.ink, "linewidth": 2.4}
     axes.plot(x, y, **look)
 
 
@@ -177,12 +230,9 @@ class Figures(NamedTuple):
 
 def matcher_figures(report: RatesReport, number: int) -> Figures:
     """Return the plots of one matcher, a line a database; `number` makes identifiers unique."""
-    curves = [Curve(row.name, *split_scores([row])) for row in report.sets]
-    usable = [c for c in curves if c.genuine.size and c.impostor.size]
-    if not usable:
+    lines = det_curves([report])
+    if not lines:
         return Figures([], [])
-    several = len(usable) > 1
-    lines = [*usable, Curve(_POOLED, *split_scores(report.sets), bold=True)] if several else usable
     drawings = [
         (
             det_plot(lines, f"det-{number}"),
@@ -197,20 +247,16 @@ def matcher_figures(report: RatesReport, number: int) -> Figures:
     if ranks:
         caption = "CMC: how far down the list of all fingers a print’s own comes."
         drawings.append((rank_plot(ranks, f"cmc-{number}"), caption))
-    labels = [
-        f"{c.label} (a threshold without errors: not in the DET)" if c.separates else c.label
-        for c in usable
-    ]
-    legend = _legend(labels)
-    if several:
+    legend = _legend([c.title for c in lines if not c.bold])
+    if lines[-1].bold:
         legend.append(LegendLine(_POOLED, "ink", "", 3.0))
     return Figures(legend, drawings)
 
 
 def pooled_figures(reports: Sequence[RatesReport]) -> Figures:
     """Return DET and ROC of several matchers; no drawings where a kind of pair is missing."""
-    curves = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
-    if any(not (curve.genuine.size and curve.impostor.size) for curve in curves):
+    curves = det_curves(reports)
+    if not curves:
         return Figures([], [])
     of = ", all scores pooled" if len(reports[0].sets) > 1 else ""
     return Figures(

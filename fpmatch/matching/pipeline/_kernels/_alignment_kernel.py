@@ -33,7 +33,7 @@ FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
 class Aligner:
     """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
 
-    The parameters are those of `pipeline.alignment`. ``predicted[:, i]`` is where minutia i of A
+    The parameters are those of `pipeline.parameters`. ``predicted[:, i]`` is where minutia i of A
     lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
     ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
     These are the pairs at hand. `keep` makes a value of them: row h of the arrays ``kept_...``, in

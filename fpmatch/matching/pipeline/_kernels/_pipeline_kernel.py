@@ -28,7 +28,7 @@ class Pipeline:
     `before` and `after` are the aligners in which a reference is print A or print B: the prints
     are taken in the order of their content, so that exchanging them changes nothing. `neighbours`,
     the index of the probe's, is set before it is matched. `parameters` are a
-    `pipeline.local.LocalParameters`.
+    `pipeline.parameters.LocalParameters`.
 
     Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
     ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.

@@ -51,7 +51,7 @@ class Relaxation:
         self.least_share = p.least_share
         self.least_seed_share = p.least_seed_share
         self.strength = 0.0
-        self.rounds = p.rounds
+        self.rounds = p.relaxation_rounds
 
     @cython.locals(k=cython.Py_ssize_t)
     def load(self, a, size_a, b, size_b, similarity):

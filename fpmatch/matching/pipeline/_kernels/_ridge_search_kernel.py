@@ -28,7 +28,7 @@ FOUND = cython.declare(cython.int, 8)  # pairs found, at most
 class RidgeSearch:
     """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are a `pipeline.alignment.RidgeSearchParameters`. After a search, the pairs are
+    `parameters` are a `pipeline.parameters.RidgeSearchParameters`. After a search, the pairs are
     ``(first[k], second[k])`` of print A and print B, ``value[k]`` is what their ridges amount to,
     the best first.
     """
@@ -43,9 +43,9 @@ class RidgeSearch:
         self.best_flow = memoryview(np.zeros(ROOM))
         self.best_own, self.best_other = map(memoryview, np.zeros((2, ROOM), np.int32))
         self.count = 0
-        self.most_compared = max(1, min(p.compared, ROOM))
-        self.most_found = max(1, min(p.found, FOUND))
-        self.most_candidates = max(1, min(p.candidates, ROOM))
+        self.most_compared = max(1, min(p.ridge_trials, ROOM))
+        self.most_found = max(1, min(p.ridge_starts, FOUND))
+        self.most_candidates = max(1, min(p.ridge_candidates, ROOM))
         self.room = self.most = 1
         self.min_flow = self.min_value = 0.0
         self.first, self.second = map(memoryview, np.zeros((2, FOUND), np.int32))

@@ -35,7 +35,7 @@ class NeighbourhoodWriter:
         self.x, self.y = flat[:m], flat[m : 2 * m]
         self.c, self.s = flat[2 * m : 3 * m], flat[3 * m :]
         self.count, self.near, self.frame = memoryview(count), memoryview(near), memoryview(frame)
-        self.size = parameters.size
+        self.size = parameters.neighbours
         self.second_weight = parameters.second_ring_weight
         self.tolerance = parameters.tolerance_px
         self.growth = parameters.tolerance_per_px

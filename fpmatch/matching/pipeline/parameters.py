@@ -1,0 +1,215 @@
+"""The parameters of the default matcher, step by step; each is an argument of the matcher.
+
+Kernels and reference read them from here: a change of one compiles nothing. Weights and thresholds
+of the score are learned, see `fpmatch.matching.pipeline.score_model`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+from fpmatch.base.parameters import parameter
+from fpmatch.matching.prints.bit_descriptors import BitDescriptorParameters
+from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters
+from fpmatch.matching.prints.prepare import PreparationParameters
+
+
+def _cosine(degrees: float) -> float:
+    return math.cos(math.radians(degrees))
+
+
+@dataclass(frozen=True, slots=True)
+class LocalParameters:
+    """Local match of the neighbourhoods of minutiae."""
+
+    neighbour_turn_deg: float = parameter(
+        30.0, "largest difference in relative direction of a neighbour and its counterpart", 1, 90
+    )
+    fewest_neighbours: int = parameter(
+        4, "fewer neighbours count as this many, so that few do not agree easily", 1, 32
+    )
+
+    @property
+    def min_cosine(self) -> float:
+        """Cosine of the largest difference in direction."""
+        return _cosine(self.neighbour_turn_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class RelaxationParameters:
+    """Relaxation of the local matches, the candidates (`_relaxation_kernel`).
+
+    Two candidates support each other if the distances between their minutiae differ by at most
+    `distance_px` and `distance_per_px` of the distance in the two prints, as skin stretches.
+    """
+
+    candidates: int = parameter(
+        32, "local matches that take part, at most; each minutia is in one of them", 1, 256
+    )
+    distance_px: float = parameter(
+        6.0, "largest difference of the distances between the minutiae of two candidates", 0.1, 100
+    )
+    distance_per_px: float = parameter(0.08, "what a px of the distance adds to it", 0, 1)
+    max_rotation_deg: float = parameter(
+        25.0, "largest difference of the rotations of two candidates", 1, 180
+    )
+    max_angle_deg: float = parameter(
+        30.0, "largest difference of the directions from one minutia to the other", 1, 180
+    )
+    relaxation_rounds: int = parameter(5, "rounds in which candidates support each other", 0, 100)
+    inertia: float = parameter(0.5, "share of its value that a candidate keeps in a round", 0, 1)
+    least_seed_share: float = parameter(
+        0.5,
+        "least value of the seed of a hypothesis, as a share of the strongest candidate's",
+        0,
+        1,
+    )
+    least_share: float = parameter(
+        0.25, "least value of the other pairs of a hypothesis, as a share of its seed's", 0.01, 1
+    )
+
+    @property
+    def min_rotation_cosine(self) -> float:
+        """Cosine of the largest difference of rotations."""
+        return _cosine(self.max_rotation_deg)
+
+    @property
+    def min_angle_cosine(self) -> float:
+        """Cosine of the largest difference of directions."""
+        return _cosine(self.max_angle_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class PairMeshParameters:
+    """Mesh of pairs, its unit circles and predictions, eq. (3) and (4) (`_pair_mesh_kernel`)."""
+
+    frame_margin_px: float = parameter(
+        60.0, "distance of the frame points from the circle round the bounding box", 1, 1000
+    )
+    place_tolerance: float = parameter(
+        0.3, "standard deviation of places on the unit circle", 0.001, 10, "radians"
+    )
+    residual_px: float = parameter(
+        3.0, "standard deviation of the distance from the prediction", 0.1, 100
+    )
+    residual_per_px: float = parameter(
+        0.08, "what a px of the mean radius of the ring adds to it", 0, 1
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class AlignmentParameters:
+    """Global match: pairs grow over their mesh.
+
+    A minutia is paired within its reach of where it is predicted.
+    """
+
+    max_turn_deg: float = parameter(30.0, "largest difference in direction within a pair", 1, 90)
+    hypotheses: int = parameter(4, "hypotheses of the relaxed local matches, at most", 1, 32)
+    coarse_rounds: int = parameter(
+        1, "rounds in which pairs grow over their mesh before they are weighed first", 1, 20
+    )
+    rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)
+    reach_px: float = parameter(
+        10.0, "distance from its prediction within which a minutia is paired", 0.1, 100
+    )
+    reach_per_px: float = parameter(
+        0.12, "what a px of the distance from the nearest other pair adds to it", 0, 1
+    )
+    reach_limit_px: float = parameter(24.0, "largest such distance", 1, 100)
+
+    @property
+    def min_cosine(self) -> float:
+        """Cosine of the largest difference in direction."""
+        return _cosine(self.max_turn_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class RidgeSearchParameters:
+    """Search for alignments by the ridges (`_ridge_search_kernel`).
+
+    The agreement of the orientation is the mean cosine of twice the difference, -1 to 1.
+    """
+
+    ridge_trials: int = parameter(
+        64, "pairs of minutiae whose ridges are compared, of a small print", 1, 128
+    )
+    ridge_starts: int = parameter(4, "pairs by which a small print is aligned", 1, 8)
+    ridge_candidates: int = parameter(
+        3, "local matches whose ridges are compared, of larger prints", 1, 128
+    )
+    candidate_flow: float = parameter(0.9, "least agreement of their orientation", -1, 1)
+    candidate_value: float = parameter(
+        3.0, "least surplus of their correlation, times the root of the cells", 0, 100
+    )
+    least_common: float = parameter(
+        0.25, "share of the smaller print that must lie in the larger", 0, 1
+    )
+    least_flow: float = parameter(
+        0.8, "least agreement of the orientation, for a small print", -1, 1
+    )
+    usual_correlation: float = parameter(
+        0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
+    )
+    apart_px: float = parameter(
+        12.0, "distance between a print's middles under transforms that count as two", 0, 1000
+    )
+    apart_deg: float = parameter(12.0, "or the difference of their rotations", 0, 180)
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return _cosine(self.apart_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreParameters:
+    """Score: how evidence is gathered and turned into features.
+
+    A print reaches farther than the hull of its minutiae.
+    """
+
+    margin_px: float = parameter(
+        20.0, "how far inside the other print a minutia lies that counts as unpaired", 0, 200
+    )
+    hull_margin_px: float = parameter(
+        0.0, "the same where the convex hull of the minutiae stands for the print", 0, 200
+    )
+    doubt_pairs: float = parameter(
+        2.0, "added to the number of pairs, so that little evidence counts less", 0, 1000
+    )
+    doubt_minutiae: float = parameter(5.0, "added to the number of minutiae", 0, 1000)
+    doubt_cells: float = parameter(10.0, "added to the number of cells of ridges", 0, 1000)
+    usual_correlation: float = parameter(
+        0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
+    )
+    beyond_from: float = parameter(
+        2.0, "from which pairs are held against those expected by chance", 0, 1000, "decades of FMR"
+    )
+    beyond_less: float = parameter(
+        1.0, "which chance explains more, since the best transform is taken", 0, 100, "decades of FMR"
+    )
+    beyond_few: float = parameter(
+        0.4, "and so many more where a print has few minutiae", 0, 100, "decades of FMR"
+    )
+    beyond_share: float = parameter(0.8, "share of what is above that does not count", 0, 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchParameters:
+    """All of them, by step; compared by identity, which costs nothing."""
+
+    preparation: PreparationParameters = field(default_factory=PreparationParameters)
+    neighbourhood: NeighbourhoodParameters = field(default_factory=NeighbourhoodParameters)
+    prefilter: BitDescriptorParameters = field(default_factory=BitDescriptorParameters)
+    local: LocalParameters = LocalParameters()
+    relaxation: RelaxationParameters = RelaxationParameters()
+    mesh: PairMeshParameters = PairMeshParameters()
+    alignment: AlignmentParameters = AlignmentParameters()
+    ridges: RidgeSearchParameters = RidgeSearchParameters()
+    score: ScoreParameters = ScoreParameters()
+
+
+USUAL: Final = MatchParameters()

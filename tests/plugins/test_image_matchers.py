@@ -1,0 +1,114 @@
+"""Matchers that want the image, as the guide's SIFT does: given it, or refused in one line."""
+
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+from plugin_packages import ROOT
+
+from fpmatch import api, extract, save_template
+from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.gallery.batch.score import score
+from fpmatch.image.io.read import read_image
+from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
+from fpmatch.matching.calibration import Calibration
+from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.result import nothing_found
+from fpmatch.matching.verify import verify
+
+SAMPLES = ROOT / "sample_data"
+FILES = sorted(SAMPLES.glob("10[12]_[1-4].tif"))
+CURVE = Calibration(((0.0, 0.0), (5.0, 30.0)), tail_scale=1.0)
+
+
+@pytest.fixture
+def sift(monkeypatch):
+    """Return the matcher in the guide's file."""
+    monkeypatch.syspath_prepend(ROOT / "docs" / "how-to" / "one_file")
+    return get_matcher("sift:MATCHER")
+
+
+class Recording:
+    """Keep the images that are given, by the size of their templates."""
+
+    name = "recording"
+    wants_image = True
+
+    def __init__(self):
+        self.given = []
+
+    def prepare(self, template, image):
+        self.given.append((template, image))
+        return len(template.minutiae)
+
+    def compare(self, probe, reference):
+        return nothing_found("recorded", float(min(probe, reference)))
+
+
+def test_sift_tells_fingers_apart_and_is_symmetric(sift):
+    prints = [sift.prepare(extract(path), read_image(path).pixels) for path in FILES]
+    first, *others = prints
+    found = [sift.compare(first, other) for other in others]
+    mates, impostors = found[:3], found[3:]
+    assert min(one.similarity for one in mates) > max(one.similarity for one in impostors)
+    for other, there in zip(others, found, strict=True):
+        back = sift.compare(other, first)
+        assert back.similarity == there.similarity
+        assert sorted(back.pairs.tolist()) == sorted(there.pairs[:, ::-1].tolist())
+        if there.transform is not None:
+            assert np.allclose(back.transform.inverse().matrix, there.transform.matrix)
+
+
+def test_evaluate_measures_it_with_its_parameters(sift):
+    usual, narrow = evaluate_matchers(
+        [SAMPLES], ["sift:MATCHER", "sift:MATCHER:near=3"], protocol="fvc", workers=1
+    )
+    assert (usual.matcher, narrow.matcher) == ("sift", "sift:near=3")
+    assert usual.sets[0].genuine == 24
+    assert usual.sets[0].rates.eer < 0.2
+    assert (narrow.sets[0].outcomes["similarity"] != usual.sets[0].outcomes["similarity"]).any()
+
+
+def test_the_image_is_that_of_the_file_with_dark_ridges(tmp_path):
+    for path in FILES[:2]:
+        cv2.imwrite(str(tmp_path / f"{path.stem}.png"), 255 - read_image(path).pixels)
+    (tmp_path / "dataset.toml").write_text("dpi = 500\n")
+    matcher = Recording()
+    evaluate([tmp_path], matcher=matcher, workers=1)
+    assert len(matcher.given) == 2
+    for path, (template, image) in zip(FILES, matcher.given, strict=False):
+        assert image.shape == (template.height, template.width)
+        assert (image == read_image(path).pixels).all()
+
+
+def test_verify_gives_it_images_of_any_kind(sift):
+    options = {"matcher": sift, "calibration": CURVE}
+    from_files = api.verify(*map(str, FILES[:2]), **options)
+    arrays = [read_image(path).pixels for path in FILES[:2]]
+    assert api.verify(*arrays, **options).score == from_files.score > 0
+
+
+def test_without_images_it_is_refused_in_one_line(sift, tmp_path, run, gallery):
+    templates = [extract(path) for path in FILES[:2]]
+    shutil.copy(FILES[0], tmp_path)
+    (tmp_path / "templates").mkdir()
+    with pytest.raises(MatcherError, match="sift compares images: a template is not enough"):
+        verify(*templates, matcher=sift, calibration=CURVE)
+    with pytest.raises(MatcherError, match="sift compares images: score keeps templates alone"):
+        score(tmp_path, tmp_path, tmp_path / "scores.csv", matcher=sift)
+    with pytest.raises(MatcherError, match="sift compares images: a gallery has templates alone"):
+        evaluate([gallery], matcher=sift, workers=1)
+    for number, template in enumerate(templates, start=1):
+        save_template(tmp_path / "templates" / f"101_{number}.iso", template)
+    with pytest.raises(DatasetError, match=r"_1\.iso: is a template, and the matcher compares"):
+        evaluate([tmp_path / "templates"], matcher=sift, workers=1)
+    curve = tmp_path / "curve.json"
+    curve.write_text(CURVE.as_json())
+    words = FILES[0], "--matcher", "sift:MATCHER", "--calibration", curve
+    result = run("identify", gallery, *words)
+    assert result.exit_code == 2
+    assert "sift compares images: a gallery has templates alone" in result.stderr
+    claim = run("verify", "--gallery", gallery, "--subject", 1, *words)
+    assert claim.exit_code == 2
+    assert "sift compares images: " in claim.stderr

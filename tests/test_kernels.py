@@ -34,7 +34,7 @@ def test_kernels_are_built_as_expected():
 
 
 def test_each_kernel_has_tests_that_run_where_it_is_interpreted():
-    """Files that name it, a module or another kernel that calls it: `tests/conftest.py` marks them."""
+    """Files that name it, a module or a kernel that calls it: `tests/conftest.py` marks them."""
     tested = set().union(*map(kernels_of, ROOT.glob("tests/**/test_*.py")))
     called = {name.rpartition(".")[2]: kernels for name, kernels in called_kernels().items()}
     tested |= set().union(*(called.get(name, set()) for name in tested))

@@ -114,7 +114,8 @@ KINDS = {
 def test_sample_prints_have_the_same_pairs_and_evidence(kind, samples):
     first, second = ([prepared(change(print_)) for print_ in samples] for change in KINDS[kind])
     which = list(combinations(range(len(samples)), 2))
-    compared = [hold_equal(first[i], second[j]) for i, j in which[:: 1 if COMPILED else 9]]
+    every = (1 if kind == "whole" else 3) if COMPILED else 9
+    compared = [hold_equal(first[i], second[j]) for i, j in which[::every]]
     assert any(found.detail for found in compared)
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import fpmatch
+from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.wings import WINGS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -38,9 +39,10 @@ KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 IMPORT = re.compile(r"from (fpmatch[\w.]*) import (\([^)]*\)|.*)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
-# in every run. `scripts/test` takes the second profile.
+# in every run. `scripts/test` takes the second profile; interpreted, an example takes longer.
+FEW = 15 if all(compiled_kernels().values()) else 6
 settings.register_profile("fpmatch", deadline=None, derandomize=True, max_examples=50)
-settings.register_profile("few", settings.get_profile("fpmatch"), max_examples=15)
+settings.register_profile("few", settings.get_profile("fpmatch"), max_examples=FEW)
 settings.load_profile("fpmatch")
 
 

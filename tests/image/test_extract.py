@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import (
@@ -85,7 +85,6 @@ def test_a_picture_without_a_print_gives_next_to_nothing(way, name, shape):
         assert template.field is None
 
 
-@settings(max_examples=40)
 @given(
     st.sampled_from(WAYS),
     arrays(np.uint8, st.tuples(st.integers(48, 110), st.integers(48, 110))),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, seeds, squared_distances
 
@@ -116,7 +116,6 @@ def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
 
 
 @given(seeds, st.integers(17, 300), st.sampled_from([0.0, 1e-4, 1e-3, 0.5, 1e100]))
-@settings(max_examples=60 if grid_kernel.COMPILED else 10)
 def test_split_crowds_are_searched_as_if_they_were_not_split(seed, count, reach):
     points = crowd(seed, count)
     grid = grid_of(points, 50.0)

@@ -6,6 +6,7 @@ What they find is held against plain loops over all prints.
 from __future__ import annotations
 
 import json
+from itertools import product
 
 import numpy as np
 import platformdirs
@@ -143,18 +144,16 @@ def test_candidates_are_those_of_one_thread(filled, helpers, kind, workers):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
-def test_candidates_of_a_cluster_are_those_of_one_thread(filled, kind):
+def test_candidates_of_a_cluster_are_those_of_one_thread(filled):
     distributed = pytest.importorskip("distributed", reason="Dask is not installed")
-    search, how = opened(filled, kind), {"host": "127.0.0.1", "dashboard_address": ":0"}
+    how = {"n_workers": 2, "threads_per_worker": 1, "silence_logs": 60}
+    here = {"host": "127.0.0.1", "dashboard_address": ":0"}
     with (
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, silence_logs=60, **how
-        ) as cluster,
+        distributed.LocalCluster(**how, **here) as cluster,
         dask(cluster.scheduler_address) as engine,
     ):
-        for more in LISTS:
-            options = kind | more
+        for kind, more in product(KINDS.values(), LISTS):
+            search, options = opened(filled, kind), kind | more
             made = in_batches(engine, filled, search, SearchOptions(**options))
             assert list(map(repr, made)) == alone(filled, search, options)
 

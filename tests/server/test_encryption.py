@@ -30,7 +30,7 @@ def source(tmp_path: Path, gallery: Path) -> str:
     return source
 
 
-def test_a_server_with_the_key_enrols_and_searches(
+def test_a_server_with_the_key_enrols_searches_and_opens_no_template_of_a_client(
     source: str,
     gallery: Path,
     prints: dict[str, bytes],

@@ -96,13 +96,13 @@ def called_kernels():
 
 @cache
 def kernels_of(path):
-    """Return the kernels that a file of tests names, or a module of its room that it imports."""
+    """Return the kernels that a file of tests names, or a module of its folder that it imports."""
     text = path.read_text("utf-8")
     kernels = {*KERNEL.findall(text)}
-    room = f"fpmatch.{path.relative_to(ROOT / 'tests').parts[0]}"
+    folder = ".".join(("fpmatch", *path.relative_to(ROOT / "tests").parts[:-1]))
     for module, names in IMPORT.findall(text):
         for name in (module, *(f"{module}.{word}" for word in re.findall(r"\w+", names))):
-            if name.startswith(f"{room}."):
+            if name.startswith(f"{folder}."):
                 kernels |= called_kernels().get(name, set())
     return kernels
 

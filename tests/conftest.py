@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import fpmatch
+from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.wings import WINGS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -33,19 +34,15 @@ ROOT = Path(__file__).parents[1]
 sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 PACKAGE = Path(fpmatch.__file__).parent
-KERNEL_FOLDERS = {path.parent.relative_to(PACKAGE) for path in PACKAGE.rglob("_*_kernel.py")}
-# All of a room with kernels, but of the wing `gallery` only the folder that has them.
-ROOMS_WITH_KERNELS = {
-    folder if folder.parts[:1] == ("gallery",) else Path(*folder.parts[:1])
-    for folder in KERNEL_FOLDERS
-}
 WITHOUT_WINGS = "FPMATCH_WITHOUT_WINGS" in os.environ  # scripts/test --core
-NAMES_A_KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
+KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
+IMPORT = re.compile(r"from (fpmatch[\w.]*) import (\([^)]*\)|.*)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
-# in every run. `scripts/test` takes the second profile.
+# in every run. `scripts/test` takes the second profile; interpreted, an example takes longer.
+FEW = 15 if all(compiled_kernels().values()) else 6
 settings.register_profile("fpmatch", deadline=None, derandomize=True, max_examples=50)
-settings.register_profile("few", settings.get_profile("fpmatch"), max_examples=15)
+settings.register_profile("few", settings.get_profile("fpmatch"), max_examples=FEW)
 settings.load_profile("fpmatch")
 
 
@@ -87,16 +84,33 @@ def pytest_ignore_collect(collection_path):
 
 
 @cache
-def is_of_kernels(path):
-    """Whether a file of tests is of a room with kernels, or names a kernel itself."""
-    rooms = {*path.relative_to(ROOT / "tests").parents[:-1]}
-    return bool(rooms & ROOMS_WITH_KERNELS) or bool(NAMES_A_KERNEL.search(path.read_text("utf-8")))
+def called_kernels():
+    """Return the kernels that each module of the package names, by the module's full name."""
+    return {
+        ".".join(("fpmatch", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(
+            ".__init__"
+        ): {*KERNEL.findall(path.read_text("utf-8"))}
+        for path in PACKAGE.rglob("*.py")
+    }
+
+
+@cache
+def kernels_of(path):
+    """Return the kernels that a file of tests names, or a module of its folder that it imports."""
+    text = path.read_text("utf-8")
+    kernels = {*KERNEL.findall(text)}
+    folder = ".".join(("fpmatch", *path.relative_to(ROOT / "tests").parts[:-1]))
+    for module, names in IMPORT.findall(text):
+        for name in (module, *(f"{module}.{word}" for word in re.findall(r"\w+", names))):
+            if name.startswith(f"{folder}."):
+                kernels |= called_kernels().get(name, set())
+    return kernels
 
 
 def pytest_collection_modifyitems(items):
     """Mark the tests that `scripts/test --interpreted` runs besides one of each command."""
     for item in items:
-        if is_of_kernels(item.path):
+        if kernels_of(item.path):
             item.add_marker(pytest.mark.kernels)
 
 

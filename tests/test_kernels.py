@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.base import kernels
+from tests.conftest import called_kernels, kernels_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SUFFIX = EXTENSION_SUFFIXES[0]
@@ -32,14 +33,12 @@ def test_kernels_are_built_as_expected():
         assert str(importlib.import_module(name).__file__).endswith(suffixes), name
 
 
-@pytest.mark.parametrize("kernel", KERNELS, ids=lambda path: path.stem)
-def test_a_kernel_has_tests_that_run_where_it_is_interpreted(kernel):
-    """Those of its room, or a file that names it: `tests/conftest.py` marks them."""
-    room = kernel.relative_to(PACKAGE).parts[0]
-    beside = ROOT.glob("tests/test_*.py")
-    assert any(ROOT.glob(f"tests/{room}/test_*.py")) or any(
-        kernel.stem in file.read_text("utf-8") for file in beside if file.name != "test_api.py"
-    )
+def test_each_kernel_has_tests_that_run_where_it_is_interpreted():
+    """Files that name it, a module or a kernel that calls it: `tests/conftest.py` marks them."""
+    tested = set().union(*map(kernels_of, ROOT.glob("tests/**/test_*.py")))
+    called = {name.rpartition(".")[2]: kernels for name, kernels in called_kernels().items()}
+    tested |= set().union(*(called.get(name, set()) for name in tested))
+    assert {kernel.stem for kernel in KERNELS} <= tested
 
 
 @pytest.fixture

@@ -150,7 +150,7 @@ def asked(monkeypatch):
     return ways
 
 
-@pytest.mark.parametrize("options", [[], ["--enhance", "filters"], ["--enhance", "learned"]])
+@pytest.mark.parametrize("options", [[], ["--enhance", "filters"]])
 @pytest.mark.parametrize(
     ("words", "extractions"),
     [

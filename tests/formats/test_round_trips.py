@@ -29,7 +29,6 @@ TEXT_EXACT = ("csv", "json")
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-@settings(max_examples=30)
 @given(record=records(fewest=1))
 def test_minutiae_come_back_to_a_step_of_the_format(name, record):
     data = written(name, record)
@@ -117,7 +116,6 @@ def test_extended_data_stay_in_their_format_and_nowhere_else(name):
 
 
 @given(templates(fewest=1), st.sampled_from(FMR), st.sampled_from(FMR))
-@settings(max_examples=30)
 def test_from_one_format_to_another_and_back_costs_a_step_of_each(template, first, second):
     after = read(written(second, read(written(first, record_of(template)))))
     minutiae = after.views[0].template.minutiae

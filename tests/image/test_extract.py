@@ -2,12 +2,13 @@
 
 import math
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import (
@@ -73,7 +74,7 @@ def pairs(a, b, max_px, max_deg=180):
 
 
 @both_ways
-@pytest.mark.parametrize("shape", [(48, 48), (48, 2000), (2000, 48), (180, 240)])
+@pytest.mark.parametrize("shape", [(48, 48), (48, 2000), (180, 240)])
 @pytest.mark.parametrize("name", hostile_pictures())
 def test_a_picture_without_a_print_gives_next_to_nothing(way, name, shape):
     template = extract(hostile_pictures(shape)[name], dpi=500, enhance=way)
@@ -84,7 +85,6 @@ def test_a_picture_without_a_print_gives_next_to_nothing(way, name, shape):
         assert template.field is None
 
 
-@settings(max_examples=40)
 @given(
     st.sampled_from(WAYS),
     arrays(np.uint8, st.tuples(st.integers(48, 110), st.integers(48, 110))),
@@ -123,8 +123,10 @@ def test_what_is_no_image_of_a_print_is_refused(tmp_path):
 
 
 @both_ways
-@pytest.mark.parametrize("period", [7, 9, 11])
-@pytest.mark.parametrize("angle", range(0, 360, 30))
+@pytest.mark.parametrize(
+    ("angle", "period"),
+    [*((angle, 9) for angle in range(0, 360, 30)), *product((0, 90, 210), (7, 11))],
+)
 @pytest.mark.parametrize("kind", ["ending", "bifurcation"])
 def test_a_wave_with_one_dislocation_has_one_minutia(way, kind, angle, period):
     at = (83.0, 75.0)

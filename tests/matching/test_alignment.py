@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -23,7 +23,6 @@ from matching_prints import (
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.pipeline.alignment import identity_alignment
 
-EXAMPLES = 30 if COMPILED else 8
 APART = 25.0  # px between minutiae, more than any reach: only true partners can be paired
 
 turns = st.floats(-math.pi, math.pi)
@@ -60,7 +59,6 @@ def distances(found, a, b):
 
 
 @given(seeds, turns, shifts, scales)
-@settings(max_examples=EXAMPLES)
 def test_an_unworn_print_comes_back_exactly(seed, turn, shift, scale):
     a = spread_points(np.random.default_rng(seed), 20, APART)
     b = moved(a, turn, shift, scale)
@@ -73,7 +71,6 @@ def test_an_unworn_print_comes_back_exactly(seed, turn, shift, scale):
 
 
 @given(seeds, turns, shifts, scales)
-@settings(max_examples=EXAMPLES)
 def test_lost_spurious_and_jittered_minutiae_are_borne(seed, turn, shift, scale):
     rng = np.random.default_rng(seed)
     every = spread_points(rng, 32, APART, size=320.0)
@@ -91,7 +88,6 @@ def test_lost_spurious_and_jittered_minutiae_are_borne(seed, turn, shift, scale)
 
 
 @given(seeds)
-@settings(max_examples=EXAMPLES)
 def test_pairs_are_one_to_one_whatever_the_prints(seed):
     most = 25 if COMPILED else 12
     a, b = any_points(seed, most), any_points(seed + 1, most)
@@ -136,7 +132,6 @@ def test_prints_that_agree_in_two_ways_have_two_hypotheses():
 
 
 @given(seeds, turns, turns)
-@settings(max_examples=EXAMPLES)
 def test_pairs_are_found_where_the_skin_is_distorted(seed, towards, turn):
     """By 14 px within 60 px, which no similarity transform follows, but the mesh does."""
     rng = np.random.default_rng(seed)
@@ -168,7 +163,6 @@ def test_the_mesh_grows_over_skin_that_is_distorted_farther_than_any_reach():
 
 
 @given(seeds)
-@settings(max_examples=EXAMPLES)
 def test_either_print_may_come_first(seed):
     """The mesh is that of print A, so that the pairs are nearly the same, and not exactly."""
     rng = np.random.default_rng(seed)

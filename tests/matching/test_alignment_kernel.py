@@ -26,7 +26,6 @@ from fpmatch.matching.reference.alignment import Pairing, _fitted, _pair, grow, 
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.relaxation import relax
 
-FEW = 30 if COMPILED else 8
 PARAMETERS = AlignmentParameters()
 
 
@@ -159,7 +158,6 @@ def any_prints(seed):
 
 
 @given(seeds)
-@settings(max_examples=FEW)
 def test_hypotheses_and_their_growth_agree_with_the_reference(seed):
     """In general position: on a lattice, rounding decides which of two pairs fits better."""
     rng = np.random.default_rng(seed)
@@ -208,7 +206,6 @@ def check_state(aligner, expected):
 
 
 @given(seeds)
-@settings(max_examples=FEW)
 def test_imposed_pairs_are_measured_and_not_changed(seed):
     rng = np.random.default_rng(seed)
     a, b = two_impressions(seed)

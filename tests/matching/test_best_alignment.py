@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import COMPILED, doubled_prints, seeds
 from matching_weights import ALWAYS, NEVER, scored_by, some_weights
@@ -26,7 +26,6 @@ def matched_by_reference(a, b, weights):
     st.sampled_from([-math.inf, -5.0, 0.0, 5.0, math.inf]),
     st.sampled_from([-1.0, 0.01, 0.05, 0.2, math.inf]),
 )
-@settings(max_examples=30 if COMPILED else 10)
 def test_match_agrees_with_the_reference(seed, refine, confident, relaxation):
     """Which hypotheses are tried, which are refined, and which of them is the result."""
     a, b = doubled_prints(seed)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
@@ -146,7 +146,6 @@ def test_whatever_the_places_there_is_an_answer_and_it_is_symmetric(p, q, rho):
 @given(
     st.integers(0, 10_000), st.floats(-math.pi, math.pi), st.floats(0.5, 2.0), st.floats(-200, 200)
 )
-@settings(max_examples=40)
 def test_turn_shift_and_scale_of_a_print_change_no_decision(seed, rotation, scale, shift):
     rng = np.random.default_rng(seed)
     p = positions(seed, 25)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -41,7 +41,6 @@ from fpmatch.matching.verify import verify
 
 SAMPLES = sorted((Path(__file__).parents[2] / "sample_data").glob("10[12]_*.tif"))
 AREAS = {"area"}  # in px²: large numbers
-EXAMPLES = 40 if COMPILED else 5
 
 
 def prepared(template):
@@ -114,7 +113,8 @@ KINDS = {
 def test_sample_prints_have_the_same_pairs_and_evidence(kind, samples):
     first, second = ([prepared(change(print_)) for print_ in samples] for change in KINDS[kind])
     which = list(combinations(range(len(samples)), 2))
-    compared = [hold_equal(first[i], second[j]) for i, j in which[:: 1 if COMPILED else 9]]
+    every = (1 if kind == "whole" else 3) if COMPILED else 9
+    compared = [hold_equal(first[i], second[j]) for i, j in which[::every]]
     assert any(found.detail for found in compared)
 
 
@@ -143,7 +143,6 @@ FIELDS = (None, striped_field(side=8), striped_field(side=16, orientation=1.9))
 
 
 @given(seeds, st.sampled_from(FIELDS), st.sampled_from(FIELDS), st.sampled_from([500.0, 569.0]))
-@settings(max_examples=EXAMPLES)
 def test_random_prints_and_their_impressions(seed, field, other_field, dpi):
     rng = np.random.default_rng(seed)
     a = any_print(seed)
@@ -168,7 +167,6 @@ def test_few_minutiae(n):
 
 
 @given(seeds)
-@settings(max_examples=EXAMPLES)
 def test_crowded_pairs_have_the_same_mesh(seed):
     rng = np.random.default_rng(seed)
     a = on_pixels(rng, int(rng.integers(1, 20)))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
-from matching_prints import COMPILED, packed_pictures, plane, seeds, spread_points, template_of
+from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
 from matching_weights import print_for
 
 from fpmatch.image.extract import extract
@@ -135,7 +135,6 @@ def relaxed(a, b):
 
 
 @given(seeds)
-@settings(max_examples=50 if COMPILED else 10)
 def test_larger_prints_are_looked_for_among_the_candidates(seed):
     """The one pair under which the ridges agree best, as the search of all pairs would find it."""
     rng = np.random.default_rng(seed)

@@ -32,7 +32,6 @@ from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 
-EXAMPLES = 50 if COMPILED else 15
 SECONDS_FOR_A_CROWD = 5.0 if COMPILED else 90.0
 PRINT_SIZE = 30 if COMPILED else 18
 FIELDS = (None, even_field(side=20), striped_field(side=20 if COMPILED else 8))
@@ -56,7 +55,6 @@ def two_impressions(seed, field=None):
 
 
 @given(templates(), templates())
-@settings(max_examples=EXAMPLES)
 def test_any_two_templates_compare_the_same_both_ways(a, b):
     forth, back = verify(a, b), verify(b, a)
     assert_mirrored(forth.comparison, back.comparison)
@@ -82,7 +80,6 @@ def test_any_two_templates_compare_the_same_both_ways(a, b):
 
 
 @given(templates(), st.sampled_from([100.0, 500.0, 569.0, 4000.0]), seeds)
-@settings(max_examples=EXAMPLES)
 def test_a_shuffled_template_at_another_resolution_compares_the_same_both_ways(template, dpi, seed):
     order = np.random.default_rng(seed).permutation(len(template.minutiae))
     shuffled = Template(template.minutiae.take(order), 400, 400, dpi, template.field)
@@ -97,7 +94,6 @@ def test_a_shuffled_template_at_another_resolution_compares_the_same_both_ways(t
     st.sampled_from([-math.inf, 2.0, math.inf]),
     st.sampled_from([-1.0, 0.05, math.inf]),
 )
-@settings(max_examples=EXAMPLES)
 def test_prints_compare_the_same_both_ways_whatever_the_thresholds(
     seed, field, other, refine, confident, relaxation
 ):
@@ -131,7 +127,6 @@ def test_nothing_is_aligned_where_nothing_is_similar():
 
 
 @given(templates())
-@settings(max_examples=EXAMPLES)
 def test_any_template_is_aligned_with_itself_by_the_identity(template):
     found = compare(template, template)
     n = len(template.minutiae)
@@ -159,7 +154,6 @@ def test_a_print_matches_itself_without_moving(seed, field):
     st.tuples(st.floats(-300, 300), st.floats(-300, 300)),
     st.booleans(),
 )
-@settings(max_examples=EXAMPLES)
 def test_pairs_do_not_change_where_a_template_is_turned_and_shifted(seed, turn, shift, probe_moves):
     """Which side is taken first depends on the content; where it stays, so do the pairs.
 
@@ -181,7 +175,6 @@ def test_pairs_do_not_change_where_a_template_is_turned_and_shifted(seed, turn, 
 
 
 @given(seeds, st.floats(-math.pi, math.pi))
-@settings(max_examples=EXAMPLES)
 def test_a_turn_changes_the_similarity_by_no_more_than_its_region_is_coarse(seed, turn):
     """Without a field the region is the hull on a grid, which falls anew when it is turned."""
     a, b = two_impressions(seed)

@@ -29,8 +29,6 @@ from fpmatch.matching.reference import transform_of
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.pointset.geometry.similarity import Similarity
 
-EXAMPLES = 50 if COMPILED else 10
-
 
 def impressions(seed, size):
     """Return two impressions of one finger, in the order of their content."""
@@ -159,7 +157,6 @@ def pairs_to_fit(seed, paired):
 
 
 @given(seeds, st.integers(1, 14), st.booleans())
-@settings(max_examples=EXAMPLES)
 def test_the_fit_agrees_with_the_reference(seed, paired, swapped):
     given_ = pairs_to_fit(seed, paired)
     transform, pairs, rms = fit_of(given_, swapped=swapped)

@@ -222,7 +222,6 @@ def test_whole_pixels_stay_whole_pixels():
 
 
 @given(families, seeds, st.integers(3, 40))
-@settings(max_examples=40)
 def test_compiled_and_interpreted_agree(plain, family, seed, n):
     points = made(family, seed, n)
     expected, mesh = triangulate(points), plain("pointset.delaunay.triangulate").triangulate(points)

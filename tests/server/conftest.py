@@ -53,6 +53,14 @@ def prints(fingers: list[NDArray[np.uint8]]) -> dict[str, bytes]:
     }
 
 
+@pytest.fixture(scope="session", autouse=True)
+def short_memory() -> Iterator[None]:
+    """Let readiness be looked at again after a tenth of a second, not a second."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.server.readiness.KEPT_S", 0.1)
+        yield
+
+
 @pytest.fixture
 def gallery(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return where a gallery may lie that nobody has made."""
@@ -97,10 +105,10 @@ def served_gallery(gallery: Path, **settings: Any) -> Iterator[httpx.Client]:
 
 def wait_until_ready(http: httpx.Client) -> None:
     """Wait until a server says that it is ready: it tells what it knows for a second."""
-    for _ in range(100):
+    for _ in range(500):
         if http.get("/ready").status_code == 200:
             return
-        time.sleep(0.1)
+        time.sleep(0.02)
     raise AssertionError("the server is not ready")
 
 

@@ -284,20 +284,37 @@ def test_too_long_work_is_stopped_and_the_next_is_done(prints):
         assert impatient.get("/about").status_code == 200
 
 
-def test_a_print_of_another_person_is_told_when_it_is_enrolled(prints, gallery):
-    open_gallery(gallery, create=True).close()
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("a place") / "prints.db"
+
+
+@pytest.fixture(scope="module")
+def searched(place):
+    with served_gallery(place) as client:
+        yield client
+
+
+@pytest.fixture
+def http(searched, place):
+    """Return a client of a server whose gallery is emptied after the test."""
+    yield searched
+    with open_gallery(place) as gallery:
+        gallery.remove([entry.id for entry in gallery.entries()])
+
+
+def test_a_print_of_another_person_is_told_when_it_is_enrolled(prints, http):
     copy = io.BytesIO()
     Image.open(io.BytesIO(prints["1_1.png"])).save(copy, "bmp", dpi=(500, 500))
-    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
-        for name in ("1_1.png", "2_1.png"):
-            done = client.post("/enrol", files=sent(prints, image=name)).json()
-            assert (done["subject_existed"], done["unmatched"]) == (False, None)
-        files = {"image": ("2_2.bmp", copy.getvalue())}
-        merged = client.post("/enrol", files=files).json()
-        assert (merged["enrolled"], merged["subject_existed"]) == (True, True)
-        assert merged["unmatched"].startswith("2_2 does not match 2_1: another finger")
-        assert merged["notes"] == ["the same print as 1_1"]
-        assert client.post("/enrol", files=files).json()["unmatched"] is None  # it is known
+    for name in ("1_1.png", "2_1.png"):
+        done = http.post("/enrol", files=sent(prints, image=name)).json()
+        assert (done["subject_existed"], done["unmatched"]) == (False, None)
+    files = {"image": ("2_2.bmp", copy.getvalue())}
+    merged = http.post("/enrol", files=files).json()
+    assert (merged["enrolled"], merged["subject_existed"]) == (True, True)
+    assert merged["unmatched"].startswith("2_2 does not match 2_1: another finger")
+    assert merged["notes"] == ["the same print as 1_1"]
+    assert http.post("/enrol", files=files).json()["unmatched"] is None  # it is known
 
 
 def test_identical_prints_are_called_so(client, prints):
@@ -309,47 +326,39 @@ def test_identical_prints_are_called_so(client, prints):
     assert client.post("/verify", files=files).json()["identical"] is None
 
 
-def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
-    with served_gallery(gallery) as client:
-        done = client.post("/enrol", files=sent(prints, image="1_1.png"))
-        assert done.status_code == 201
-        assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
-        again = client.post("/enrol", files=sent(prints, image="1_1.png"))
-        assert (again.status_code, again.json()["enrolled"]) == (200, False)
-        label = {"subject": "ada already (a/b)", "finger": "left"}
-        other = client.post("/enrol", files=sent(prints, image="2_1.png"), data=label)
-        assert other.json()["subject"] == label["subject"]
-        taken = client.post("/enrol", files=sent(prints, image="1_2.png"), data=label)
-        why = "another picture is enrolled as ada already (a/b)_left already (2_1.png)"
-        assert (taken.status_code, taken.json()["error"]) == (409, f"1_2.png: {why}")
-        unnamed = client.post("/enrol", files={"image": ("holiday.png", prints["1_2.png"])})
-        assert unnamed.status_code == 422
-        blank = client.post("/enrol", files={"image": ("9_1.png", prints["blank.png"])})
-        assert blank.json()["error"] == "9_1.png: no minutiae found"
-        assert client.get("/gallery").json()["impressions"] == 2
+def test_a_gallery_is_enrolled_in_and_searched(prints, http, place):
+    done = http.post("/enrol", files=sent(prints, image="1_1.png"))
+    assert done.status_code == 201
+    assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
+    again = http.post("/enrol", files=sent(prints, image="1_1.png"))
+    assert (again.status_code, again.json()["enrolled"]) == (200, False)
+    label = {"subject": "ada already (a/b)", "finger": "left"}
+    other = http.post("/enrol", files=sent(prints, image="2_1.png"), data=label)
+    assert other.json()["subject"] == label["subject"]
+    taken = http.post("/enrol", files=sent(prints, image="1_2.png"), data=label)
+    why = "another picture is enrolled as ada already (a/b)_left already (2_1.png)"
+    assert (taken.status_code, taken.json()["error"]) == (409, f"1_2.png: {why}")
+    unnamed = http.post("/enrol", files={"image": ("holiday.png", prints["1_2.png"])})
+    assert unnamed.status_code == 422
+    blank = http.post("/enrol", files={"image": ("9_1.png", prints["blank.png"])})
+    assert blank.json()["error"] == "9_1.png: no minutiae found"
+    assert http.get("/gallery").json()["impressions"] == 2
 
-        files = sent(prints, probe="1_2.png")
-        found = client.post("/identify", files=files, data={"candidates": 1}).json()
-        assert (found["compared"], len(found["candidates"])) == (2, 1)
-        best = found["candidates"][0]
-        assert (best["subject"], best["source"]) == ("1", "1_1.png")
-        shown = client.post(f"/gallery/{best['id']}/compare", files=files).json()
-        assert shown["result"]["match"]
-        assert shown["reference"]["kind"] == "template"
-        overlay = client.post(f"/gallery/{best['id']}/overlay", files=files)
-        assert overlay.content.startswith(b"\x89PNG")
-        views = client.post(f"/gallery/{best['id']}/views", files=files).json()
-        assert views["ridges"]["mean"] == pytest.approx(
-            shown["result"]["compared"]["ridge_agreement"]
-        )
-        missing = client.post("/gallery/77/compare", files=files)
-        assert missing.status_code == 404
-        assert str(gallery.parent) not in missing.text
-        gallery.write_bytes(b"no gallery")
-        damaged = client.get("/gallery")
-        assert damaged.status_code == 500
-        assert damaged.json()["error"].startswith("the gallery cannot be used: the log")
-        assert str(gallery.parent) not in damaged.text
+    files = sent(prints, probe="1_2.png")
+    found = http.post("/identify", files=files, data={"candidates": 1}).json()
+    assert (found["compared"], len(found["candidates"])) == (2, 1)
+    best = found["candidates"][0]
+    assert (best["subject"], best["source"]) == ("1", "1_1.png")
+    shown = http.post(f"/gallery/{best['id']}/compare", files=files).json()
+    assert shown["result"]["match"]
+    assert shown["reference"]["kind"] == "template"
+    overlay = http.post(f"/gallery/{best['id']}/overlay", files=files)
+    assert overlay.content.startswith(b"\x89PNG")
+    views = http.post(f"/gallery/{best['id']}/views", files=files).json()
+    assert views["ridges"]["mean"] == pytest.approx(shown["result"]["compared"]["ridge_agreement"])
+    missing = http.post("/gallery/77/compare", files=files)
+    assert missing.status_code == 404
+    assert str(place.parent) not in missing.text
 
 
 def test_the_api_describes_itself(client):
@@ -382,20 +391,19 @@ def test_the_page_and_its_parts_are_served(client):
         assert client.get(f"/{name}").status_code == 200, name
 
 
-def test_a_template_that_would_be_damage_is_refused_and_not_stored(gallery):
+def test_a_template_that_would_be_damage_is_refused_and_not_stored(http):
     template = (
         '{"format": "fpmatch-template", "version": 2, "width": 300, "height": 400, "dpi": 500.0, '
         '"minutiae": {"x": [1], "y": [2], "angle": [1], "kind": [1], "quality": [9]}, '
         '"ridge_field": {"step": STEP, "rows": 1, "columns": 2, "orientation": "AAAAAAAAAAA=", '
         '"mask": "wA=="}}'
     )
-    with served_gallery(gallery) as client:
-        for step in ("1e-50", "5e-324", "1e30"):
-            data = template.replace("STEP", step).encode()
-            answer = client.post("/enrol", files={"image": ("7_1.json", data)})
-            assert answer.status_code == 400, answer.text
-            assert "step" in answer.json()["error"]
-        assert client.get("/gallery").json()["impressions"] == 0
-        good = template.replace("STEP", "16.0").encode()
-        assert client.post("/enrol", files={"image": ("7_1.json", good)}).status_code == 201
-        assert client.get("/gallery").json()["damaged"] == 0
+    for step in ("1e-50", "5e-324", "1e30"):
+        data = template.replace("STEP", step).encode()
+        answer = http.post("/enrol", files={"image": ("7_1.json", data)})
+        assert answer.status_code == 400, answer.text
+        assert "step" in answer.json()["error"]
+    assert http.get("/gallery").json()["impressions"] == 0
+    good = template.replace("STEP", "16.0").encode()
+    assert http.post("/enrol", files={"image": ("7_1.json", good)}).status_code == 201
+    assert http.get("/gallery").json()["damaged"] == 0

@@ -17,7 +17,7 @@ from fpmatch.server.settings import Client, Role, Settings, digest_of
 
 from .conftest import served
 
-TOKEN = "a-long-enough-token"
+TOKEN, READER = "a-long-enough-token", "another-long-enough-token"
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE", "OPTIONS")
 FORM = "multipart/form-data"
 
@@ -27,7 +27,10 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     """Serve an empty gallery, to a client that may request everything."""
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
     open_gallery(gallery, create=True).close()
-    clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+    clients = {
+        digest_of(TOKEN): Client("ada", Role.ADMIN),
+        digest_of(READER): Client("grace", Role.READ),
+    }
     with served(make_app(Settings(workers=1, gallery=str(gallery), clients=clients))) as client:
         client.headers["authorization"] = f"Bearer {TOKEN}"
         yield client
@@ -127,12 +130,10 @@ def test_parameters_of_the_query_are_known_and_given_once(server: httpx.Client) 
     assert refusal(answer, 422) == "subject: must be a query parameter, not a form field"
 
 
-def test_a_role_is_checked_before_names() -> None:
-    clients = {digest_of(TOKEN): Client("ada", Role.READ)}
-    with served(make_app(Settings(workers=1, clients=clients))) as client:
-        headers = {"authorization": f"Bearer {TOKEN}"}
-        answer = client.post("/verify?a=1", headers=headers, files={"b": b"c"})
-        assert "needs the role" in refusal(answer, 403)
+def test_a_role_is_checked_before_names(server: httpx.Client) -> None:
+    headers = {"authorization": f"Bearer {READER}"}
+    answer = server.post("/verify?a=1", headers=headers, files={"b": b"c"})
+    assert "needs the role" in refusal(answer, 403)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import csv
 import importlib.util
 import json
 import os
+import shutil
 import signal
 import sqlite3
 import sys
@@ -45,10 +46,10 @@ OPTIONS = {
 }
 
 
-@pytest.fixture
-def probes(tmp_path):
+@pytest.fixture(scope="module")
+def probes(tmp_path_factory):
     """Return a folder of twelve templates, of which two cannot be read."""
-    folder = tmp_path / "probes"
+    folder = tmp_path_factory.mktemp("made") / "probes"
     folder.mkdir()
     for k in range(10):
         save_template(folder / f"{k}.json", scattered(k, 12 + k))
@@ -57,11 +58,20 @@ def probes(tmp_path):
     return folder
 
 
-@pytest.fixture
-def gallery(tmp_path):
-    with open_gallery(tmp_path / "prints.db", create=True) as opened:
+@pytest.fixture(scope="module")
+def whole_gallery(tmp_path_factory):
+    """Return the folder of a gallery of sixty prints, which are prepared in a file."""
+    folder = tmp_path_factory.mktemp("gallery")
+    with open_gallery(folder / "prints.db", create=True) as opened:
         opened.add(entries_of(*(scattered(k % 37, 12 + k % 37) for k in range(60))))
-        open_search(opened)  # in a file from now on
+        open_search(opened)
+    return folder
+
+
+@pytest.fixture
+def gallery(whole_gallery, tmp_path):
+    shutil.copytree(whole_gallery, tmp_path, dirs_exist_ok=True)
+    with open_gallery(tmp_path / "prints.db") as opened:
         yield opened
 
 
@@ -141,12 +151,11 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
     assert [json.loads(line)["reason"] for line in nobody.splitlines()].count("no candidate") == 10
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
-@pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
-def test_several_processes(gallery, probes, tmp_path, options, suffix):
-    _, expected = run(gallery, probes, tmp_path / f"expected{suffix}", options)
-    _, found = run(gallery, probes, tmp_path / f"c{suffix}", options, processes(2))
-    assert found == expected
+def test_several_processes(gallery, probes, tmp_path):
+    with processes(2) as engine:
+        for options, suffix in zip(OPTIONS.values(), 2 * (".csv", ".jsonl"), strict=True):
+            _, expected = run(gallery, probes, tmp_path / f"expected{suffix}", options)
+            assert run(gallery, probes, tmp_path / f"c{suffix}", options, engine)[1] == expected
 
 
 @needs_dask
@@ -189,7 +198,7 @@ def stop_after(most, stage, done, total):
 
 
 @pytest.mark.parametrize(
-    ("most", "suffix"), [(0, ".csv"), (2, ".csv"), (6, ".csv"), (11, ".csv"), (6, ".jsonl")]
+    ("most", "suffix"), [(0, ".csv"), (6, ".csv"), (11, ".csv"), (6, ".jsonl")]
 )
 def test_an_interrupted_run_is_resumed_to_the_same_file(gallery, probes, tmp_path, most, suffix):
     expected, content = run(gallery, probes, tmp_path / f"whole{suffix}")

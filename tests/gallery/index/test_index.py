@@ -105,7 +105,7 @@ def test_an_index_is_kept_and_opened_again(filled, monkeypatch):
 def test_two_open_indexes_see_the_changes_of_each_other(filled):
     one, other = index_of(filled), index_of(filled)
     assert contents(one) == contents(other)
-    for number in range(10, 40):
+    for number in range(10, 30):
         filled.add([new_entry(number, number // 2)])
         if number % 7 == 0:
             filled.remove([number - 3])
@@ -144,13 +144,13 @@ def test_a_finger_keeps_its_prints_when_its_first_one_is_removed(filled):
 
 
 def test_segments_stay_few(gallery, monkeypatch):
-    monkeypatch.setattr(index_state, "MOST_PRINTS", 32)
+    monkeypatch.setattr(index_state, "MOST_PRINTS", 16)
     index = index_of(gallery)
-    for number in range(100):
+    for number in range(50):
         gallery.add([new_entry(number)])
         state = index.refresh()
-        assert len(state.parts) <= 7 * 2 + number // 16
-        assert all(part.listed.prints <= 32 for part in state.parts)
+        assert len(state.parts) <= 7 * 2 + number // 8
+        assert all(part.listed.prints <= 16 for part in state.parts)
     assert len(segment_files(gallery)) == len(state.parts)
     assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
 

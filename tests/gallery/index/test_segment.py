@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -34,8 +34,6 @@ from fpmatch.gallery.index.terms import (
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import RidgeField
 
-EXAMPLES = 30 if COMPILED else 5
-
 
 def segment_of(templates, first=0):
     numbers = np.arange(first, first + len(templates))
@@ -48,7 +46,6 @@ def gallery(seed, count=40, n=30):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=EXAMPLES)
 def test_terms_are_those_of_the_numpy_form(seed):
     print_ = prepare(template_of(any_points(seed)))
     edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
@@ -64,7 +61,6 @@ def test_terms_are_those_of_the_numpy_form(seed):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=EXAMPLES)
 def test_curvatures_are_those_of_the_numpy_form(seed):
     rng = np.random.default_rng(seed)
     points = any_points(seed)
@@ -154,7 +150,6 @@ def test_ridges_that_bend_alike_add_votes():
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.5, 50.0]))
-@settings(max_examples=EXAMPLES)
 def test_votes_are_those_of_the_numpy_form(seed, budget):
     rng = np.random.default_rng(seed)
     templates = [template_of(any_points(int(k))) for k in rng.integers(0, 2**32, 12)]
@@ -264,7 +259,6 @@ def test_damaged_arrays_are_refused():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=EXAMPLES)
 def test_lists_are_checked_as_by_the_numpy_form(seed):
     rng = np.random.default_rng(seed)
     start = np.sort(rng.integers(0, 9, 5)).astype(np.uint32)
@@ -276,7 +270,6 @@ def test_lists_are_checked_as_by_the_numpy_form(seed):
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 45), st.integers(1, 4))
-@settings(max_examples=EXAMPLES)
 def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
     rng = np.random.default_rng(seed)
     kinds = gallery(9, 4, 8)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch import Minutiae, Template
@@ -40,14 +40,12 @@ WHOLE = built(range(12))
 
 
 @given(st.sets(st.integers(0, 11)))
-@settings(max_examples=50)
 def test_taken_prints_are_those_of_a_segment_built_of_them(which):
     places = np.array(sorted(which), np.int64)
     assert same(WHOLE.take(places), built(places))
 
 
 @given(st.lists(st.integers(0, 12), max_size=4))
-@settings(max_examples=50)
 def test_merged_segments_are_one_built_of_all_prints(ends):
     ends = [0, *sorted(ends), 12]
     parts = [built(range(*pair)) for pair in pairwise(ends)]

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import FpmatchError, OutputError
@@ -83,7 +83,6 @@ def test_what_is_written_may_be_sealed(tmp_path):
 
 
 @given(sizes=st.tuples(st.integers(0, 40), st.integers(0, 300)), data=st.data())
-@settings(max_examples=60)
 def test_any_change_of_any_bytes_is_found(tmp_path_factory, sizes, data):
     path = tmp_path_factory.mktemp("arrays") / "arrays"
     write_arrays(path, arrays_of(*sizes), COLUMNS, ABOUT)

@@ -104,7 +104,7 @@ def test_a_change_is_found(log: AuditLog, change: object, code: str) -> None:
     assert error.path == str(log.path)
 
 
-@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_no_changed_byte_before_the_last_line_goes_unseen(
     log: AuditLog, data: st.DataObject
@@ -178,7 +178,7 @@ def test_a_line_that_lacks_its_end_only_is_kept(log: AuditLog) -> None:
     assert [event["client"] for event in events_of(log)] == [*["ada"] * 5, "bob"]
 
 
-@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.integers(1, 400), min_size=1, max_size=4), st.booleans())
 def test_a_log_goes_on_whatever_was_left_of_it(
     tmp_path: Path, kept: list[int], zeros: bool

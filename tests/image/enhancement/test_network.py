@@ -6,7 +6,7 @@ from threading import Barrier
 import cv2
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from made_images import correlation, dislocation, hostile_pictures, plane_wave
 
@@ -18,7 +18,6 @@ from fpmatch.image.preprocess.normalize import normalize
 CONTRAST = 1.4  # of a wave of unit deviation, as normalised images have
 
 
-@settings(max_examples=30)
 @given(
     st.tuples(st.integers(1, 90), st.integers(1, 90)),
     st.integers(0, 2**32 - 1),

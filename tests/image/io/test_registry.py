@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from made_files import damaged, one_of_each, rings, saved
 from PIL import Image
@@ -35,7 +35,6 @@ def test_every_reader_reads_its_formats():
 
 
 @pytest.mark.parametrize("name", FILES)
-@settings(max_examples=40)
 @given(data=st.data())
 def test_damage_raises_in_words_and_does_nothing_else(name, data):
     broken = data.draw(damaged(FILES[name]))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import concentric_rings, hostile_pictures
@@ -26,7 +26,6 @@ def page(shape, top, left, noise=0.0):
     return np.clip(paper + grain, 0, 255).astype(np.uint8)
 
 
-@settings(max_examples=60)
 @given(
     arrays(np.uint8, st.tuples(st.integers(1, 120), st.integers(1, 120)))
     | st.sampled_from(list(hostile_pictures().values()))

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from made_files import saved
 from made_images import concentric_rings
@@ -58,7 +58,6 @@ def test_usual_resolutions_are_not_questioned(dpi):
 
 
 @given(st.integers(1, 200), st.integers(1, 200), st.sampled_from([0, 1, 5, 60]), st.integers(0, 9))
-@settings(max_examples=40)
 def test_what_shows_no_ridges_contradicts_nothing(height, width, noise, seed):
     rng = np.random.default_rng(seed)
     grey = (128 + noise * rng.standard_normal((height, width))).clip(0, 255).astype(np.uint8)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, seeds, squared_distances
 
@@ -49,7 +49,8 @@ def searches(monkeypatch):
 )
 def test_work_is_bounded_and_bounds_leave_uniform_sets_alone(name, model, searches):
     p, q, _ = arranged_pair(name, POINTS, "independent")
-    match_points(p, q, model=model)
+    match = match_points(p, q, model=model)
+    assert (match.transform is None) == bool(match.reason)
     for search in searches:
         # one proposal more may be tested, grown and refined when the bound is reached
         work = search.proposals
@@ -78,13 +79,6 @@ def test_a_long_search_does_not_map_a_crowd_onto_a_crowd():
     match = match_points(p, q)
     assert match.transform is None
     assert "ended at its limit" in match.reason
-
-
-@needs_compiled_kernels
-@pytest.mark.parametrize("name", ARRANGEMENTS)
-def test_no_match_has_a_reason_in_every_arrangement(name):
-    match = match_points(*arranged_pair(name, 3_000, "independent")[:2])
-    assert (match.transform is None) == bool(match.reason)
 
 
 class CountedReads:
@@ -122,7 +116,6 @@ def test_a_search_in_a_crowded_cell_reads_few_of_its_points(plain):
 
 
 @given(seeds, st.integers(17, 300), st.sampled_from([0.0, 1e-4, 1e-3, 0.5, 1e100]))
-@settings(max_examples=60 if grid_kernel.COMPILED else 10)
 def test_split_crowds_are_searched_as_if_they_were_not_split(seed, count, reach):
     points = crowd(seed, count)
     grid = grid_of(points, 50.0)

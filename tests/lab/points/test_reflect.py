@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import (
     affine_transforms,
@@ -21,13 +21,11 @@ from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 
-EXAMPLES = 30 if kernel.COMPILED else 5
 MIRROR = AffineTransform.of_parts(mirrored=True)
 every_model = pytest.mark.parametrize("model", ["similarity", "affine"])
 
 
 @given(seeds, similarities(10, 10), st.booleans())
-@settings(max_examples=EXAMPLES)
 def test_a_map_is_found_mirrored_or_not(seed, move, flip):
     p = even_points(seed, 20)
     truth = AffineTransform.of_matrix(move.matrix)
@@ -47,7 +45,6 @@ def test_a_map_is_found_mirrored_or_not(seed, move, flip):
 
 
 @given(seeds, affine_transforms(3.0), st.booleans())
-@settings(max_examples=EXAMPLES)
 def test_an_affine_map_is_found_mirrored_or_not(seed, move, flip):
     p = even_points(seed, 30)
     truth = move.after(MIRROR) if flip else move

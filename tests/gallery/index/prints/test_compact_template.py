@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import COMPILED, spread_points, striped_field, template_of, templates
+from matching_prints import spread_points, striped_field, template_of, templates
 
 from fpmatch.errors import TemplateError
 from fpmatch.gallery.index.prints.compact_template import compact, expand
@@ -16,9 +16,6 @@ from fpmatch.gallery.index.prints.ridge_samples import sample_ridges
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Minutiae, Template
-
-EXAMPLES = 60 if COMPILED else 15
-
 
 every_codec = pytest.mark.parametrize(
     ("pack", "unpack", "ridged"),
@@ -38,7 +35,6 @@ def a_print(seed=1, n=30, side=12, *, ridged=True):
 
 
 @given(templates())
-@settings(max_examples=EXAMPLES)
 def test_all_but_ridges_is_as_a_gallery_keeps_it(template):
     found, kept = expand(compact(template)), unpack_template(pack_template(template))
     assert found.minutiae == kept.minutiae
@@ -55,7 +51,6 @@ def test_all_but_ridges_is_as_a_gallery_keeps_it(template):
 
 
 @given(templates())
-@settings(max_examples=EXAMPLES)
 def test_an_expanded_template_gives_the_same_bytes(template):
     data = compact(template)
     assert compact(expand(data)) == data
@@ -109,7 +104,6 @@ def test_every_damage_is_noticed(pack, unpack, ridged):
 
 
 @given(st.binary(max_size=60))
-@settings(max_examples=EXAMPLES)
 def test_any_bytes_are_refused_or_a_template_within_bounds(body):
     for data in (body, b"fc" + body, b"fc\x01\x02" + body):
         sealed = data + struct.pack("<I", zlib.crc32(data))

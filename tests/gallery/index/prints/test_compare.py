@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from extreme_prints import DEGENERATE, FIELDS, USUAL
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -43,7 +43,6 @@ from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
 
-EXAMPLES = 30 if COMPILED else 4
 PRINT_SIZE = 30 if COMPILED else 12
 FIELD_SIDE = 20 if COMPILED else 6
 
@@ -103,7 +102,6 @@ def impressions(seed, kinds=0):
     st.sampled_from([-2.0, 1.0, NEVER]),
     st.sampled_from([-1.0, 0.02, NEVER]),
 )
-@settings(max_examples=EXAMPLES)
 def test_similarities_are_those_of_compare_to_the_last_bit(
     seed, refine, kinds, prefilter, confident, relaxation
 ):
@@ -128,7 +126,6 @@ def test_probes_come_before_and_after_and_their_ridges_count():
 
 
 @given(templates(), st.lists(templates(), max_size=4), refine_thresholds)
-@settings(max_examples=EXAMPLES)
 def test_any_templates_compare_as_one_by_one(probe, references, refine):
     prints = [prepare(template) for template in [*references, probe]]
     with scored_by(some_weights(refine)):
@@ -189,7 +186,6 @@ def test_prints_that_begin_alike_are_told_apart_by_the_rest():
 
 
 @given(st.lists(st.integers(-40, 40), min_size=6, max_size=6))
-@settings(max_examples=EXAMPLES)
 def test_order_is_that_of_the_keys(x):
     """Keys are bytes, so that negative numbers, say, do not come before positive ones."""
     y = np.array([0.0, -9.0, -4.0])

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -32,8 +32,6 @@ from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import Minutiae, Template
-
-EXAMPLES = 40 if COMPILED else 10
 
 
 def one_by_one(packed):
@@ -86,7 +84,6 @@ def test_templates_of_all_kinds_are_prepared_alike(monkeypatch):
 
 
 @given(st.lists(templates(), max_size=4))
-@settings(max_examples=EXAMPLES)
 def test_any_templates_are_prepared_alike(given_):
     packed = [compact(template) for template in given_]
     assert_same(prepared(packed), one_by_one(packed))

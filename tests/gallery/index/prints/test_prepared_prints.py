@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from extreme_prints import extreme_templates
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -24,8 +24,6 @@ from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.alignment import identity_alignment
 from fpmatch.matching.prints.prepare import prepare
-
-EXAMPLES = 40 if COMPILED else 10
 
 
 def some_prints(sizes):
@@ -61,7 +59,6 @@ def assert_all_same(found, expected):
 
 
 @given(st.lists(templates(), max_size=4))
-@settings(max_examples=EXAMPLES)
 def test_any_prints_come_back_as_they_were(given_):
     prints = [prepare(template) for template in given_]
     assert_all_same(PreparedPrints.pack(prints), prints)

@@ -59,7 +59,6 @@ fields = st.tuples(
 
 
 @given(fields)
-@settings(max_examples=40)
 def test_samples_are_kept(field):
     mask, orientation, samples = any_field(*field)
     ridges = restore_ridges(samples, orientation, mask)

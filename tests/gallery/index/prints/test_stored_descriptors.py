@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -21,7 +21,6 @@ from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.prepare import prepare
 
-EXAMPLES = 30 if COMPILED else 6
 NO_WORD = 0x8800
 
 
@@ -54,7 +53,6 @@ def test_scores_of_whole_pixels_are_those_of_the_prefilter():
 
 
 @given(templates(), st.lists(templates(), max_size=3))
-@settings(max_examples=EXAMPLES)
 def test_any_print_comes_back_with_rounded_positions(probe, references):
     prints = [prepare(template) for template in [*references, probe]]
     packed = StoredDescriptors.pack(prints)

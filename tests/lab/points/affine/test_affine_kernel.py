@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from pointset_strategies import affine_transforms, grid_of, in_columns, places, seeds
 
 from fpmatch.lab.points.affine import _affine_kernel as kernel
@@ -10,15 +10,12 @@ from fpmatch.lab.points.triangles._overlay_kernel import refine
 from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 
-EXAMPLES = 50 if kernel.COMPILED else 10
-
 
 def as_move(transform):
     return transform.matrix.reshape(6)
 
 
 @given(seeds, affine_transforms(5.0))
-@settings(max_examples=EXAMPLES)
 def test_a_fit_to_partners_is_that_of_least_squares(seed, move):
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (12, 2))
@@ -43,7 +40,6 @@ def test_too_few_points_or_points_on_a_line_have_no_fit(pairs):
 
 
 @given(seeds, affine_transforms(4.0))
-@settings(max_examples=EXAMPLES)
 def test_refinement_reaches_the_map_from_near_it(seed, move):
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (30, 2))

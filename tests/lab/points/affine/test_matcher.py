@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import affine_transforms, check_sound, even_points, seeds, worn
 
@@ -15,11 +15,9 @@ from fpmatch.pointset.geometry.affine_transform import AffineTransform
 
 # Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
 BOUNDED = AffineParameters(max_proposals=50_000 if kernel.COMPILED else 500)
-EXAMPLES = 40 if kernel.COMPILED else 6
 
 
 @given(seeds, st.integers(8, 40), affine_transforms(20.0))
-@settings(max_examples=EXAMPLES)
 def test_an_exact_copy_under_any_affine_map_is_found(seed, n, move):
     p = even_points(seed, n)
     order = np.random.default_rng(seed).permutation(n)
@@ -34,7 +32,6 @@ def test_an_exact_copy_under_any_affine_map_is_found(seed, n, move):
 
 
 @given(seeds, affine_transforms(3.0))
-@settings(max_examples=EXAMPLES)
 def test_a_worn_copy_is_recognised(seed, move):
     p = even_points(seed, 40)
     q, place = worn(p, move, seed, jitter=0.05)
@@ -46,7 +43,6 @@ def test_a_worn_copy_is_recognised(seed, move):
 
 
 @given(seeds, affine_transforms(3.0))
-@settings(max_examples=EXAMPLES // 2)
 def test_sets_of_different_size_match_alike_both_ways(seed, move):
     p = even_points(seed, 30)
     q = worn(p, move, seed, share=0.0)[0]
@@ -58,7 +54,6 @@ def test_sets_of_different_size_match_alike_both_ways(seed, move):
 
 
 @given(seeds, st.integers(5, 30), st.integers(5, 30))
-@settings(max_examples=EXAMPLES)
 def test_independent_sets_do_not_match(seed, of_p, of_q):
     p, q = even_points(seed, of_p), even_points(seed + 1, of_q)
     match = match_affine(p, q, parameters=BOUNDED)

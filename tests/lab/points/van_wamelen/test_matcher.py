@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import check_sound, seeds
 
@@ -24,7 +24,6 @@ def largest_difference(match, pair):
 
 
 @given(seeds, st.integers(20, 50))
-@settings(max_examples=50 if COMPILED else 10)
 def test_recovers_the_transform_of_patches_without_noise(seed, m):
     pair = random_pair(m, 2 * m, 1.0, 0.0, 0.2, rng=seed)
     match = match_van_wamelen(pair.p, pair.q, rho=1.0, lambda_=0.2, seed=seed)

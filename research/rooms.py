@@ -84,7 +84,6 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "lab/points/affine": {"lab/points/triangles"},
     "lab/points/van_wamelen": {"pointset/geometry"},
     "lab/points": {"base", "lab/points/affine", "lab/points/van_wamelen", "pointset/paper"},
-    "lab/paper_figures": {"lab/plots", "lab/points"},
     "lab/explain": {"_version", "drawing/overlay", "lab/plots", "matching/reference"},
     "lab/points/bench": {"gallery/engine", "lab/plots", "lab/points"},
     "lab/cli": {
@@ -93,7 +92,6 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
         "lab/evaluation/ground_truth",
         "lab/evaluation/open_set",
         "lab/explain",
-        "lab/paper_figures",
         "lab/points/bench",
     },
 }

@@ -215,7 +215,6 @@ CASES = {
             {0},
         )
     ],
-    "points draw": [("{points} -o {out}/figures", {0}), ("{missing} -o {out}/figures", {2})],
     "key new": [("{out}/{missing}", {0}), ("{out}/{missing} --json", {0}), ("{out}/k --add", {2})],
     "key list": [("{out}/{missing}", {2}), ("{scores}", {2})],
     "key remove": [("{out}/{missing} {missing}", {2})],

@@ -204,7 +204,7 @@ def test_two_minutiae_are_explained(run, tmp_path):
         ("p.csv q.csv --matcher unit-circle", "--matcher paper"),
         ("p.csv two.json", "a print and a file of points"),
         ("two.json two.json --matcher triangles", "only unit-circle and paper"),
-        ("p.csv text.txt", "text.txt, line 1: "),
+        ("p.csv text.txt", "text.txt: not an image, a template or a table of points (line 1: "),
         ("p.csv huge.csv", "huge.csv: 2001 points"),
         ("p.csv q.csv --rho 2", "rho must"),
         ("gone.tif two.json", "gone.tif: no such file"),

@@ -141,4 +141,6 @@ def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None
     except PointSetError as error:
         if table:
             return None
-        raise PointSetError(f"{error}; nor is it an image or a template") from error
+        why = str(error).removeprefix(str(path)).lstrip(",: ")
+        kinds = "an image, a template or a table of points"
+        raise PointSetError(f"{path}: not {kinds} ({why})") from error

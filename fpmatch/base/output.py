@@ -109,19 +109,23 @@ def write_folder(
     OutputError where another file is there.
     """
     target = Path(folder).resolve()
-    unfinished = target.parent / f".{secrets.token_hex(8)}.part"
+    unfinished, earlier = (target.parent / f".{secrets.token_hex(8)}.part" for _ in range(2))
     try:
         others = sorted(path.name for path in target.iterdir()) if target.exists() else []
         if other := next((name for name in others if not replaced.fullmatch(name)), None):
             raise OutputError(f"{folder}: holds another file, {other}: name a new folder")
+        make_folder(target.parent)
         write_files(contents, unfinished)
         if target.exists():
-            shutil.rmtree(target)
+            target.rename(earlier)
         unfinished.rename(target)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {reason(error)}") from error
     finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
+        if earlier.exists() and not target.exists():
+            earlier.rename(target)
+        for rest in (unfinished, earlier):
+            shutil.rmtree(rest, ignore_errors=True)
 
 
 def create_private(path: str | os.PathLike[str]) -> None:

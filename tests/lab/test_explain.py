@@ -205,7 +205,7 @@ def test_two_minutiae_are_explained(run, tmp_path):
         ("p.csv two.json", "a print and a file of points"),
         ("two.json two.json --matcher triangles", "only unit-circle and paper"),
         ("p.csv text.txt", "text.txt: not an image, a template or a table of points (line 1: "),
-        ("p.csv huge.csv", "huge.csv: 2001 points"),
+        ("p.csv huge.csv", "huge.csv: 1001 points"),
         ("p.csv q.csv --rho 2", "rho must"),
         ("gone.tif two.json", "gone.tif: no such file"),
         ("p.csv q.csv -o .", "holds another file, "),
@@ -215,7 +215,7 @@ def test_two_minutiae_are_explained(run, tmp_path):
 def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, words, reason):
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(3)
-    tables = {"p": POINTS, "q": MOVE.apply(POINTS), "huge": rng.uniform(0, 1, (2001, 2))}
+    tables = {"p": POINTS, "q": MOVE.apply(POINTS), "huge": rng.uniform(0, 1, (1001, 2))}
     for name, points in {**tables, "line": [[0, 0], [1, 1], [2, 2]]}.items():
         np.savetxt(f"{name}.csv", points, delimiter=",", header="x,y", comments="")
     Path("text.txt").write_text("neither a print nor points\n")

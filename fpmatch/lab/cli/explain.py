@@ -52,8 +52,8 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
 
     Both are prints, as images or templates, or both are files of points, a row x,y each. FOLDER
     gets index.html, with a picture, a sentence and an equation a step; the pictures, as SVG; and
-    numbers.json, with every number in them. The steps are those of the default matcher, or with
-    --matcher paper those of the paper, which are shown of point sets in any case.
+    numbers.json, with every number in them. The default matcher's steps are shown, or
+    with --matcher paper the paper's, which are the only ones for points.
     """
     from fpmatch.lab.explain.page import PAGE, write_page
     from fpmatch.lab.explain.steps import ExplainError

@@ -44,6 +44,10 @@ MESH: Final = (
     "<i>q</i><sub>1</sub>) ≤ 0 where a triangle is turned over"
 )
 PREDICT: Final = "<i>p̂</i> = Σ<sub><i>k</i></sub> λ<sub><i>k</i></sub> <i>q<sub>k</sub></i>"
+RIDGES: Final = (
+    "<i>r</i> = mean<sub><i>c</i></sub> max<sub>shift</sub> corr(bits<sub><i>P</i></sub>"
+    "(<i>c</i>), bits<sub><i>Q</i></sub>(<i>c</i> moved, shifted))"
+)
 SCORE: Final = (
     "<i>x</i> = Σ<sub><i>f</i></sub> <i>w<sub>f</sub></i> · feature<sub><i>f</i></sub>, "
     "−ln FMR = <i>x</i> given the amount of evidence"
@@ -76,9 +80,12 @@ def explain_prints(pair: ComparedPair, asked: int | None) -> tuple[list[Step], d
         made += _ring(m, m.matched, chosen)
         made.append(_predictions(m, m.matched))
     if pair.verification.ridge_map is not None:
-        words = "Each cell of the ridges, moved by the mesh of pairs, is compared with those there."
+        words = (
+            "Eight bits of each cell of the ridges, moved by the mesh of pairs, are compared with "
+            "the bits there, under small shifts; the mean over the cells is scored."
+        )
         picture = shared.overlay_picture(pair, View(ridges=True))
-        made.append(Step("ridges", "Ridges", words, picture=picture))
+        made.append(Step("ridges", "Ridges", words, RIDGES, picture))
     if m.matched is not None:
         made.append(_evidence(m.matched))
     return [*made, shared.transform_step(pair)], m.numbers(chosen)
@@ -268,6 +275,8 @@ def _predictions(m: DefaultMethod, mesh: PairedMesh) -> Step:
         f"Pairs (full) are {number(off, 1)} px at 500 dpi from their predictions in the mean; "
         f"{len(alone)} of {len(at)} minutiae of {first.letter} have no partner (hollow)."
     )
+    if m.swapped:
+        words += " Q comes first by its content, so that exchanging the prints changes no pair."
     items = panel.drawn(f"{second.letter}, and where {first.letter} is predicted", drawn)
     return Step("predictions", "Predictions", words, PREDICT, draw.picture(items, words))
 

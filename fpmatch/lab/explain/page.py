@@ -52,5 +52,5 @@ def write_page(
         title=printable(title), verdict=verdict, facts=facts, steps=shown, version=__version__
     )
     files[PAGE] = printable_lines(html.lstrip()).encode()
-    files[NUMBERS] = (json_text(numbers) + "\n").encode()
+    files[NUMBERS] = (json_text(numbers, indent=None) + "\n").encode()
     write_folder(files, folder, replaced=OWN_FILE)

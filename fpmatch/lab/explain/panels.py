@@ -99,7 +99,7 @@ def framed(
 
 
 def places(shares: Sequence[float], height: float) -> list[Box]:
-    """Return panels beside each other, whose widths have these proportions."""
+    """Return panels from left to right, whose widths have these proportions."""
     room = WIDTH - GAP * (len(shares) - 1)
     widths = [room * share / sum(shares) for share in shares]
     lefts = [MARGIN + sum(widths[:k]) + GAP * k for k in range(len(widths))]
@@ -148,12 +148,16 @@ def segments(starts: Iterable[Point], ends: Iterable[Point], pen: Pen) -> list[I
 
 
 def edges(panel: Panel, ends: Plane, colour: Colour = GREY) -> list[Item]:
-    """Draw the edges of a mesh by their ends, shape (E, 2)."""
-    return segments(panel.at(ends[:, 0]), panel.at(ends[:, 1]), Pen(colour, width=1.3))
+    """Draw the edges of a mesh that may be seen, by their ends, shape (E, 2)."""
+    both = np.stack([panel.at(ends[:, k]) for k in range(2)]).reshape(2, -1, 2)
+    (x, y), (right, bottom) = panel.place.corners[::2]
+    seen = (both.max(axis=0) >= (x, y)) & (both.min(axis=0) <= (right, bottom))
+    starts, stops = both[:, seen.all(axis=1)].tolist()
+    return segments(starts, stops, Pen(colour, width=1.3))
 
 
 def label(at: Point, text: str, away: NDArray[np.float64], distance: float = 15.0) -> Text:
-    """Write a short text beside a point, on the side that points `away`."""
+    """Write a short text near a point, on the side that points `away`."""
     dx, dy = (away / (math.hypot(*away) or 1.0) * distance).tolist()
     x, y = at[0] + dx, at[1] + dy + LABEL_RISE * LABEL_SIZE
     return Text(x, y, text, LABEL_SIZE, palette.TEXT, "middle", bold=0.4, halo=3.0)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
-MOST_POINTS: Final = 2000  # of a set that is drawn
+MOST_POINTS: Final = 1000  # of a set that is drawn
 
 
 class Circle(NamedTuple):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.scene.items import Item
     from fpmatch.lab.explain.paper import PaperMethod
 
-MOST_LINKS: Final = 1500  # local matches that are drawn, besides those of the result
+MOST_LINKS: Final = 1500  # local matches drawn that are not pairs of the result
 AREA: Final = (
     "<i>a</i> = ½ Σ<sub><i>k</i></sub> sin(<i>A<sub>k</sub></i><sub>+1</sub> − "
     "<i>A<sub>k</sub></i>), |<i>a<sub>P</sub></i> − <i>a<sub>Q</sub></i>| ≤ "
@@ -123,7 +123,7 @@ def _global(m: PaperMethod) -> Step:
         f"refitted to them, is the result: P rotated by {degrees(abs(turn))} {sense}, "
         f"scaled by {significant(scale)}. It pairs "
         f"{len(i)} points, {match.matched_share:.1%} of the smaller set, within "
-        f"{significant(m.tolerance)}; a match needs more than {m.rho:.4g}: "
+        f"{significant(m.tolerance)}; by the paper's rule more than {m.rho:.4g} are a match: "
         f"{'match' if m.matches else 'no match'}."
     )
     items = panel.drawn("P (full: paired), moved over Q", drawn)

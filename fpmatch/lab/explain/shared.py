@@ -41,7 +41,7 @@ WEIGHTS: Final = (
 )
 TRANSFORM: Final = "<i>q</i> = <i>t</i> + <i>s</i> · <i>R</i>(θ) · <i>p</i>"
 CIRCLE_TITLE: Final = "Ring and unit circle, eq. (3)"
-SMALL: Final = 0.03  # weight of which a point is drawn where weights are not shown
+SMALL: Final = 0.03  # weight by which a point is drawn where weights are not shown
 RING_HEIGHT, WEIGHTS_HEIGHT = 380.0, 440.0
 THIRDS: Final = (1, 1, 1)
 
@@ -161,7 +161,7 @@ def transform_step(pair: ComparedPair) -> Step:
     v = pair.verification
     words = "One similarity transform is fitted to the pairs by least squares; it moves P over Q."
     if v.transform is None:
-        words = "No transform was found: the prints are shown beside each other."
+        words = "No transform was found: the prints are shown side by side."
     elif not v.match:
         words += " The prints do not match: this is the best transform there is."
     return Step("transform", "Transform, eq. (1)", words, TRANSFORM, overlay_picture(pair, View()))

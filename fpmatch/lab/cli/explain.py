@@ -52,8 +52,8 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
 
     Both are prints, as images or templates, or both are files of points, a row x,y each. FOLDER
     gets index.html, with a picture, a sentence and an equation a step; the pictures, as SVG; and
-    numbers.json, with every number in them. The default matcher's steps are shown, or
-    with --matcher paper the paper's, which are the only ones for points.
+    numbers.json, with every number in them. The default matcher's steps are shown, or with
+    --matcher paper the paper's, which are the only ones for points.
     """
     from fpmatch.lab.explain.page import PAGE, write_page
     from fpmatch.lab.explain.steps import ExplainError
@@ -64,7 +64,8 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     sets = [_points_of(path, values) for path in sides]
     points = [one for one in sets if one is not None]
     if len(points) == 1:
-        raise ExplainError("a print and a file of points cannot be compared")
+        table, print_ = sides if sets[1] is None else sides[::-1]
+        raise ExplainError(f"{table}: points, which cannot be compared with the print {print_}")
     chosen, facts = values["matcher"], []
     if points:
         given = ctx.get_parameter_source("matcher") != ParameterSource.DEFAULT

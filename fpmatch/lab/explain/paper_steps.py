@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from fpmatch.lab.explain.paper import PaperMethod
 
 MOST_LINKS: Final = 1500  # local matches drawn that are not pairs of the result
+MOST_NUMBERED: Final = 100  # pairs
+UPWARDS: Final = np.array([1.0, -1.0])
 AREA: Final = (
     "<i>a</i> = ½ Σ<sub><i>k</i></sub> sin(<i>A<sub>k</sub></i><sub>+1</sub> − "
     "<i>A<sub>k</sub></i>), |<i>a<sub>P</sub></i> − <i>a<sub>Q</sub></i>| ≤ "
@@ -115,6 +117,9 @@ def _global(m: PaperMethod) -> Step:
         *(draw.shape("P", at[k], 3.5, Pen(p.mark, p.mark)) for k in i),
         *(draw.shape("P", xy, 3.5, Pen(p.mark, palette.PAPER)) for xy in np.delete(at, i, axis=0)),
     ]
+    if len(i) <= MOST_NUMBERED:
+        spots = [at[k] for k in i]
+        drawn += [draw.label(spot, str(n), UPWARDS, 20.0) for n, spot in enumerate(spots, start=1)]
     turn = math.remainder(match.transform.rotation, 2 * math.pi)
     sense = "counter-clockwise" if (turn > 0.0) == p.up else "clockwise"
     scale = match.transform.scale * q.unit / p.unit

@@ -20,13 +20,9 @@ from sphinx.errors import ExtensionError
 from fpmatch import StageRecorder, __version__, extract
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.drawing.stages.sheet import write_stages
-from fpmatch.lab.paper_figures.sheet import write_point_figures
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import verify_walk
-
-from research.case_study.command import case_study
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,8 +31,8 @@ if TYPE_CHECKING:
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 STAGES: Final = ROOT / "docs" / "generated" / "stages"
-CASE_STUDY: Final = ROOT / "docs" / "generated" / "case_study"
-CASE_PAIR: Final = ("103_1", "103_2")
+EXPLAINED: Final = ROOT / "docs" / "generated" / "explained"
+EXPLAINED_PAIR: Final = [str(ROOT / "sample_data" / f"{name}.tif") for name in ("101_1", "101_3")]
 WALK: Final = ROOT / "docs" / "generated" / "walk"
 WALK_PAIR: Final = ("101_1", "101_3")
 SHOWN_PRINT: Final = ROOT / "sample_data" / "101_4.tif"
@@ -95,7 +91,7 @@ def draw_pictures(app: Sphinx) -> None:
     """Draw the pictures of the pages by the code as it is; to run examples, once is enough."""
     if app.builder.name != "doctest" or not (WALK / "rooms.svg").exists():
         draw_stages()
-        draw_case()
+        draw_explanations()
         draw_verification()
 
 
@@ -108,11 +104,11 @@ def draw_stages() -> None:
     write_stages(recorder.stages, STAGES)
 
 
-def draw_case() -> None:
-    """Draw the pictures of the case study, by the matchers as they are now."""
-    for old in CASE_STUDY.glob("*.png"):
-        old.unlink()
-    write_point_figures(case_study(ROOT / "sample_data", CASE_PAIR), CASE_STUDY)
+def draw_explanations() -> None:
+    """Draw the pictures of `fpmatch explain`, by the matchers as they are now."""
+    for matcher in ("unit-circle", "paper"):
+        words = ["explain", *EXPLAINED_PAIR, "--matcher", matcher, "-o", str(EXPLAINED / matcher)]
+        main(words, standalone_mode=False)
 
 
 def draw_verification() -> None:

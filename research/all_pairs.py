@@ -20,29 +20,36 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
     from fpmatch.templates.minutiae import Template
 
 
 def compare_all_pairs(
-    templates: Sequence[Template], *, workers: int | None = None
+    templates: Sequence[Template],
+    *,
+    workers: int | None = None,
+    matcher: UnitCircleMatcher = MATCHER,
 ) -> NDArray[np.float64]:
-    """Compare each template with every later one, by the default matcher's 1:N comparison.
+    """Compare each template with every later one, by a matcher's 1:N comparison.
 
     The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
     protocol, and the same for any number of threads `workers` (default: one a core).
     """
-    prints = [MATCHER.prepare(template) for template in templates]
+    prints = [matcher.prepare(template) for template in templates]
     many = PreparedPrints.pack(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
-        return similarities(MATCHER, prints[k], many, k + 1)
+        return similarities(matcher, prints[k], many, k + 1)
 
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])
 
 
 def impostors_among(
-    sets: Sequence[ExtractedSet], name: str, workers: int | None = None
+    sets: Sequence[ExtractedSet],
+    name: str,
+    workers: int | None = None,
+    matcher: UnitCircleMatcher = MATCHER,
 ) -> ImpostorSet:
     """Return the impostor comparisons among all impressions of all databases.
 

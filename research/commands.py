@@ -100,7 +100,6 @@ research = LazyGroup(
         "outputs": ("outputs", "Write what commands print into README and docs."),
         "notebook": ("notebook", "Run the notebook of the examples, and store its outputs."),
         "figures": ("figures.documentation", "Draw the figures of the documentation."),
-        "case-study": ("case_study.command", "Draw the paper's case study on two prints."),
         "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
         "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
         "compare-prints": ("experiments.image_statistics", "Compare statistics of images."),

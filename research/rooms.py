@@ -84,14 +84,14 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "lab/points/affine": {"lab/points/triangles"},
     "lab/points/van_wamelen": {"pointset/geometry"},
     "lab/points": {"base", "lab/points/affine", "lab/points/van_wamelen", "pointset/paper"},
-    "lab/paper_figures": {"lab/plots", "lab/points"},
+    "lab/explain": {"_version", "drawing/overlay", "lab/plots", "matching/reference"},
     "lab/points/bench": {"gallery/engine", "lab/plots", "lab/points"},
     "lab/cli": {
         "gallery/cli",
         "lab/evaluation",
         "lab/evaluation/ground_truth",
         "lab/evaluation/open_set",
-        "lab/paper_figures",
+        "lab/explain",
         "lab/points/bench",
     },
 }

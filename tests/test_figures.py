@@ -50,7 +50,6 @@ def texts_of(path):
 
 
 def test_the_figures_of_point_sets_have_the_texts_of_those_shown(tmp_path):
-    pytest.importorskip("matplotlib")
     files = drawn(tmp_path, "points")
     shown = sorted((SHOWN / "points").iterdir())
     assert [path.relative_to(tmp_path) for path in files] == [p.relative_to(SHOWN) for p in shown]

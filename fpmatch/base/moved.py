@@ -21,7 +21,6 @@ MOVED: Final[Mapping[str, str]] = {
     "audit.log": "gallery.store.audit_log",
     "binary_records": "base.binary_records",
     "client": "server.client",
-    "drawing.paper_figures": "lab.paper_figures",
     "drawing.words": "prints.words",
     "encryption": "base.encryption",
     "engine": "gallery.engine",

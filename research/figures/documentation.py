@@ -10,10 +10,13 @@ import click
 from PIL import Image
 
 import fpmatch
-from fpmatch.lab.paper_figures.figures import draw_point_figures
-from fpmatch.lab.paper_figures.pair import EASY_SEED, random_point_pair
-from fpmatch.lab.paper_figures.rings import choose_ring_pair
-from fpmatch.lab.paper_figures.sheet import write_point_figures
+from fpmatch.base.output import write_files
+from fpmatch.drawing.scene.items import Scene
+from fpmatch.drawing.scene.svg import svg_text
+from fpmatch.lab.explain.paper import PaperMethod
+from fpmatch.lab.explain.paper_steps import explain_points
+from fpmatch.lab.points.random_sets import random_pair
+from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from research.commands import PATH, ROOT, Command
 from research.figures.how_it_works import how_it_works
 
@@ -26,6 +29,9 @@ if TYPE_CHECKING:
 OVERLAY_PAIR: Final = ("101_1", "101_3")
 STEPS_PAIR: Final = ("102_1", "102_4")
 COLOURS: Final = 160  # of a picture's palette
+EASY_SEED: Final = 165  # makes random sets with a ring of six points that is easy to read
+POINTS: Final = 40
+ETA, LAMBDA = 0.175, 0.428  # jitter and precision of the first rows of the paper's tables
 
 
 @click.command(cls=Command)
@@ -39,17 +45,15 @@ def command(out: Path, only: str | None) -> None:
     overlay.png is what ``fpmatch verify sample_data/101_1.tif sample_data/101_3.tif --overlay``
     writes, ridges.png and warped.png the same with ``--view ridges`` and ``--warp``, with a palette
     of fewer colours. how_it_works.png shows two prints at each step of the
-    matcher "unit-circle". points/ holds what ``fpmatch points draw`` writes: the paper's Figures 2
-    to 7.
+    matcher "unit-circle". points/ holds the pictures that ``fpmatch explain`` draws of two random
+    point sets: Q is P rotated, scaled, shifted and jittered.
     """
     out.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     if only != "points":
         written += _draw_prints(out)
     if only != "prints":
-        pair = random_point_pair(EASY_SEED)
-        figures = draw_point_figures(pair, choose_ring_pair(pair))
-        written += write_point_figures(figures, out / "points")
+        written += write_files(_point_figures(), out / "points", public=True)
     for path in written:
         click.echo(f"{path}: {path.stat().st_size // 1000} kB")
 
@@ -66,6 +70,19 @@ def _draw_prints(folder: Path) -> list[Path]:
         written.append(folder / name)
         written[-1].write_bytes(small_png(drawing(*prints)))
     return written
+
+
+def _point_figures() -> dict[str, bytes]:
+    """Draw the paper's steps on two random sets."""
+    made = random_pair(POINTS, POINTS, 1.0, ETA, LAMBDA, rng=EASY_SEED)
+    sets = ("random", made.p), ("random, moved", made.q)
+    steps, _ = explain_points(PaperMethod.of_sets(sets, UnitCircleParameters(), DEFAULT_RHO), None)
+    pictures = {step.name: step.picture for step in steps}
+    return {
+        f"{name}.svg": svg_text(picture).encode()
+        for name, picture in pictures.items()
+        if isinstance(picture, Scene)
+    }
 
 
 def _overlay(probe_path: Path, reference_path: Path, **view: bool) -> NDArray[np.uint8]:

@@ -24,7 +24,6 @@ from fpmatch.drawing.scene.items import (
     Scene,
     Text,
     bounds,
-    direction_on_page,
     moved,
     of_transform,
     zoomed,
@@ -32,10 +31,12 @@ from fpmatch.drawing.scene.items import (
 from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.paper_figures.marks import MESH, TINTS, Tint
-from fpmatch.matching.prints.prepare import prepare
-from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.paper.parametrize import UnitCircle, parametrize
+from fpmatch.lab.explain.default import DefaultMethod
+from fpmatch.lab.explain.panels import GREY
+from fpmatch.lab.explain.sides import INKS, MARKS
+from fpmatch.lab.explain.steps import chosen_pair
+from fpmatch.prints.pair import PairOptions, compare_pair
+from fpmatch.prints.reading import GivenPrint
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,8 +46,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.overlay.marks import MarkStyle
     from fpmatch.drawing.scene.items import Item, Point
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.prints.prepare import PreparedTemplate
-    from fpmatch.pointset.delaunay.triangulate import Triangulation
+    from fpmatch.lab.explain.steps import Ring
 
 
 # Page pixels: the page is shown at about half its size.
@@ -56,24 +56,22 @@ TITLE_SIZE, CAPTION_SIZE, LABEL_SIZE = 27.0, 22.0, 21.0
 LEADING = 28.0
 PRINT_MARGIN_PX = 6.0  # of a print, around what has ridges
 CIRCLE_RADIUS = 108.0
-LARGEST_DOT = 32.0  # radius at a weight of 1; the area is proportional to the weight
-FEWEST_NEIGHBOURS: Final = 6  # of the minutia that is followed
+DOT = 9.0
 
 TITLES: Final = (
     "1  Two prints",
     "2  Minutiae",
-    "3  Triangulation",
+    "3  Mesh of pairs",
     "4  On the unit circle",
     "5  Overlay",
 )
 CAPTIONS: Final = (
     "Of one finger, turned and stretched.",
     "Ridges thinned. Circle: a ridge ends, square: it forks; tick: direction.",
-    "Delaunay's. In colour: one minutia, its direction and its ring of neighbours.",
-    "Ring spaced by its sides' lengths, from point 1 on. Dot size: weight of a neighbour. "
-    "Pale blue: the probe's again.",
-    "Rings drawn through paired minutiae predict where the others lie; one transform is fitted to "
-    "all pairs. Orange: reference, blue: probe, dark: ridges of both.",
+    "Minutiae with similar neighbours are paired, and the pairs triangulated. In colour: a ring.",
+    "The ring, spaced by the lengths of its sides. Pale blue: the probe's again; the places agree.",
+    "Rings predict where other minutiae lie; one transform is fitted to all pairs. Orange: "
+    "reference, blue: probe, dark: ridges of both.",
 )
 
 
@@ -83,36 +81,35 @@ FOLLOWED: Final = Pen(palette.TEXT, palette.PAPER, width=3.0)  # the minutia, an
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Side:
-    """One print and the results of the matcher's steps, of all its minutiae in order."""
+    """One print, its skeleton and its colours."""
 
     name: str
-    tint: Tint
-    pixels: NDArray[np.uint8]
+    mark: Colour
+    ink: Colour
+    given: GivenPrint
     skeleton: NDArray[np.bool_]
-    template: fpmatch.Template
     field: fpmatch.RidgeField
-    prepared: PreparedTemplate
-    mesh: Triangulation
 
     @classmethod
-    def of(cls, name: str, tint: Tint, path: Path) -> Side:
-        """Extract a print, keeping its skeleton, and triangulate its minutiae."""
+    def of(cls, name: str, letter: str, path: Path) -> Side:
+        """Extract a print, keeping its skeleton."""
         image, recorder = fpmatch.read_image(path), fpmatch.StageRecorder()
         template = fpmatch.extract(image, recorder=recorder)
         if template.field is None:
             raise FpmatchError(f"{path}: no ridges found")
-        prepared = prepare(template)
-        mesh = triangulate(np.ascontiguousarray(prepared.points[:2].T))
         skeleton = recorder.stages["skeleton"] > 0
-        return cls(name, tint, image.pixels, skeleton, template, template.field, prepared, mesh)
+        given = GivenPrint(name, template, image)
+        return cls(name, MARKS[letter], INKS[letter], given, skeleton, template.field)
 
-    def ring(self, i: int) -> list[int]:
-        """Return the one-ring of minutia `i`, counter-clockwise; none where it is not closed."""
-        return self.mesh.one_ring(i).tolist() if self.mesh.interior[i] else []
+    @property
+    def template(self) -> fpmatch.Template:
+        """Its template."""
+        return self.given.template
 
-    def circle(self, i: int, ring: list[int]) -> UnitCircle:
-        """Map minutia `i` and its ring, y up, to the unit circle (eq. 3 and 4)."""
-        return parametrize(self.mesh.points[ring], self.mesh.points[i])
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """Its image."""
+        return self.given.pixels
 
     def view(self) -> Box:
         """Return the part of the image that has ridges, in its pixels."""
@@ -130,26 +127,13 @@ class Side:
         return bounds(moved(matrix, cells)).grown(self.field.step / 2)
 
 
-def followed_pair(probe: Side, reference: Side, pairs: NDArray[np.int32]) -> tuple[int, int]:
-    """Return the paired minutiae whose rings agree point by point and are easiest to read."""
-    partner = {int(i): int(j) for i, j in pairs}
-
-    def agrees(i: int, j: int) -> bool:
-        partners = [partner.get(k, -1) for k in probe.ring(i)]
-        ring = reference.ring(j)
-        turned = (ring[n:] + ring[:n] for n in range(len(ring)))
-        return len(ring) >= FEWEST_NEIGHBOURS and partners in turned
-
-    def clarity(i: int) -> tuple[bool, float]:
-        points, ring = probe.prepared.points[:2], probe.ring(i)
-        nearest = np.hypot(*(points[:, ring] - points[:, [i]])).min()
-        away_from_edge = bool(probe.mesh.interior[ring].all())
-        return away_from_edge, float(nearest * np.ptp(probe.circle(i, ring).weights))
-
-    agreeing = [pair for pair in sorted(partner.items()) if agrees(*pair)]
-    if not agreeing:
-        raise FpmatchError("no two paired minutiae have the same ring; take other prints")
-    return max(agreeing, key=lambda pair: clarity(pair[0]))
+def followed(m: DefaultMethod) -> Ring:
+    """Return the ring in the mesh of pairs that is easiest to read."""
+    chosen = chosen_pair(None, m.rings, m.candidates.similarity[m.paired].tolist())
+    ring = None if chosen is None else m.rings[chosen]
+    if ring is None:
+        raise FpmatchError("no pair has a ring; take other prints")
+    return ring
 
 
 def centred(view: Box, size: tuple[float, float]) -> Box:
@@ -186,9 +170,7 @@ def panel(place: Box, items: list[Item]) -> list[Item]:
 def print_panel(side: Side, place: Box, view: Box) -> list[Item]:
     """Draw the image of the print."""
     ink = Ink(np.invert(side.pixels), palette.TEXT, into(place, view))
-    label = Text(
-        place.x + 12, place.y + 30, side.name, CAPTION_SIZE, side.tint.mark, bold=0.5, halo=4.0
-    )
+    label = Text(place.x + 12, place.y + 30, side.name, CAPTION_SIZE, side.mark, bold=0.5, halo=4.0)
     return panel(place, [ink, label])
 
 
@@ -197,7 +179,7 @@ def ridge_panel(side: Side, place: Box, view: Box) -> list[Item]:
     matrix = into(place, view)
     thick = np.asarray(cv2.dilate(side.skeleton.astype(np.uint8) * 255, np.ones((2, 2))), np.uint8)
     every = range(len(side.template.minutiae))
-    drawn = marks(side.template.minutiae, every, matrix, _small(side.tint.mark), place)
+    drawn = marks(side.template.minutiae, every, matrix, _small(side.mark), place)
     return panel(place, [Ink(thick, SKELETON_INK, matrix), *drawn])
 
 
@@ -207,25 +189,26 @@ def _small(colour: Colour) -> MarkStyle:
     )
 
 
-def mesh_panel(side: Side, place: Box, view: Box, i: int, ring: list[int]) -> list[Item]:
-    """Draw the triangulation, and in it the ring of minutia `i`, numbered."""
-    matrix = into(place, view)
-    points = moved(matrix, side.template.minutiae.xy)
-    edge, strong = Pen(MESH, width=1.8), Pen(side.tint.mark, width=3.4)
-    items: list[Item] = [Line((points[a], points[b]), edge) for a, b in side.mesh.edges]
-    items.append(
-        Line(tuple(points[k] for k in ring), Pen(fill=side.tint.ink, opacity=0.3), closed=True)
-    )
-    items += [Line((points[i], points[k]), replace(strong, width=2.2)) for k in ring]
-    items.append(Line(tuple(points[k] for k in ring), strong, closed=True))
-    items += [Circle(p, 3.6, Pen(fill=palette.NEUTRAL_INK)) for p in points]
-    middle = np.mean([points[k] for k in ring], axis=0)
-    for n, k in enumerate(ring, start=1):
-        items.append(Circle(points[k], 5.5, Pen(fill=side.tint.mark)))
-        items.append(_number(n, points[k], points[k] - middle, 20.0))
-    direction = direction_on_page(matrix, float(side.template.minutiae.angle[i]))
-    items += _pointer(points[i], direction)
-    return panel(place, items)
+def mesh_panel(side: Side, place: Box, view: Box, m: DefaultMethod, which: int) -> list[Item]:
+    """Draw the mesh of pairs, and in it the ring of the pair that is followed, numbered."""
+    matrix, ring, own = into(place, view), followed(m), m.sides[which]
+    ends = own.shown(ring.edges[which].ravel()).reshape(-1, 2, 2)
+    lines = [tuple(moved(matrix, two)) for two in ends]
+    points = moved(matrix, own.shown(ring.points[which]))
+    (centre,) = moved(matrix, own.shown(np.array([ring.centres[which]])))
+    strong = Pen(side.mark, width=3.4)
+    items: list[Item] = [Line(line, Pen(GREY, width=1.8)) for line in lines]
+    items.append(Line(tuple(points), Pen(fill=side.ink, opacity=0.3), closed=True))
+    items += [Line((centre, point), replace(strong, width=2.2)) for point in points]
+    items.append(Line(tuple(points), strong, closed=True))
+    paired = own.z[m.as_pq(*m.paired)[which]]
+    spots = moved(matrix, own.shown(paired))
+    items += [Circle(spot, 3.6, Pen(fill=palette.NEUTRAL_INK)) for spot in spots]
+    middle = np.mean(points, axis=0)
+    for n, point in enumerate(points, start=1):
+        items.append(Circle(point, 5.5, Pen(fill=side.mark)))
+        items.append(_number(n, point, point - middle, 20.0))
+    return panel(place, [*items, Circle(centre, 7.0, FOLLOWED)])
 
 
 def _number(n: int, at: Point, away: NDArray[Any], distance: float) -> Text:
@@ -235,42 +218,28 @@ def _number(n: int, at: Point, away: NDArray[Any], distance: float) -> Text:
     return Text(x, y, str(n), LABEL_SIZE, palette.TEXT, "middle", bold=0.5, halo=3.0)
 
 
-def circle_panel(
-    side: Side, place: Box, circle: UnitCircle, beside: UnitCircle | None
-) -> list[Item]:
-    """Draw a ring on the unit circle, its points numbered, and hollow the probe's where given."""
-    centre = (place.x + place.width / 2 - 8, place.y + place.height / 2)
-    spots, image = _on_page(circle.boundary, centre), _on_page(circle.image[None], centre)[0]
-    spoke, outline = Pen(side.tint.mark, width=1.4), Pen(side.tint.mark, width=2.6)
+def circle_panel(side: Side, place: Box, m: DefaultMethod, which: int) -> list[Item]:
+    """Draw the ring on the unit circle, its points numbered; in the reference's the probe's too."""
+    ring = followed(m)
+    centre = (place.x + place.width / 2, place.y + place.height / 2)
+    spots = _on_page(ring.angles[which] + (0.0 if which else ring.turn), centre)
     items: list[Item] = [
-        Circle(centre, CIRCLE_RADIUS, Pen(palette.NEUTRAL_INK, palette.BAND, width=2.0))
+        Circle(centre, CIRCLE_RADIUS, Pen(palette.NEUTRAL_INK, palette.BAND, width=2.0)),
+        Line(tuple(spots), Pen(side.mark, width=2.6), closed=True),
     ]
-    items += [Line((image, spot), spoke) for spot in spots]
-    items.append(Line(tuple(spots), outline, closed=True))
-    for n, (spot, weight) in enumerate(zip(spots, circle.weights, strict=True), start=1):
-        items.append(Circle(spot, _dot(weight), Pen(palette.PAPER, side.tint.mark, width=1.5)))
-        away = np.subtract(spot, centre)
-        items.append(_number(n, spot, away, _dot(weight) + LABEL_SIZE))
-    if beside is not None:
-        for spot, weight in zip(_on_page(beside.boundary, centre), beside.weights, strict=True):
-            items.append(Circle(spot, _dot(weight) + 2, Pen(palette.PROBE_INK, width=3.0)))
-    return panel(place, [*items, Circle(image, 7.0, FOLLOWED)])
+    for n, spot in enumerate(spots, start=1):
+        items.append(Circle(spot, DOT, Pen(palette.PAPER, side.mark, width=1.5)))
+        items.append(_number(n, spot, np.subtract(spot, centre), DOT + LABEL_SIZE))
+    probes = _on_page(ring.angles[0] + ring.turn, centre) if which else []
+    items += [Circle(spot, DOT + 2, Pen(palette.PROBE_INK, width=3.0)) for spot in probes]
+    return panel(place, items)
 
 
-def _dot(weight: float) -> float:
-    return LARGEST_DOT * math.sqrt(float(weight))
-
-
-def _on_page(xy: NDArray[np.float64], centre: Point) -> list[Point]:
-    """Return places in the unit circle (K, 2), y up, as places on the page."""
+def _on_page(angles: NDArray[np.float64], centre: Point) -> list[Point]:
+    """Return places on the unit circle, y up, as places on the page."""
     x, y = centre
-    return [(x + u, y - v) for u, v in (xy * CIRCLE_RADIUS).tolist()]
-
-
-def _pointer(at: Point, direction: Point) -> list[Item]:
-    """Draw the minutia that is followed, and its direction."""
-    pen = Pen(palette.TEXT, width=4.0, halo=1.6)
-    return [*arrow(at, direction, 44.0, pen, 15.0), Circle(at, 7.0, FOLLOWED)]
+    spots = CIRCLE_RADIUS * np.column_stack([np.cos(angles), -np.sin(angles)]) + (x, y)
+    return [(u, v) for u, v in spots.tolist()]
 
 
 def overlay_panel(
@@ -293,14 +262,10 @@ def overlay_panel(
 
 def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     """Draw the whole method, from two prints on the left to their overlay on the right."""
-    probe = Side.of("probe", TINTS["P"], probe_path)
-    reference = Side.of("reference", TINTS["Q"], reference_path)
-    found = fpmatch.verify(probe.template, reference.template)
-    i, j = followed_pair(probe, reference, found.pairs)
-    partner = dict(found.pairs.tolist())
-    ring = probe.ring(i)
-    partners = [partner[k] for k in ring]
-    beside: UnitCircle | None = None
+    probe = Side.of("probe", "P", probe_path)
+    reference = Side.of("reference", "Q", reference_path)
+    pair = compare_pair(probe.given, reference.given, PairOptions())
+    m = DefaultMethod.of(pair)
 
     views = probe.view(), reference.view()
     size = max(v.width for v in views), max(v.height for v in views)
@@ -311,20 +276,15 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     bottom = top + 2 * height + ROW_GAP
 
     items: list[Item] = []
-    for side, minutia, numbered, y in (
-        (probe, i, ring, top),
-        (reference, j, partners, top + height + ROW_GAP),
-    ):
+    for which, (side, y) in enumerate(((probe, top), (reference, top + height + ROW_GAP))):
         view = centred(side.view(), size)
         places = [Box(x, y, w, height) for x, w in zip(lefts, widths, strict=True)]
         items += print_panel(side, places[0], view)
         items += ridge_panel(side, places[1], view)
-        items += mesh_panel(side, places[2], view, minutia, numbered)
-        circle = side.circle(minutia, numbered)
-        items += circle_panel(side, places[3], circle, beside)
-        beside = circle
+        items += mesh_panel(side, places[2], view, m, which)
+        items += circle_panel(side, places[3], m, which)
     place = Box(lefts[4], top, OVERLAY_WIDTH, bottom - top)
-    items += overlay_panel(probe, reference, found, place)
+    items += overlay_panel(probe, reference, pair.verification, place)
     foot = bottom
     for x, width, title, caption in zip(lefts, widths, TITLES, CAPTIONS, strict=True):
         items.append(Text(x, MARGIN + TITLE_SIZE, title, TITLE_SIZE, palette.TEXT, bold=0.4))

@@ -12,6 +12,7 @@ from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, extract_da
 from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among
 from research.commands import PATH, Command, folders, synthetic_folder, workers
@@ -89,14 +90,14 @@ def _impostors_by_form(
     """
     impostors = []
     for sets in (real, [_without_ridges(one) for one in real]):
-        report = evaluate_templates(sets, matcher=DEFAULT_MATCHER, workers=workers)
+        report = evaluate_templates(sets, matcher=MATCHER.calibrated, workers=workers)
         impostors += impostors_of_report(report)
     seeds = f"seeds {TRAINING_SEED} to {TRAINING_SEED + len(synthetic) - 1}"
     for name, sets in (
         ("synthetic", synthetic),
         ("synthetic, minutiae alone", [_without_ridges(one) for one in synthetic]),
     ):
-        impostors.append(impostors_among(sets, f"{name}, {seeds}", workers))
+        impostors.append(impostors_among(sets, f"{name}, {seeds}", workers, MATCHER.calibrated))
     return impostors
 
 

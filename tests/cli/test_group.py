@@ -75,7 +75,6 @@ WRONG_USAGE = {
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
     "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
     "--matcher his | --model aloud | --workers 0 | --seed -1",
-    "points draw -o x": "--seed -1 | --ring -1 | --format pdf | --y-axis up | p.csv q.csv --seed 1",
     "points match": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "stages a -o b": "--enhance gabor",

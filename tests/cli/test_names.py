@@ -118,6 +118,11 @@ CASES = {
         ("{0} {1} --overlay {missing}/x.png", {2}),
     ],
     "overlay": [("{0} {1} -o {out}/o.svg", {0}), ("{0} {1} -o {out}/{missing}", {2})],
+    "explain": [
+        ("{0} {1} -o {out}/e", {0}),
+        ("{points} {points} -o {out}/e", {0}),
+        ("{0} {missing} -o {out}/e", {2}),
+    ],
     "extract": [
         ("{all} -o {out}/t --json", {0}),
         ("{all} {missing} {scores} -o {out}/t --format iso2005", {2}),
@@ -210,7 +215,6 @@ CASES = {
             {0},
         )
     ],
-    "points draw": [("{points} -o {out}/figures", {0}), ("{missing} -o {out}/figures", {2})],
     "key new": [("{out}/{missing}", {0}), ("{out}/{missing} --json", {0}), ("{out}/k --add", {2})],
     "key list": [("{out}/{missing}", {2}), ("{scores}", {2})],
     "key remove": [("{out}/{missing} {missing}", {2})],

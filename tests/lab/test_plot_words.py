@@ -7,7 +7,6 @@ from fpmatch.lab.plots.words import (
     degrees,
     match_facts,
     number,
-    point_name,
     positive_degrees,
     significant,
 )
@@ -16,12 +15,11 @@ from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 
 
-def test_numbers_angles_and_names_of_points():
+def test_numbers_and_angles():
     assert (number(-0.25, 2), number(-0.0001)) == ("−0.25", "0.000")
     assert [significant(x) for x in (0.57, 123.4, 1e9)] == ["0.570", "123", "1.00e+09"]
     assert (degrees(-math.pi / 3), degrees(-1e-4)) == ("−60.0°", "0.0°")
     assert (positive_degrees(-math.pi / 3), positive_degrees(-1e-4)) == ("300.0°", "0.0°")
-    assert (point_name("P", 0), point_name("Q", 9)) == ("p₁", "q₁₀")
 
 
 def a_match(transform, chance=None):

@@ -72,7 +72,7 @@ def calibrate(
     with ProgressBars(_STAGES) as bars:
         impostors = gather_impostors(
             sources,
-            matcher=chosen,
+            matcher=getattr(chosen, "calibrated", chosen),
             workers=workers,
             progress=bars.show,
             pattern=pattern,

@@ -32,16 +32,6 @@ def positive_degrees(radians: float) -> str:
     return f"{round(math.degrees(radians) % 360, 1) % 360:.1f}°"
 
 
-def point_name(letter: str, place: int) -> str:
-    """Return the name of a ring's point by its place, from 0: p₁ is the first of P's."""
-    return letter.lower() + str(place + 1).translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
-
-
-def rotated_and_scaled(transform: Similarity) -> str:
-    """Describe a transform without its shift."""
-    return f"rotated by {degrees(transform.rotation)}, scaled by {significant(transform.scale)}"
-
-
 def match_facts(match: PointMatch) -> list[tuple[str, str]]:
     """Return a match, if it is one, as (label, value): pairs, transform, residual, chance."""
     t = match.transform

@@ -186,15 +186,17 @@ class ScoreParameters:
         0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
     )
     beyond_from: float = parameter(
-        2.0, "from which pairs are held against those expected by chance", 0, 1000, "decades of FMR"
+        2.0, "rarity from which pairs are held against chance", 0, 1000, "decades of the FMR"
     )
     beyond_less: float = parameter(
-        1.0, "which chance explains more, since the best transform is taken", 0, 100, "decades of FMR"
+        1.0, "how much chance makes of the best transform", 0, 100, "decades of the FMR"
     )
     beyond_few: float = parameter(
-        0.4, "and so many more where a print has few minutiae", 0, 100, "decades of FMR"
+        0.4, "how much more where a print has few minutiae", 0, 100, "decades of the FMR"
     )
-    beyond_share: float = parameter(0.8, "share of what is above that does not count", 0, 1)
+    beyond_share: float = parameter(
+        0.8, "share of the rarity beyond chance that does not count", 0, 1
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

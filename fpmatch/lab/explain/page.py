@@ -1,0 +1,56 @@
+"""The page of an explanation: a sentence, an equation and a picture a step, and the numbers."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from fpmatch._version import __version__
+from fpmatch.base.output import write_folder
+from fpmatch.drawing.scene.items import Scene
+from fpmatch.drawing.scene.svg import svg_text
+from fpmatch.printable import json_text, printable, printable_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from fpmatch.lab.explain.steps import Step
+
+PAGE, NUMBERS = "index.html", "numbers.json"
+OWN_FILE: Final = re.compile(r"index\.html|numbers\.json|\d\d_[a-z_]+\.svg")
+
+
+def write_page(
+    folder: Path,
+    title: str,
+    verdict: str,
+    facts: Sequence[tuple[str, str]],
+    steps: Sequence[Step],
+    numbers: dict[str, Any],
+) -> None:
+    """Write page, pictures and numbers into a new folder, or in place of an earlier explanation."""
+    files: dict[str, bytes] = {}
+    shown = []
+    for number, step in enumerate(steps, start=1):
+        name = f"{number:02d}_{step.name}.svg" if step.picture is not None else ""
+        if isinstance(step.picture, Scene):
+            files[name] = svg_text(step.picture).encode()
+        elif step.picture is not None:
+            files[name] = step.picture
+        shown.append((number, step, name))
+    environment = Environment(
+        loader=PackageLoader("fpmatch.lab.explain", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    html = environment.get_template("page.html.j2").render(
+        title=printable(title), verdict=verdict, facts=facts, steps=shown, version=__version__
+    )
+    files[PAGE] = printable_lines(html.lstrip()).encode()
+    files[NUMBERS] = (json_text(numbers, indent=None) + "\n").encode()
+    write_folder(files, folder, replaced=OWN_FILE)

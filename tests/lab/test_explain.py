@@ -19,6 +19,7 @@ from fpmatch.lab.explain.default import DefaultMethod
 from fpmatch.lab.explain.paper import PaperMethod
 from fpmatch.lab.points.match import match_points
 from fpmatch.matching.matchers.reference import MATCHER
+from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -71,7 +72,7 @@ def check(steps, numbers):
 @pytest.mark.parametrize(("p", "q"), [(0, 1), (1, 0), (0, 2), (0, 0)])
 def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     pair = compared(prints[p], prints[q])
-    steps, numbers = default_steps.explain_prints(pair, None)
+    steps, numbers = default_steps.explain_prints(pair, USUAL, None)
     check(steps, numbers)
     oracle = verify(prints[p].template, prints[q].template, matcher="reference")
     alignment, evidence = oracle.evidence.detail
@@ -180,10 +181,10 @@ def test_each_kind_of_page_has_its_pictures(run, tmp_path):
 
 
 def test_prints_that_do_not_match_and_one_print_twice_are_explained(prints):
-    steps, numbers = default_steps.explain_prints(compared(prints[0], prints[2]), None)
+    steps, numbers = default_steps.explain_prints(compared(prints[0], prints[2]), USUAL, None)
     assert "do not match" in steps[-1].sentence
     assert len(numbers["pairs"]) < 8
-    steps, numbers = default_steps.explain_prints(compared(prints[0], prints[0]), None)
+    steps, numbers = default_steps.explain_prints(compared(prints[0], prints[0]), USUAL, None)
     assert all(row["p"] == row["q"] for row in numbers["pairs"])
     assert {row["similarity"] > 0.9 for row in numbers["local_matches"]} >= {True}
 
@@ -233,7 +234,7 @@ SMALL = st.lists(st.tuples(st.integers(1, 6), st.integers(1, 6)), max_size=9)
 @given(p=SMALL, q=SMALL)
 def test_whatever_minutiae_there_are_are_explained(p, q):
     pair = compared(*(given_minutiae(np.multiply(xy, 40)) for xy in (p, q)))
-    check(*default_steps.explain_prints(pair, None))
+    check(*default_steps.explain_prints(pair, USUAL, None))
 
 
 @given(p=SMALL.filter(len), q=SMALL.filter(len), power=st.sampled_from([-280, -60, 0, 60, 280]))

@@ -7,8 +7,8 @@ A name may occur in several of them, for one quantity; all are then set together
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, cast
+from dataclasses import field, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from fpmatch.errors import MatcherError, did_you_mean, number_text
 
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 _UNITS: Final = {"_per_px": "px per px", "_px": "px at 500 dpi", "_deg": "degrees"}
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One parameter: its value, what it means, and the values that it may have."""
 
     name: str

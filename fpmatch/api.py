@@ -189,8 +189,8 @@ def verify(
     probe, reference : Template, str, path-like, GreyImage, ndarray or PIL image
         The two impressions, as for `as_template`.
     matcher : str or Matcher
-        Name of the matcher, one of `matcher_names`; its place, ``"package.module:OBJECT"``; or a
-        matcher with parameters of its own, as ``PaperMatcher(rho=0.9)``.
+        Name of the matcher, one of `matcher_names`, perhaps with parameters, ``"paper:rho=0.9"``;
+        its place, ``"package.module:OBJECT"``; or a matcher, as ``PaperMatcher(rho=0.9)``.
     threshold : float, optional
         Score from which on the answer is yes: 40 for a false match rate of 0.01 %,
         ``-10·log10(FMR)`` in general (see `fmr_to_score`). Default: the matcher's own rule where it

@@ -7,10 +7,10 @@ A name may occur in several of them, for one quantity; all are then set together
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, cast
+from dataclasses import field, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
-from fpmatch.errors import MatcherError, did_you_mean
+from fpmatch.errors import MatcherError, did_you_mean, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 _UNITS: Final = {"_per_px": "px per px", "_px": "px at 500 dpi", "_deg": "degrees"}
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One parameter: its value, what it means, and the values that it may have."""
 
     name: str
@@ -43,12 +42,25 @@ class Parameter:
             raise MatcherError(f"{owner}: {self.name} is {kind}, not {given!r}", code="kind")
         if not self.least <= value <= self.most:
             limits = f"from {self.least:g} to {self.most:g}"
-            raise MatcherError(f"{owner}: {self.name} lies {limits}, not {given}", code="range")
+            shown = given if isinstance(given, str) else number_text(value)
+            raise MatcherError(f"{owner}: {self.name} lies {limits}, not {shown}", code="range")
         return value
 
 
 def parameter(default: float, meaning: str, least: float, most: float, unit: str = "") -> Any:
-    """Return the field of a parameter; the suffix of its name states the unit, where it has one."""
+    """Return the field of a parameter of a dataclass.
+
+    Parameters
+    ----------
+    default : int or float
+        Its default; of an int, only whole numbers are accepted.
+    meaning : str
+        What it is, as ``fpmatch doctor --matchers`` shows it.
+    least, most : float
+        The range of its values.
+    unit : str
+        Its unit, unless the suffix of its name states it: ``_px``, ``_per_px`` or ``_deg``.
+    """
     about = {"meaning": meaning, "least": least, "most": most, "unit": unit}
     return field(default=default, metadata=about)
 
@@ -95,8 +107,19 @@ def read_parameters(text: str, owner: str) -> dict[str, str]:
 class Parametrised:
     """A matcher whose keyword arguments are the entries of the dataclass `parameters`.
 
-    Its name states those that differ from the default, as in "unit-circle:rounds=5": scores,
-    calibrations and files of one are never taken for those of another.
+    Its name states those that differ from the default: scores, calibrations and files of one are
+    never taken for those of another. A subclass defines `name`, and `parameters` with the defaults.
+
+    Raises
+    ------
+    MatcherError
+        If there is no such parameter, or a value is of another kind or out of range.
+
+    Examples
+    --------
+    >>> from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
+    >>> UnitCircleMatcher(rounds=5, reach_px=10.0).name
+    'unit-circle:rounds=5'
     """
 
     name: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import Any
 
 from fpmatch.base.parameters import Parameter, Parametrised, stages_of
@@ -55,7 +54,7 @@ def _steps(name: str) -> dict[str, list[Parameter]]:
 
 
 def _as_dict(one: Parameter) -> dict[str, Any]:
-    return {name: None if value == math.inf else value for name, value in asdict(one).items()}
+    return {name: None if value == math.inf else value for name, value in one._asdict().items()}
 
 
 def _row(one: Parameter) -> list[str]:

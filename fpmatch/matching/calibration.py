@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -207,7 +207,7 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
     return calibration
 
 
-@cache
+@lru_cache(maxsize=64)
 def _calibration_of_package(matcher_name: str) -> Calibration:
     if not is_calibrated(matcher_name):
         usual = matcher_name.partition(":")[0]

@@ -14,7 +14,7 @@ import repository  # noqa: F401
 
 from research.experiments.ablation import Variant, ablation_command, run_worker
 
-ALIGNMENT: Final = "fpmatch/matching/pipeline/alignment.py"
+PARAMETERS: Final = "fpmatch/matching/pipeline/parameters.py"
 MESH: Final = "fpmatch/matching/pipeline/_kernels/_pair_mesh_kernel.py"
 RING: Final = "fpmatch/pointset/paper/_one_ring_kernel.py"
 EVIDENCE: Final = "fpmatch/matching/pipeline/_kernels/_evidence_kernel.py"
@@ -169,7 +169,7 @@ VARIANTS: Final = (
     ),
     Variant(
         "no relaxation",
-        ((ALIGNMENT, "    rounds: int = 5\n", "    rounds: int = 0\n"),),
+        ((PARAMETERS, "_rounds: int = parameter(5", "_rounds: int = parameter(0"),),
     ),
     Variant("no evidence of the mesh", without=MESH_FEATURES),
     Variant(

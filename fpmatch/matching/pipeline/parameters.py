@@ -86,7 +86,7 @@ class PairMeshParameters:
     """Mesh of pairs, its unit circles and predictions, eq. (3) and (4) (`_pair_mesh_kernel`)."""
 
     frame_margin_px: float = parameter(
-        60.0, "distance of the frame points from the circle round the bounding box", 1, 1000
+        60.0, "distance of the frame points from the circle round the bounding box", 20, 1000
     )
     place_tolerance: float = parameter(
         0.3, "standard deviation of places on the unit circle", 0.001, 10, "radians"

@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from measures import measured
+from measures import MEASURES, measured
 
 HERE = Path(__file__).resolve().parent
 PYTEST = (
@@ -22,7 +22,8 @@ PYTEST = (
 def main() -> int:
     """Run the script; return its exit status: 1 where a measure misses its target."""
     parser = argparse.ArgumentParser(prog="bench", description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to this file")
+    help_ = "write the results to this file; with -k the others in it stay"
+    parser.add_argument("--json", type=Path, metavar="FILE", help=help_)
     parser.add_argument("-k", metavar="WORDS", help="those benchmarks alone, as pytest takes it")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -40,7 +41,12 @@ def main() -> int:
             f"{measure['ours']:>9} beside {measure['yardstick']}"
         )
     if options.json:
-        text = json.dumps({"figures": measures}, indent=1, ensure_ascii=False)
+        figures = {measure["name"]: measure for measure in measures}
+        if options.k and options.json.exists():
+            before = json.loads(options.json.read_text(encoding="utf-8"))["figures"]
+            figures = {one["name"]: one for one in before} | figures
+        ordered = [figures[one.name] for one in MEASURES if one.name in figures]
+        text = json.dumps({"figures": ordered}, indent=1, ensure_ascii=False)
         options.json.write_text(f"{text}\n", encoding="utf-8")
     return 0 if all(measure["ok"] for measure in measures) else 1
 

@@ -48,6 +48,28 @@ def test_comparison(
     benchmark.pedantic(work, rounds=5, warmup_rounds=1)
 
 
+@cpu("comparison of sample prints")
+@in_turn(5)
+def test_sample_prints(
+    benchmark: Any,
+    side: str,
+    templates: dict[str, Template],
+    nist_minutiae: list[Any],
+) -> None:
+    """Compare each two of sixteen sample prints of four fingers, 24 genuine pairs among 120.
+
+    Each side compares what it has extracted itself.
+    """
+    if side == OURS:
+        ours = combinations([MATCHER.prepare(one) for one in templates.values()], 2)
+        pairs, compare = list(ours), MATCHER.compare
+    else:
+        pairs, compare = list(combinations(nist_minutiae, 2)), lambda a, b: a.compare(b)
+    benchmark.extra_info["calls"] = len(pairs)
+    work = lambda: [compare(a, b) for a, b in pairs]  # noqa: E731
+    benchmark.pedantic(work, rounds=3, warmup_rounds=1)
+
+
 @cpu("comparison, 1:N")
 @in_turn(7)
 def test_comparison_with_many(

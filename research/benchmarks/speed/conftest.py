@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -51,6 +52,17 @@ def image() -> GreyImage:
 def templates() -> dict[str, Template]:
     """Return the templates of the sample prints, four each of four fingers, by name."""
     return {path.stem: extract(path) for path in sorted(SAMPLE.glob("*_*.tif"))}
+
+
+@pytest.fixture(scope="session")
+def nist_minutiae() -> list[Any]:
+    """Return the same prints as NIST's mindtct extracts them, which bozorth3 compares."""
+    nbis = pytest.importorskip("nbis", reason="extra fpmatch[bench]")
+    plain = {"min_quality": 0.0, "get_center": False, "check_fingerprint": False}
+    settings = nbis.NbisExtractorSettings(**plain, compute_nfiq2=False, ppi=500.0)
+    extractor = nbis.new_nbis_extractor(settings)
+    images = (read_image(path).pixels for path in sorted(SAMPLE.glob("*_*.tif")))
+    return [extractor.extract_minutiae(cv2.imencode(".png", one)[1].tobytes()) for one in images]
 
 
 @pytest.fixture(scope="session")

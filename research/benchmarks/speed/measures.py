@@ -42,6 +42,12 @@ MEASURES: Final = (
         parts=4,
     ),
     Measure("extraction, peak memory", 150, "MB", "numpy and cv2 imported"),
+    Measure(
+        "comparison of sample prints",
+        10,
+        TIMES_AS_FAST,
+        "NIST bozorth3 of nbis-py 0.1.3, same prints",
+    ),
     Measure("comparison, 1:1", 0.5, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Measure("comparison, 1:N", 0.25, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Measure("search by a candidate list", 0.1, TIMES_THE_TIME, "every print compared in full"),

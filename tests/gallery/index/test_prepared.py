@@ -28,7 +28,7 @@ from fpmatch.gallery.store.array_file import (
     read_content,
     write_content,
 )
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
 
 
 @pytest.fixture(autouse=True)
@@ -96,6 +96,20 @@ def files_kept(gallery, cache):
         return len(list(file.with_name(f"{file.name}.prepared").iterdir()))
     (folder,) = (cache / "fpmatch" / "galleries").iterdir()
     return len(list(folder.iterdir()))
+
+
+def test_prints_prepared_with_other_parameters_are_neither_kept_nor_taken(filled, cache):
+    open_search(filled, engine=serial())
+    kept = files_kept(filled, cache)
+    matcher = UnitCircleMatcher(neighbours=4, reach_px=14)
+    search = open_search(filled, matcher, engine=serial())
+    assert isinstance(search.prints, list)
+    assert files_kept(filled, cache) == kept
+    probe = matcher.prepare(new_entry(3).template)
+    assert search.similarities(probe, np.arange(len(search))).tolist() == [
+        matcher.compare(probe, matcher.prepare(template)).similarity
+        for _, template in filled.templates()
+    ]
 
 
 def test_the_search_finds_what_comparing_one_by_one_finds(filled):

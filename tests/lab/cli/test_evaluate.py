@@ -14,7 +14,7 @@ from fpmatch.matching.calibration import Calibration
 from fpmatch.templates.minutiae import Minutiae, Template
 from tests.conftest import assert_refused, copied, rows_of
 
-KEYS = ["sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
+KEYS = ["matcher", "sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
 
 
 @pytest.fixture

@@ -168,10 +168,11 @@ class Report:
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as one JSON object."""
-        if len(self.analyses) == 1:
-            return self.analyses[0].as_json()
+        each = [{"matcher": one.report.matcher, **one.as_json()} for one in self.analyses]
+        if len(each) == 1:
+            return each[0]
         return {
-            "matchers": [{"matcher": one.report.matcher, **one.as_json()} for one in self.analyses],
+            "matchers": each,
             "against_first": [comparison.as_json() for comparison in self.comparisons],
         }
 
@@ -179,8 +180,9 @@ class Report:
         """Return the report as tables; several matchers are side by side at the end."""
         first = self.analyses[0]
         parts = [first.tables()]
-        if len(self.analyses) > 1:
+        if len(self.analyses) > 1 or ":" in first.report.matcher:  # which states parameters
             parts = [f"matcher {one.report.matcher}\n{one.tables()}" for one in self.analyses]
+        if len(self.analyses) > 1:
             parts.append(_format_matchers([one.report for one in self.analyses]))
             parts += [format_comparison(one, first.report.matcher) for one in self.comparisons]
         return "\n\n".join(filter(None, [*parts, self.note_on_bounds]))

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.errors import OutputError
 from fpmatch.gallery.batch.score_file import csv_lines
-from fpmatch.lab.evaluation.report.figures import det_curves, draw_det, new_axes
+from fpmatch.lab.evaluation.report.det import det_curves, draw_det
+from fpmatch.lab.evaluation.report.figures import new_axes
 from fpmatch.lab.evaluation.report.operating_points import RateIntervals
 from fpmatch.lab.evaluation.report.rate_text import RATE_TITLES, defined_rates
 from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, plain_style

@@ -9,7 +9,8 @@ import numpy as np
 from fpmatch.lab.evaluation.rates.error_rates import POOLED
 from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
 from fpmatch.lab.evaluation.report import svg
-from fpmatch.lab.evaluation.report.figures import in_percent, new_axes
+from fpmatch.lab.evaluation.report.det import in_percent
+from fpmatch.lab.evaluation.report.figures import new_axes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

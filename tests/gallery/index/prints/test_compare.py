@@ -246,4 +246,6 @@ def test_a_matcher_that_compares_in_its_own_way_does_so_with_many():
     assert similarities(reference, prints[0], many, 1).tolist() == alone
     assert packs(MATCHER)
     assert packs(reference)
+    assert packs(get_matcher("unit-circle:rounds=3"))
+    assert not packs(get_matcher("unit-circle:rounds=4"))
     assert not packs(get_matcher("paper"))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fpmatch.lab.evaluation.report import svg
-from fpmatch.lab.evaluation.report.figures import Curve, det_plot, rank_plot, roc_plot, score_plot
+from fpmatch.lab.evaluation.report.det import Curve
+from fpmatch.lab.evaluation.report.figures import det_plot, rank_plot, roc_plot, score_plot
 
 pytest.importorskip("matplotlib")
 STYLE = Path(svg.__file__).with_name("style.css.j2").read_text(encoding="utf-8")

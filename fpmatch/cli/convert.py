@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes, show_line
 from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size, key_option
 from fpmatch.errors import TemplateError
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog="""\b
+    cls=Command,
+    details="""\b
 Formats, with their suffixes:
   json .json       fpmatch's own, complete and exact
   sealed .sealed   the same encrypted, with --key
@@ -45,15 +47,15 @@ Formats, with their suffixes:
 What does not fit:
   Minutiae outside the print are dropped; of too many, those of lowest quality first. Each loss is
   a note on stderr.
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch convert print.json print.iso
   fpmatch convert card.an2 print.dat --format ansi2004 --view 2
   fpmatch convert print.xyt print.json --size 388x374 --dpi 500
   fpmatch convert minutiae.npy print.json --angles rad,clockwise --size 388x374 --dpi 500
   fpmatch convert print.tif print.iso
-"""
+""",
 )
 @click.argument("source", metavar="IN", type=FILE)
 @click.argument("target", metavar="OUT", type=FILE)
@@ -67,6 +69,7 @@ Examples:
     "--from",
     "source_format",
     type=FormatChoice([codec.name for codec in CODECS]),
+    hidden=True,
     help="Format of IN.  [default: by its content]",
 )
 @click.option("--view", type=click.IntRange(min=1), help="Write this print of IN only, from 1.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FormatChoice,
@@ -57,6 +58,7 @@ class _Extracted:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch extract print.tif -o templates
@@ -70,7 +72,7 @@ Quality:
   0, useless, to 100; what is wrong with an image is a note on stderr. --json contains all of it.
 
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
-"""
+""",
 )
 @files_argument("images", metavar="IMAGE...")
 @output_option(metavar="DIR", help="Folder for the templates; made if missing.")

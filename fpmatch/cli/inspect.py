@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import files_argument, json_array_option, key_option, raw_option
 from fpmatch.errors import FpmatchError
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch inspect print.tif template.iso
@@ -26,7 +28,7 @@ Examples:
   fpmatch inspect small_sensor.bmp --dpi 240
 
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
-"""
+""",
 )
 @files_argument("files", metavar="FILE...")
 @click.option(

@@ -106,18 +106,21 @@ raw_option: Final = click.option(
     metavar="WxH",
     multiple=True,
     type=image_size,
+    hidden=True,
     help="Read files of W times H bytes as pixels without a header; may be repeated.",
 )
 polarity_option: Final = click.option(
     "--polarity",
     type=click.Choice(POLARITIES),
     default=POLARITIES[0],
+    hidden=True,
     help="Ridges are dark or white in the images; auto: detected, in a folder from all its images.",
 )
 enhance_option: Final = click.option(
     "--enhance",
     type=click.Choice(ENHANCEMENTS),
     default=ENHANCEMENTS[0],
+    hidden=True,
     help="Enhancement of ridges in images: by a small neural network, or by Gabor filters.",
 )
 matcher_option: Final = click.option(
@@ -130,6 +133,7 @@ angles_option: Final = click.option(
     "--angles",
     metavar="deg|rad[,clockwise][,opposite]",
     type=angle_convention,
+    hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
 )
@@ -138,6 +142,7 @@ key_option: Final = click.option(
     metavar="SOURCE",
     expose_value=False,
     callback=_use_key,
+    hidden=True,
     help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
     "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 _OPTIONS: Final = (
     click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
-    click.option("--probe-dpi", type=float, help="Resolution of the probe."),
-    click.option("--reference-dpi", type=float, help="Resolution of the reference."),
+    click.option("--probe-dpi", type=float, hidden=True, help="Resolution of the probe."),
+    click.option("--reference-dpi", type=float, hidden=True, help="Resolution of the reference."),
     click.option(
         "--fmr",
         type=float,
@@ -45,6 +45,7 @@ _OPTIONS: Final = (
         "--rho",
         type=float,
         metavar="SHARE",
+        hidden=True,
         help="Matcher paper: match where more than this share of the smaller print's minutiae is "
         "paired; --fmr or --threshold decide by the score instead.  [default: 0.6, the lowest of "
         "the paper's experiments; 0.9 and 0.95 reject most genuine pairs]",
@@ -53,12 +54,14 @@ _OPTIONS: Final = (
         "--area-tolerance",
         type=float,
         metavar="AREA",
+        hidden=True,
         help="Matcher paper: largest difference in area of corresponding rings on the unit circle, "
         "which the paper does not state; a smaller one is faster and finds less.  [default: 0.1]",
     ),
     file_option(
         "--calibration",
         metavar="FILE",
+        hidden=True,
         help="Score as fitted by fpmatch calibrate.  [default: that of the package]",
     ),
     polarity_option,
@@ -79,6 +82,7 @@ _VIEW_OPTIONS: Final = (
     click.option(
         "--warp",
         is_flag=True,
+        hidden=True,
         help="Draw the probe as the matcher bends it, on the mesh of the pairs: for looking, not "
         "for measuring.",
     ),

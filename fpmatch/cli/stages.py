@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes_on, show_line
 from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
 from fpmatch.printable import count
@@ -18,12 +19,13 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch stages print.tif -o stages
   fpmatch stages print.png -o stages --dpi 1000
   fpmatch stages print.tif -o stages --enhance filters
-"""
+""",
 )
 @click.argument("image", type=FILE)
 @output_option(metavar="DIR", help="Folder for the pictures; made if missing.")

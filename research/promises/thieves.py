@@ -229,12 +229,12 @@ def keys_in_the_open(place: Place) -> Tries:
         ("identify", file, PROBE),
         ("inspect", file),
         ("points", "match", file, file),
-        ("evaluate", "--scores-in", file),
+        ("rates", file),
         ("evaluate", file),
         (*sides, "--pairs", file),
         ("calibrate", file, "-o", "c.json"),
         ("verify", PROBE, REFERENCE, "--calibration", file),
-        ("gallery", "audit", file),
+        ("gallery", "audit", "show", file),
         ("serve", "--port", 99999, "--clients", file),
         *(
             ("convert", file, "o.json", "--angles", "deg", "--from", kind)

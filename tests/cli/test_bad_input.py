@@ -63,8 +63,10 @@ CASES = {
         ("set --baseline nowhere.csv", "nowhere.csv: "),
         ("set --baseline notes.txt", "notes.txt: line 1: "),
         ("set --ground-truth", "1.json: no such file"),
-        ("set --protocol identification --background nowhere", "nowhere: no such"),
-        ("set --protocol identification --plot det.doc", ".svg"),
+    ],
+    "evaluate-identification --workers 1": [
+        ("set --background nowhere", "nowhere: no such"),
+        ("set --plot det.doc", ".svg"),
     ],
     "gallery": [
         ("info no.db", "no.db: no such gallery"),

@@ -171,7 +171,9 @@ CASES = {
         ("{copy} --key file:{key} --json", {0}),
         ("{copy} --key file:{missing}", {2}),
     ],
-    "gallery audit": [("{missing}", {2}), ("{scores}", {2})],
+    "gallery audit show": [("{missing}", {2}), ("{scores}", {2})],
+    "gallery audit verify": [("{missing}", {2}), ("{scores}", {2})],
+    "gallery audit switch": [("{missing} on", {2}), ("{scores} on", {2})],
     "score": [
         ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1", {0}),
         ("--references {gallery} --probes {dir} -o {out}/s.csv --workers 1 --json", {0}),
@@ -187,10 +189,10 @@ CASES = {
         ("{manifest} --workers 1 --json --bootstrap 0 --pairs {pairs}", {0}),
         ("{gallery} --workers 1 --bootstrap 0 --report {out}/r", {0}),
         ("{dir} --pattern {pattern} --workers 1 --bootstrap 0 --baseline {own}", {0}),
-        ("--scores-in {own} --json --report {out}/r --bootstrap 0", {0}),
         ("{missing}", {2}),
-        ("--scores-in {missing}", {2}),
     ],
+    "evaluate-identification": [("{missing}", {2})],
+    "rates": [("{own} --json --report {out}/r --bootstrap 0", {0}), ("{missing}", {2})],
     "synth": [
         ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", {0}),
         ("{dir} --fingers 1", {2}),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Group
 from fpmatch.cli.notes import ProgressBars, first_of, say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
 from fpmatch.gallery.cli.gallery_audit import audit
@@ -24,6 +25,7 @@ _ARGUMENT: Final = click.argument("gallery")
 
 
 @click.group(
+    cls=Group,
     epilog="""\b
 Examples:
   fpmatch gallery info prints.db
@@ -31,7 +33,7 @@ Examples:
   fpmatch gallery check prints.db
   fpmatch gallery rotate prints.db --key file:keys.txt
   fpmatch gallery export postgresql://me@host/prints -o templates
-"""
+""",
 )
 def gallery() -> None:
     """Show, check, change and export a gallery, which `fpmatch enrol` makes.

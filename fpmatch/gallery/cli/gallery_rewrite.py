@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, show, show_line
 from fpmatch.cli.options import json_option, key_option
 from fpmatch.printable import count, json_text, printable
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch gallery rotate prints.db --key file:keys.txt
@@ -23,7 +25,7 @@ Examples:
 
 Exit status: 0 when all templates are sealed with the current key, 1 when some are damaged, which
 are left as they are, 2 when it could not be done.
-"""
+""",
 )
 @click.argument("gallery")
 @click.option("--decrypt", is_flag=True, help="Store all templates without encryption instead.")
@@ -55,6 +57,7 @@ def rotate(gallery: str, decrypt: bool, as_json: bool) -> int:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch gallery compact prints.db
@@ -66,7 +69,7 @@ tables are rewritten by VACUUM FULL, which only their owner may do; the server's
 backups keep what they have.
 
 Exit status: 0 when it is done, 2 when it could not be; the gallery is whole then.
-"""
+""",
 )
 @click.argument("gallery")
 @key_option

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_slow_kernels, show
 from fpmatch.cli.options import json_option, key_option, matcher_option, output_option
 from fpmatch.gallery.cli.options import (
@@ -24,6 +25,7 @@ _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 A score of 30 is to mean that one impostor comparison in 1,000 reaches it. Whether it does depends
 on sensor and fingers. With more fingers, higher scores can be measured: 10 fingers with 8
@@ -36,7 +38,7 @@ Examples:
   fpmatch evaluate prints --scores scores.csv
   fpmatch calibrate scores.csv -o calibration.json
   fpmatch verify probe.tif reference.tif --calibration calibration.json
-"""
+""",
 )
 @places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")

@@ -6,7 +6,7 @@ from typing import Final
 
 import click
 
-from fpmatch.cli.group import LazyGroup
+from fpmatch.cli.command import LazyGroup
 
 SUMMARIES: Final = {
     "match": "Find the transform between two point sets.",

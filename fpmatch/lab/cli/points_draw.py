@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import show, show_line
 from fpmatch.cli.options import FILE, output_option
 from fpmatch.gallery.cli.options import FROM_0
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 @click.command(
     "draw",
+    cls=Command,
     epilog="""\b
 Pictures:
   figure_2_triangulations   the sets and their Delaunay triangulations

@@ -13,6 +13,7 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write, check_writable
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.errors import PointSetError
@@ -70,7 +71,14 @@ class _Maps(NamedTuple):
 
 @click.command(
     "match",
-    epilog="""\b
+    cls=Command,
+    details="""
+Both files are tables with columns x and y, among others, or two columns of numbers without a
+header; separated by comma, semicolon or tab. The rotation counts from the x axis towards the y
+axis. After no match by the matcher triangles, short searches try whether --reflect or --model
+affine would find one, and the reason names them.
+
+\b
 JSON:
   match          whether a transform was found
   transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null. With --model
@@ -100,8 +108,8 @@ Models:
   similarity     rotation, one scale for all directions, shift
   affine         any linear map and shift: other scales along other directions, and shear; found
                  by the matcher triangles alone
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch points match stars.csv catalogue.csv
   fpmatch points match stars.csv catalogue.csv --text --plot match.png
@@ -144,6 +152,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     "--rho",
     type=float,
     metavar="SHARE",
+    hidden=True,
     help="Share of the points that must be paired, of matchers paper (more than it) and "
     "van-wamelen.  [default: 0.6, the least of the paper's experiments]",
 )
@@ -151,6 +160,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     "--area-tolerance",
     type=float,
     metavar="AREA",
+    hidden=True,
     help="Matcher paper: largest difference between the areas of similar rings on the unit circle; "
     "the paper gives no value.  [default: 0.1]",
 )
@@ -182,12 +192,9 @@ def points_match(
 ) -> int:
     """Find the scale, rotation and shift that lay the points of P.csv on points of Q.csv.
 
-    Both are tables with columns x and y, among others, or two columns of numbers without a
-    header; separated by comma, semicolon or tab. A dash (-) reads standard input. Not every point
-    needs a partner. The rotation counts from the x axis towards the y axis.
-    --model affine also finds other scales along other directions, and shear.
-    After no match by the matcher triangles, short searches try whether --reflect or
-    --model affine would find one, and the reason names them.
+    Both are tables with columns x and y, or two columns of numbers. A dash (-) reads standard
+    input. Not every point needs a partner. --model affine also finds other scales along other
+    directions, and shear.
     """
     from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
 

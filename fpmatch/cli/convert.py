@@ -9,7 +9,14 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes, show_line
-from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size, key_option
+from fpmatch.cli.options import (
+    FILE,
+    FormatChoice,
+    angles_option,
+    image_size,
+    key_option,
+    reading_options,
+)
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 from fpmatch.printable import count
@@ -20,6 +27,7 @@ if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 
 @click.command(
@@ -73,7 +81,7 @@ Examples:
     help="Format of IN.  [default: by its content]",
 )
 @click.option("--view", type=click.IntRange(min=1), help="Write this print of IN only, from 1.")
-@click.option("--dpi", type=float, help="Resolution of IN, in dots per inch.")
+@reading_options
 @click.option(
     "--size",
     metavar="WxH",
@@ -89,6 +97,8 @@ def convert(
     source_format: str | None,
     view: int | None,
     dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
     size: RawSize | None,
     angles: AngleConvention | None,
 ) -> None:
@@ -98,12 +108,18 @@ def convert(
     hold several.
     """
     from fpmatch.formats.files import is_template_file, save_record
+    from fpmatch.formats.record import TemplateRecord, View
+    from fpmatch.image.dataset_folder import described
+    from fpmatch.prints.reading import PrintReader, read_given_print
 
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
     if source_format or is_template_file(source):
-        record = _template(source, source_format, dpi, size, angles)
+        record = _template(source, source_format, described(source, dpi=dpi)[1], size, angles)
     else:
-        record = _extracted(source, dpi)
+        given = read_given_print(
+            source, PrintReader(raw, quiet=True).image, polarity=polarity, dpi=dpi
+        )
+        record = TemplateRecord("", (View(given.template),), given.notes)
     if view is not None:
         if view > len(record.views):
             raise TemplateError(f"{source}: holds {count(len(record.views), 'print')}, not {view}")
@@ -142,12 +158,3 @@ def _template(
             "(--size sets it)"
         )
     return replace(record, views=views, notes=tuple(notes))
-
-
-def _extracted(path: Path, dpi: float | None) -> TemplateRecord:
-    """Return a record of the template that is extracted from an image."""
-    from fpmatch.formats.record import TemplateRecord, View
-    from fpmatch.prints.reading import PrintReader, make_given_print
-
-    given = make_given_print(PrintReader(quiet=True).image(path), str(path), dpi=dpi)
-    return TemplateRecord("", (View(given.template),), given.notes)

@@ -17,8 +17,7 @@ from fpmatch.cli.options import (
     json_option,
     key_option,
     output_option,
-    polarity_option,
-    raw_option,
+    reading_options,
 )
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
@@ -83,10 +82,8 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     default="both",
     help="json is complete; csv has the minutiae alone; the others are those of convert.",
 )
-@click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
-@polarity_option
+@reading_options
 @enhance_option
-@raw_option
 @angles_option
 @json_option
 @key_option
@@ -108,6 +105,7 @@ def extract(
     """
     from fpmatch.base.output import make_folder
     from fpmatch.formats.sealed import require_key
+    from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
@@ -127,7 +125,8 @@ def extract(
     with ProgressBars({"extract": "extracting"}) as bars:
         for number, image in enumerate(images, start=1):
             try:
-                given = make_given_print(of_folder(image), str(image), dpi=dpi, enhance=enhance)
+                _, own_dpi = described(image, dpi=dpi)
+                given = make_given_print(of_folder(image), str(image), dpi=own_dpi, enhance=enhance)
                 files = _write(given.template, output / image.stem, file_format)
                 minutiae = len(given.template.minutiae)
                 done.append(_Extracted(image, files, minutiae, given.quality, given.notes))

@@ -173,11 +173,10 @@ def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> No
 Examples:
   fpmatch verify probe.tif reference.tif
   fpmatch verify probe.tif reference.tif --json --overlay overlay.png
-  fpmatch extract prints/*.tif -o templates
   fpmatch COMMAND --help
 
-Exit status: 0 match or done, 1 no match or done but for some failures, 2 input that cannot be
-used (with one line on stderr), 3 inconclusive.
+Exit status: 0 match or done, 1 no match or some failures, 2 input that cannot be used (with one
+line on stderr), 3 inconclusive.
 """,
 )
 @click.option(
@@ -186,7 +185,7 @@ used (with one line on stderr), 3 inconclusive.
     is_eager=True,
     expose_value=False,
     callback=_show_version,
-    help="Show the version and whether the kernels are compiled and up to date, and exit.",
+    help="Show the version and the state of the kernels, and exit.",
 )
 def fpmatch() -> None:
     """Verify fingerprints: two images in; a decision, its score and the transform out."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -13,6 +13,8 @@ from fpmatch.errors import did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
 
@@ -101,7 +103,13 @@ def _restore_key(before: str | None) -> None:
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
-raw_option: Final = click.option(
+_DPI: Final = click.option(
+    "--dpi",
+    type=float,
+    help="Resolution of the prints in dots per inch.  [default: that of dataset.toml beside a "
+    "file, else of the file, else 500]",
+)
+_RAW: Final = click.option(
     "--raw",
     metavar="WxH",
     multiple=True,
@@ -109,12 +117,13 @@ raw_option: Final = click.option(
     hidden=True,
     help="Read files of W times H bytes as pixels without a header; may be repeated.",
 )
-polarity_option: Final = click.option(
+_POLARITY: Final = click.option(
     "--polarity",
     type=click.Choice(POLARITIES),
     default=POLARITIES[0],
     hidden=True,
-    help="Ridges are dark or white in the images; auto: detected, in a folder from all its images.",
+    help="Ridges are dark or white in the images; auto: by dataset.toml, else detected, in a "
+    "folder from all its images.",
 )
 enhance_option: Final = click.option(
     "--enhance",
@@ -146,6 +155,15 @@ key_option: Final = click.option(
     help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
     "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )
+
+
+def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options about how files of prints are read: ``--dpi``, ``--polarity``, ``--raw``."""
+    for option in (_RAW, _POLARITY, _DPI):
+        command = option(command)
+    return command
+
+
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 json_array_option: Final = click.option(
     "--json", "as_json", is_flag=True, help="Print one JSON array."

@@ -15,8 +15,7 @@ from fpmatch.cli.options import (
     file_option,
     key_option,
     matcher_option,
-    polarity_option,
-    raw_option,
+    reading_options,
 )
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from fpmatch.prints.reading import GivenPrint
 
 _OPTIONS: Final = (
-    click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
+    reading_options,
     click.option("--probe-dpi", type=float, hidden=True, help="Resolution of the probe."),
     click.option("--reference-dpi", type=float, hidden=True, help="Resolution of the reference."),
     click.option(
@@ -64,9 +63,7 @@ _OPTIONS: Final = (
         hidden=True,
         help="Score as fitted by fpmatch calibrate.  [default: that of the package]",
     ),
-    polarity_option,
     enhance_option,
-    raw_option,
     angles_option,
     key_option,
 )
@@ -146,10 +143,9 @@ def pair_options_of(values: Mapping[str, Any]) -> PairOptions:
 
 def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
     """Read the print of one side, "probe" or "reference"."""
-    from fpmatch.prints.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, read_given_print
 
-    path, dpi = values[side], values[f"{side}_dpi"]
-    dpi = values["dpi"] if dpi is None else dpi
+    dpi = values[f"{side}_dpi"]
+    how = {"polarity": values["polarity"], "dpi": values["dpi"] if dpi is None else dpi}
     reader = PrintReader(values["raw"], quiet=True, angles=values["angles"])
-    content = reader(path, polarity=values["polarity"], dpi=dpi)
-    return make_given_print(content, str(path), dpi=dpi, enhance=values["enhance"])
+    return read_given_print(values[side], reader, **how, enhance=values["enhance"])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes_on, show_line
-from fpmatch.cli.options import FILE, enhance_option, output_option, polarity_option, raw_option
+from fpmatch.cli.options import FILE, enhance_option, output_option, reading_options
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -29,10 +29,8 @@ Examples:
 )
 @click.argument("image", type=FILE)
 @output_option(metavar="DIR", help="Folder for the pictures; made if missing.")
-@click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
-@polarity_option
+@reading_options
 @enhance_option
-@raw_option
 def stages(
     image: Path,
     output: Path,
@@ -44,11 +42,11 @@ def stages(
     """Write the result of each stage of the extraction of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stages.sheet import write_stages
     from fpmatch.image.preprocess.arrays import StageRecorder
-    from fpmatch.prints.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, read_given_print
 
-    content = PrintReader(raw, quiet=True).image(image, polarity=polarity, dpi=dpi)
-    recorder = StageRecorder()
-    given = make_given_print(content, str(image), dpi=dpi, enhance=enhance, recorder=recorder)
+    recorder, reader = StageRecorder(), PrintReader(raw, quiet=True)
+    how: dict[str, Any] = {"polarity": polarity, "dpi": dpi, "enhance": enhance}
+    given = read_given_print(image, reader.image, **how, recorder=recorder)
     say_notes_on([given])
     write_stages(recorder.stages, output)
     minutiae = count(len(given.template.minutiae), "minutia", "minutiae")

@@ -7,7 +7,7 @@ import re
 import pytest
 from PIL import Image
 
-from fpmatch import load_template
+from fpmatch import load_template, verify
 from fpmatch.cli.options import ENHANCEMENTS
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
@@ -51,6 +51,51 @@ def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
     assert_refused(run(*words, "100x100"), "84000")
     wrong = run(*words, "280")
     assert (wrong.exit_code, "'280'" in wrong.stderr) == (2, True)
+
+
+def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, tmp_path):
+    square = tmp_path / "1_2.dat"
+    square.write_bytes(bare.read_bytes()[: 280 * 280])
+    out = tmp_path / "out"
+    for words in (
+        ("verify", square, prints / "1_1.png"),
+        ("overlay", prints / "1_1.png", square, "-o", tmp_path / "o.png"),
+        ("extract", square, "-o", out),
+        ("convert", square, tmp_path / "t.json"),
+        ("inspect", square),
+        ("stages", square, "-o", out),
+        ("enrol", tmp_path / "prints.db", square, "--workers", 1),
+    ):
+        assert "; if its 78400 bytes are pixels: --raw 280x280" in run(*words).stderr, words
+    read = run("convert", square, tmp_path / "t.json", "--raw", "280x280", "--dpi", 500)
+    assert (read.exit_code, read.stderr) == (0, "")
+    square.write_bytes(b"words" * 78400)
+    assert "--raw" not in run("inspect", square).stderr
+
+
+def test_a_dataset_toml_beside_the_file_counts_unless_an_option_is_given(run, prints, tmp_path):
+    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png")
+    pair = (folder / "1_1.png", folder / "1_2.png")
+
+    def states(*options):
+        """Return what commands say of the resolution, and a score that depends on it."""
+        verified = json.loads(run("verify", *pair, "--json", *options).stdout)
+        (inspected,) = json.loads(run("inspect", pair[0], "--json", *options).stdout)
+        dpis = [inspected["image"]["dpi"]]
+        for words in (("extract", pair[0], "-o", tmp_path), ("convert", pair[0], "{}/1_1.json")):
+            done = run(*(str(word).format(tmp_path) for word in words), *options)
+            assert done.exit_code == 0, done.stderr
+            dpis.append(load_template(tmp_path / "1_1.json").dpi)
+        return dpis, verified["score"]
+
+    plain, given = states(), states("--dpi", 569)
+    (folder / "dataset.toml").write_text("dpi = 569\n")
+    assert states() == given
+    assert given[0] == [569] * 3
+    assert states("--dpi", 500) == plain
+    assert verify(*pair).score == given[1]
+    (folder / "dataset.toml").write_text("dpi = 5\n")
+    assert_refused(run("verify", *pair), f"{folder}/dataset.toml: ")
 
 
 def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):

@@ -13,7 +13,7 @@ import click
 from fpmatch.cli import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import json_option, key_option, polarity_option, raw_option
+from fpmatch.cli.options import json_option, key_option, reading_options
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
     by_folder_option,
@@ -95,8 +95,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     hidden=True,
     help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
 )
-@click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
-@polarity_option
+@reading_options
 @click.option(
     "--min-quality",
     metavar="N",
@@ -126,7 +125,6 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     help="Encrypt the gallery that is made with the current key of --key; refuse one that is not "
     "encrypted.",
 )
-@raw_option
 @workers_option
 @scheduler_option
 @json_option

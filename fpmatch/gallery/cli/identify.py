@@ -15,8 +15,7 @@ from fpmatch.cli.options import (
     json_option,
     key_option,
     matcher_option,
-    polarity_option,
-    raw_option,
+    reading_options,
 )
 from fpmatch.gallery.cli.options import FROM_1, check_where, scheduler_option
 
@@ -161,9 +160,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="With --with: which finger PROBE is of, then each SECOND, as it was named at enrolment "
     "(default: not known, any finger of the subject).",
 )
-@click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
-@polarity_option
-@raw_option
+@reading_options
 @matcher_option
 @file_option(
     "--calibration",

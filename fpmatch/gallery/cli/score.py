@@ -16,7 +16,7 @@ from fpmatch.cli.options import (
     key_option,
     matcher_option,
     output_option,
-    polarity_option,
+    reading_options,
 )
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed, say_failures
 from fpmatch.gallery.cli.options import (
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.batch.score import ScoreSummary
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 _STAGES: Final = {
@@ -123,8 +124,7 @@ are rows with the reason), 2 when the run could not be done.
     hidden=True,
     help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
 )
-@click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
-@polarity_option
+@reading_options
 @workers_option
 @scheduler_option
 @json_option
@@ -139,6 +139,7 @@ def score(
     calibration: Path | None,
     dpi: float | None,
     polarity: Polarity,
+    raw: tuple[RawSize, ...],
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
@@ -162,7 +163,7 @@ def score(
         open_source,
         dpi=dpi,
         polarity=polarity,
-        reader=PrintReader(quiet=True),
+        reader=PrintReader(raw, quiet=True),
         pattern=None if pattern is None else NamePattern(pattern),
         by_folder=by_folder,
     )

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import DEFAULT_LIMITS, GreyImage, ImageLimits, as_grey, decode_raw
+from fpmatch.image.io.grey import (
+    DEFAULT_LIMITS,
+    GreyImage,
+    ImageLimits,
+    as_grey,
+    decode_raw,
+    likely_raw_size,
+)
 from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
@@ -137,10 +144,11 @@ def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> G
     try:
         reader = find_reader(data)
     except ImageReadError as error:
-        if not raw_sizes:
-            raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
-        raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
+        why = f"; its {len(data)} bytes are no raw {sizes}" if sizes else ""
+        if likely := likely_raw_size(data):
+            why += f"; if its {len(data)} bytes are pixels: --raw {likely}"
+        raise ImageReadError(f"{error}{why}") from error
     return reader.decode(data, limits)
 
 

@@ -10,7 +10,7 @@ from fpmatch.base.kernels import build_command, outdated_kernels
 from fpmatch.cli import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import enhance_option, file_option, key_option
+from fpmatch.cli.options import enhance_option, file_option, key_option, reading_options
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
@@ -27,6 +27,9 @@ from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 _STAGES = {
     "extract": "extracting prints",
@@ -92,6 +95,7 @@ done.
     hidden=True,
     help="Compare these pairs only: columns probe, reference and perhaps genuine (1 or 0).",
 )
+@reading_options
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
 @click.option(
@@ -139,6 +143,9 @@ def evaluate(
     protocol: str,
     matchers: tuple[str, ...],
     pairs: Path | None,
+    dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
     enhance: str,
     scores: Path | None,
     report_folder: Path | None,
@@ -199,17 +206,18 @@ def evaluate(
     earlier = None if baseline is None else read_scores(baseline)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     loaded = run.load_datasets(places, protocol, **labels, pairs=pairs)
-    datasets = dataset.with_unique_names(loaded)
+    datasets = [one.at(dpi) for one in dataset.with_unique_names(loaded)]
     plan = None
     if enrolled is not None:
         others = run.load_datasets([*loaded, *impostors], **labels)[len(loaded) :]
-        plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
+        impostor_sets = tuple(one.at(dpi) for one in dataset.with_unique_names(others))
+        plan = enrolment.Enrolment(enrolled, enrol_seed, impostor_sets)
     graded = any(one is not None for one in (scores, report_folder, curves))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
     say_slow_kernels()
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
-        read = PrintReader(quiet=True)
-        reader = extraction.dataset_reader(datasets, read, engine)
+        read = PrintReader(raw, quiet=True)
+        reader = extraction.dataset_reader(datasets, read, engine, polarity=polarity)
         results = run.evaluate_matchers(
             datasets,
             chosen_matchers(matchers),

@@ -9,7 +9,7 @@ import click
 from fpmatch.cli import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import enhance_option, file_option, key_option
+from fpmatch.cli.options import enhance_option, file_option, key_option, reading_options
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     by_folder_option,
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
 
 _STAGES: Final = {
@@ -79,6 +81,7 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
 @file_option(
     "--plot", metavar="FILE", help="Plot FNIR against FPIR and rank into a .png, .svg or .pdf."
 )
+@reading_options
 @enhance_option
 @file_option("--curves", metavar="DIR", hidden=True, help="Write the points of the curves there.")
 @bootstrap_options
@@ -91,6 +94,9 @@ def evaluate_identification(
     *,
     pattern: str | None,
     by_folder: bool,
+    dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
     enhance: str,
     bootstrap: int,
     seed: int,
@@ -120,13 +126,14 @@ def evaluate_identification(
     chosen = chosen_matchers(matchers)
     _prepare_outputs(curves, plot)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
-    datasets = dataset.with_unique_names(run.load_datasets(places, **labels))
+    loaded = run.load_datasets(places, **labels)
+    datasets = [one.at(dpi) for one in dataset.with_unique_names(loaded)]
+    reading: dict[str, Any] = {"polarity": polarity, "reader": PrintReader(raw, quiet=True)}
     say_slow_kernels()
     reports: list[Any] = []
     given: dict[str, Any]
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
-        read = PrintReader(quiet=True)
-        reader = extraction.dataset_reader(datasets, read, engine)
+        reader = extraction.dataset_reader(datasets, engine=engine, **reading)
         extractor = extraction.extractor_of(enhance, reader)
         how: dict[str, Any] = {"engine": engine, "progress": bars.show}
         sets = extraction.extract_datasets(datasets, extractor=extractor, **how)
@@ -134,6 +141,7 @@ def evaluate_identification(
             matcher, filled = get_matcher(name), None
             if background is not None:
                 given = {"enhance": enhance, "apart_from": datasets, **how, **labels}
+                given |= {"dpi": dpi, "reading": reading}
                 filled = load_background(background, matcher, **given)
             of_matcher = []
             for size in sorted({1, fingers or 1}, reverse=True):  # first that of fewest subjects

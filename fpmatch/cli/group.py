@@ -168,6 +168,7 @@ def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> No
         "help_option_names": ["-h", "--help"],
         "max_content_width": 100,
         "show_default": True,
+        "token_normalize_func": lambda word: word.replace("imposter", "impostor"),
     },
     epilog="""\b
 Examples:

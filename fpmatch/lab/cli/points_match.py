@@ -26,6 +26,7 @@ from fpmatch.lab.points.match import (
     match_points,
     wider_maps,
 )
+from fpmatch.lab.points.points_csv import XY
 from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH
 from fpmatch.prints.words import verdict
@@ -67,6 +68,14 @@ class _Maps(NamedTuple):
     def asked(self) -> bool:
         """Whether they are others than by default."""
         return self.reflect or self.model != "similarity"
+
+
+def _column_names(text: str) -> tuple[str, str]:
+    """Return the two names of columns that a text on the command line means."""
+    x, _, y = (part.strip() for part in text.partition(","))
+    if not (x and y) or "," in y or x.casefold() == y.casefold():
+        raise click.BadParameter(f"{text!r} is not two names of columns, as ra,dec")
+    return x, y
 
 
 @click.command(
@@ -114,6 +123,7 @@ Examples:
   fpmatch points match stars.csv catalogue.csv
   fpmatch points match stars.csv catalogue.csv --text --plot match.png
   fpmatch points match spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
+  fpmatch points match stars.csv catalogue.csv --columns ra,dec
   fpmatch points match stars.csv catalogue.csv --matcher paper --rho 0.9
   fpmatch points match negative.csv catalogue.csv --reflect
   fpmatch points match oblique.csv map.csv --model affine --plot match.png
@@ -147,6 +157,14 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     metavar="T",
     help="How far a partner may lie from its place, in the units of Q.  "
     "[default: a share of Q's mean spacing]",
+)
+@click.option(
+    "--columns",
+    metavar="X,Y",
+    type=_column_names,
+    multiple=True,
+    help="Columns of the tables, as ra,dec; twice where those of Q.csv have other names.  "
+    "[default: x,y]",
 )
 @click.option(
     "--rho",
@@ -184,6 +202,7 @@ def points_match(
     model: TransformModel,
     reflect: bool,
     tolerance: float | None,
+    columns: tuple[tuple[str, str], ...],
     rho: float | None,
     area_tolerance: float | None,
     as_json: bool,
@@ -192,19 +211,22 @@ def points_match(
 ) -> int:
     """Find the scale, rotation and shift that lay the points of P.csv on points of Q.csv.
 
-    Both are tables with columns x and y, or two columns of numbers. A dash (-) reads standard
-    input. Not every point needs a partner. --model affine also finds other scales along other
-    directions, and shear.
+    Both are tables with columns x and y, or --columns, or two columns of numbers. A dash (-)
+    reads standard input. Not every point needs a partner. --model affine also finds other
+    scales along other directions, and shear.
     """
     from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
 
     if p == q == STDIN:
         raise click.UsageError("only one of the sets can come from standard input")
+    if len(columns) > 2:
+        raise click.UsageError("--columns is given once for both sets, or once for each")
     if plot is not None:
         check_plot(plot)
     if pairs is not None:
         check_writable(pairs)
-    ours, theirs = _read(p), _read(q)
+    named = columns or (XY,)
+    ours, theirs = _read(p, named[0]), _read(q, named[-1])
     given: dict[str, Any] = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
     maps = _Maps(reflect, model)
     with ProgressBars({"search": "searching"}) as bars:
@@ -241,14 +263,15 @@ def _match(
     return replace(match, reason=f"{match.reason}; {' '.join(options)} finds a match")
 
 
-def _read(path: Path) -> _NamedPoints:
+def _read(path: Path, columns: tuple[str, str]) -> _NamedPoints:
     """Return points that can be matched; say where some of them coincide."""
     from fpmatch.lab.points.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
-        name, points = printable(path), load_points(path)
+        name, points = printable(path), load_points(path, columns)
     elif sys.stdin is not None:
-        name, points = STDIN_NAME, decode_points(sys.stdin.buffer.read(MAX_BYTES + 1), STDIN_NAME)
+        name, data = STDIN_NAME, sys.stdin.buffer.read(MAX_BYTES + 1)
+        points = decode_points(data, name, columns)
     else:
         raise PointSetError(f"{STDIN_NAME}: is closed")
     if len(points) < FEWEST_POINTS:

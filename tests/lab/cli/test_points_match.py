@@ -55,6 +55,23 @@ def match(run):
     return run_match
 
 
+def test_columns_of_other_names_and_decimal_commas(run, match, stars):
+    given, catalogue = match(*stars)[1], stars[1].read_text()
+    stars[1].write_text(catalogue.replace(".", ","))
+    assert match(*stars)[1] == given
+    for path, columns in zip(stars, ("ra{}dec", "lon{}lat"), strict=True):
+        separator = ",;"[path == stars[1]]
+        path.write_text(path.read_text().replace(f"x{separator}y", columns.format(separator), 1))
+    both = ("--columns", "ra,dec", "--columns", "LON, lat")
+    assert match(*stars, *both)[1] == given
+    assert_refused(
+        run("points", "match", *stars, *both[:2]), f"{stars[1]}, line 1: expected a header"
+    )
+    for wrong in ("ra", "ra,", "ra,dec,z", "ra,RA"):
+        assert "names of columns" in run("points", "match", *stars, "--columns", wrong).stderr
+    assert "once for each" in run("points", "match", *stars, *both, *both).stderr
+
+
 @pytest.mark.parametrize("matcher", POINT_MATCHERS)
 def test_a_known_transform_is_printed(match, stars, matcher):
     result, document = match(*stars, "--matcher", matcher)

@@ -269,7 +269,7 @@ async def stages(request: Request, run: Run, image: UploadedFile, reading: OneRe
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)
 async def gallery(run: Run, settings: ServerSettings) -> models.GalleryInfo:
-    """Return what `fpmatch gallery info --json` prints."""
+    """Return what `fpmatch gallery list --summary --json` prints."""
     return models.GalleryInfo(**await run(gallery_work.describe_gallery, settings.gallery))
 
 

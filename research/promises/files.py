@@ -171,7 +171,9 @@ def bad_input(place: Place) -> Tries:
     inputs = [place.write(name, content) for name, content in files.items()]
     inputs += [place.folder / "folder", place.folder / "none", Path("/dev/zero"), Path("a" * 300)]
     commands: dict[str, Words] = {
-        **dict.fromkeys(("inspect", "gallery check", "gallery compact", "gallery info"), ()),
+        **dict.fromkeys(
+            ("inspect", "gallery check", "gallery compact", "gallery list --summary"), ()
+        ),
         **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
         **dict.fromkeys(("extract", "stages", "gallery export"), ("-o", "out")),
         **dict.fromkeys(("identify", "gallery rotate"), ("--", PROBE)),

@@ -223,7 +223,7 @@ def keys_in_the_open(place: Place) -> Tries:
         ("key", "list", file, "--json"),
         ("key", "list", "damaged.txt"),
         ("enrol", gallery, SAMPLES / "101_1.tif"),
-        ("gallery", "info", gallery, "--json"),
+        ("gallery", "list", gallery, "--summary", "--json"),
         ("gallery", "check", gallery, "--key", "file:other.txt"),
         ("verify", PROBE, file),
         ("identify", file, PROBE),

@@ -69,7 +69,7 @@ CASES = {
         ("set --plot det.doc", ".svg"),
     ],
     "gallery": [
-        ("info no.db", "no.db: no such gallery"),
+        ("list no.db --summary", "no.db: no such gallery"),
         ("list .", "is a folder, not a gallery"),
         ("check prints.db --subject x", "subject x"),
         ("remove prints.db 1 9", "number 9"),

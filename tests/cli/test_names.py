@@ -147,8 +147,10 @@ CASES = {
         ("{gallery} {0} -o {out}/{missing} --workers 1", {2}),
         ("{missing} {0} -o {out}/c.csv --workers 1", {2}),
     ],
-    "gallery info": [("{gallery}", {0}), ("{gallery} --json", {0}), ("{missing}", {2})],
     "gallery list": [
+        ("{gallery} --summary", {0}),
+        ("{gallery} --summary --json", {0}),
+        ("{missing} --summary", {2}),
         ("{gallery}", {0}),
         ("{gallery} --json", {0}),
         ("{gallery} --failures --json", {0}),

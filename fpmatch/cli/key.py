@@ -109,7 +109,7 @@ Examples:
 def remove(source: str, key_id: str, as_json: bool) -> None:
     """Remove the key ID, which is not the current one, from FILE or SOURCE.
 
-    First let `fpmatch gallery rotate` seal with the current key what is sealed with it.
+    First let `fpmatch gallery rewrite --encrypt` seal with the current key what is sealed with it.
     """
     from fpmatch.base.encryption.key_text import remove_key
 

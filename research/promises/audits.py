@@ -47,8 +47,8 @@ _COMMANDS: Final[dict[str, Words]] = {
     "read templates": ("score", "--references", "plain.db", "--probes", SAMPLES, "-o", "s.csv"),
     "enrol": ("enrol", "plain.db", "201_1.tif"),
     "remove": ("gallery", "remove", "plain.db", 5),
-    "compact": ("gallery", "compact", "plain.db"),
-    "rotate keys": ("gallery", "rotate", "plain.db"),
+    "compact": ("gallery", "rewrite", "plain.db"),
+    "rotate keys": ("gallery", "rewrite", "--encrypt", "plain.db"),
 }
 
 

@@ -172,11 +172,11 @@ def bad_input(place: Place) -> Tries:
     inputs += [place.folder / "folder", place.folder / "none", Path("/dev/zero"), Path("a" * 300)]
     commands: dict[str, Words] = {
         **dict.fromkeys(
-            ("inspect", "gallery check", "gallery compact", "gallery list --summary"), ()
+            ("inspect", "gallery check", "gallery rewrite", "gallery list --summary"), ()
         ),
         **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
         **dict.fromkeys(("extract", "stages", "gallery export"), ("-o", "out")),
-        **dict.fromkeys(("identify", "gallery rotate"), ("--", PROBE)),
+        **dict.fromkeys(("identify", "gallery rewrite --encrypt"), ("--", PROBE)),
         **dict.fromkeys(("points match", "rates", "evaluate"), ()),
         "convert": ("out.iso",),
     }

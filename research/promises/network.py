@@ -429,7 +429,7 @@ def passwords(place: Place) -> Tries:
         gallery list --summary {}
         gallery check {}
         gallery audit show {}
-        gallery compact {}
+        gallery rewrite {}
         gallery export {} -o out
         verify --gallery {} --subject 1 P
         score --references {} --probes {} -o s.csv

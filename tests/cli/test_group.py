@@ -70,7 +70,8 @@ WRONG_USAGE = {
     "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --crop 100 | s.csv --fmr 0 | "
     "--genuine-scores g.txt",
     "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
-    "audit verify x --expect 1 | audit switch x off | audit switch x on --yes",
+    "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off | "
+    "audit switch x on --yes",
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
     "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
     "--matcher his | --model aloud | --workers 0 | --seed -1",

@@ -167,11 +167,13 @@ CASES = {
         ("{gallery} -o {out}/e", {0}),
         ("{gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
     ],
-    "gallery compact": [("{copy}", {0}), ("{copy} --json", {0}), ("{missing}", {2})],
-    "gallery rotate": [
-        ("{copy} --key file:{key}", {0}),
-        ("{copy} --key file:{key} --json", {0}),
-        ("{copy} --key file:{missing}", {2}),
+    "gallery rewrite": [
+        ("{copy}", {0}),
+        ("{copy} --json", {0}),
+        ("{missing}", {2}),
+        ("{copy} --encrypt --key file:{key}", {0}),
+        ("{copy} --encrypt --key file:{key} --json", {0}),
+        ("{copy} --encrypt --key file:{missing}", {2}),
     ],
     "gallery audit show": [("{missing}", {2}), ("{scores}", {2})],
     "gallery audit verify": [("{missing}", {2}), ("{scores}", {2})],

@@ -12,7 +12,7 @@ from fpmatch.cli.command import Group
 from fpmatch.cli.notes import ProgressBars, first_of, say_note, show, show_line
 from fpmatch.cli.options import json_array_option, key_option, output_option
 from fpmatch.gallery.cli.gallery_audit import audit
-from fpmatch.gallery.cli.gallery_rewrite import compact, rotate
+from fpmatch.gallery.cli.gallery_rewrite import rewrite
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.printable import count, json_text, printable
 
@@ -33,7 +33,7 @@ Examples:
   fpmatch gallery list prints.db
   fpmatch gallery list prints.db --summary
   fpmatch gallery check prints.db
-  fpmatch gallery rotate prints.db --key file:keys.txt
+  fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
   fpmatch gallery export postgresql://me@host/prints -o templates
 """,
 )
@@ -64,7 +64,7 @@ def _summary_text(name: str, s: GallerySummary) -> str:
 def _encryption_text(keys: tuple[str, ...]) -> str:
     if len(keys) < 2:
         return f"key {keys[0]}"
-    return f"keys {', '.join(keys)}; `fpmatch gallery rotate` leaves the first only"
+    return f"keys {', '.join(keys)}; `fpmatch gallery rewrite --encrypt` leaves the first"
 
 
 @gallery.command(
@@ -273,5 +273,4 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
 
 
 gallery.add_command(audit)
-gallery.add_command(rotate)
-gallery.add_command(compact)
+gallery.add_command(rewrite)

@@ -15,7 +15,7 @@ import numpy as np
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, show
-from fpmatch.cli.options import Name, file_option
+from fpmatch.cli.options import Name, file_option, json_option
 from fpmatch.errors import PointSetError
 from fpmatch.lab.plots.words import match_facts
 from fpmatch.lab.points.match import (
@@ -121,7 +121,7 @@ Models:
     epilog="""\b
 Examples:
   fpmatch points match stars.csv catalogue.csv
-  fpmatch points match stars.csv catalogue.csv --text --plot match.png
+  fpmatch points match stars.csv catalogue.csv --json --plot match.png
   fpmatch points match spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
   fpmatch points match stars.csv catalogue.csv --columns ra,dec
   fpmatch points match stars.csv catalogue.csv --matcher paper --rho 0.9
@@ -182,13 +182,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     help="Matcher paper: largest difference between the areas of similar rings on the unit circle; "
     "the paper gives no value.  [default: 0.1]",
 )
-@click.option(
-    "--json/--text",
-    "as_json",
-    default=True,
-    show_default=False,
-    help="One JSON object (default), or text.",
-)
+@json_option
 @file_option("--plot", metavar="OUT.png|.svg", help="Draw P, moved by the transform, on Q.")
 @file_option(
     "--pairs",

@@ -27,6 +27,7 @@ GROUPS: Final = {
 RENAMED: Final = {
     "overlay --side-by-side": "overlay --view side-by-side",
     "overlay --ridges": "overlay --view ridges",
+    "stages": "extract --format stages",
     "revocable": "a command of another package, fpmatch-revocable, in examples/revocable of the "
     "sources",
 }
@@ -73,7 +74,10 @@ HELP_ALL: Final = click.Option(
 
 
 class Command(click.Command):
-    """A command that shows its rare options, which are hidden, and `details` by ``--help-all``."""
+    """A command that shows its rare options, which are hidden, and `details` by ``--help-all``.
+
+    A hidden option without a help text is not shown at all.
+    """
 
     def __init__(self, *args: Any, details: str = "", **attrs: Any) -> None:
         super().__init__(*args, **attrs)
@@ -94,7 +98,7 @@ class Command(click.Command):
         for param in self.get_params(ctx):
             if isinstance(param, click.Option):
                 shown = copy(param)
-                shown.hidden = param.hidden and _EVERYTHING not in ctx.meta
+                shown.hidden = param.hidden and not (param.help and _EVERYTHING in ctx.meta)
                 if record := shown.get_help_record(ctx):
                     group = (title for title, names in GROUPS.items() if param.name in names)
                     rows[next(group, "Options")].append(record)

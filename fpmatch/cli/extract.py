@@ -19,7 +19,7 @@ from fpmatch.cli.options import (
     output_option,
     reading_options,
 )
-from fpmatch.errors import FpmatchError, OutputError
+from fpmatch.errors import FpmatchError, OutputError, TemplateError
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.printable import count, json_text, printable
 
@@ -29,11 +29,13 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
+STAGES: Final = "stages"  # in place of a format: pictures
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,7 @@ Examples:
   fpmatch extract prints/*.tif -o templates --format iso2005
   fpmatch extract minutiae/*.csv -o templates --angles rad,clockwise
   fpmatch extract prints/*.tif -o templates --json
+  fpmatch extract print.tif -o stages --format stages
 
 \b
 Quality:
@@ -78,9 +81,10 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @click.option(
     "--format",
     "file_format",
-    type=FormatChoice([*OWN_FORMATS, *written_formats()]),
+    type=FormatChoice([*OWN_FORMATS, STAGES, *written_formats()]),
     default="both",
-    help="json is complete; csv has the minutiae alone; the others are those of convert.",
+    help="json is complete; csv has the minutiae alone; stages are no templates but pictures of "
+    "every stage, in a folder for each IMAGE; the others are those of convert.",
 )
 @reading_options
 @enhance_option
@@ -107,6 +111,7 @@ def extract(
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
 
@@ -126,8 +131,13 @@ def extract(
         for number, image in enumerate(images, start=1):
             try:
                 _, own_dpi = described(image, dpi=dpi)
-                given = make_given_print(of_folder(image), str(image), dpi=own_dpi, enhance=enhance)
-                files = _write(given.template, output / image.stem, file_format)
+                recorder = StageRecorder() if file_format == STAGES else None
+                how: dict[str, Any] = {"dpi": own_dpi, "enhance": enhance, "recorder": recorder}
+                given = make_given_print(of_folder(image), str(image), **how)
+                if recorder is None:
+                    files = _write(given.template, output / image.stem, file_format)
+                else:
+                    files = _draw(recorder, image, output / image.stem)
                 minutiae = len(given.template.minutiae)
                 done.append(_Extracted(image, files, minutiae, given.quality, given.notes))
             except OutputError:
@@ -137,7 +147,11 @@ def extract(
             bars.show("extract", number, len(images))
     templates = [one.as_dict() for one in done]
     document = {"templates": templates, "failures": list(map(str, failures))}
-    show(json_text(document) if as_json else printable(_as_text(done, len(images), output)))
+    show(
+        json_text(document)
+        if as_json
+        else printable(_as_text(done, len(images), output, file_format))
+    )
     say_notes(group_by_note((one.image, one.notes) for one in done))
     for one in done:
         if one.quality is not None and one.quality.reasons:
@@ -146,13 +160,23 @@ def extract(
     return 2 if failures else 0
 
 
-def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
+def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format: str) -> str:
     minutiae = sum(one.minutiae for one in done)
     scores = sorted(one.quality.score for one in done if one.quality is not None)
     quality = f", quality {scores[0]}" if scores else ""
     quality += f" to {scores[-1]}" if len(set(scores)) > 1 else ""
     counted = count(minutiae, "minutia", "minutiae")
-    return f"{len(done)} of {count(images, 'template')}, {counted}{quality}: {output}"
+    made = count(images, "image" if file_format == STAGES else "template")
+    return f"{len(done)} of {made}, {counted}{quality}: {output}"
+
+
+def _draw(recorder: StageRecorder, image: Path, folder: Path) -> tuple[Path, ...]:
+    """Write the stages of the extraction of an image as pictures into a folder."""
+    from fpmatch.drawing.stages.sheet import write_stages
+
+    if not recorder.stages:
+        raise TemplateError("a template has no stages: give its image", path=image)
+    return tuple(write_stages(recorder.stages, folder))
 
 
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:

@@ -20,10 +20,9 @@ from fpmatch.printable import message_text
 CORE: Final = {
     "verify": "Decide whether two images show the same finger.",
     "overlay": "Draw two prints, aligned, one over the other.",
-    "extract": "Write the templates of images as files.",
+    "extract": "Write templates of images, or each stage as a picture.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
     "inspect": "Show what files contain: format, size, minutiae, quality.",
-    "stages": "Write every stage of an extraction as a picture.",
     "key": "Make and list the keys of encrypted galleries and templates.",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }

@@ -175,7 +175,7 @@ def bad_input(place: Place) -> Tries:
             ("inspect", "gallery check", "gallery rewrite", "gallery list --summary"), ()
         ),
         **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
-        **dict.fromkeys(("extract", "stages", "gallery export"), ("-o", "out")),
+        **dict.fromkeys(("extract", "extract --format stages", "gallery export"), ("-o", "out")),
         **dict.fromkeys(("identify", "gallery rewrite --encrypt"), ("--", PROBE)),
         **dict.fromkeys(("points match", "rates", "evaluate"), ()),
         "convert": ("out.iso",),
@@ -270,7 +270,7 @@ def strange_names(place: Place) -> Tries:
         for words in (
             ("verify", path, REFERENCE),
             ("inspect", path),
-            ("stages", path, "-o", "stages"),
+            ("extract", path, "-o", "stages", "--format", "stages"),
             ("identify", gallery, path),
             ("enrol", "new.db", path, "--pattern", "(?P<subject>[^/]+)"),
             ("overlay", path, REFERENCE, "-o", "overlay.png"),

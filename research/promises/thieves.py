@@ -45,7 +45,7 @@ def rights_of_files(place: Place) -> Tries:
         ("gallery", "export", "new.db", "-o", "exported"),
         ("extract", PROBE, "-o", "templates"),
         ("convert", PROBE, "probe.iso"),
-        ("stages", PROBE, "-o", "stages"),
+        ("extract", PROBE, "-o", "stages", "--format", "stages"),
         ("overlay", PROBE, REFERENCE, "-o", "overlay.png"),
         ("verify", PROBE, REFERENCE, "--case-report", "case.html"),
         ("gallery", "rewrite", "new.db"),

@@ -89,10 +89,6 @@ CASES = {
         ("1_1.png -o notes.txt", "notes.txt: cannot be made a folder"),
         ("1_1.png set/1_1.png -o out", "1_1"),
     ],
-    "stages": [
-        ("1_1.png -o notes.txt", "notes.txt"),
-        ("text.png -o out", "text.png: "),
-    ],
     "overlay -o out.png": [("1_1.png text.png", "text.png: ")],
     "points bench --quick --trials 1": [
         ("--json .", "folder"),

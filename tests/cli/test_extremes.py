@@ -33,7 +33,6 @@ def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path,
     one, new = prints / "1_1.png", tmp_path / "new"
     for words in (
         ("verify", one, one),
-        ("stages", one, "-o", new),
         ("extract", one, "-o", new),
         ("convert", one, f"{new}.iso"),
         ("inspect", one),

@@ -78,7 +78,7 @@ WRONG_USAGE = {
     "points draw -o x": "--seed -1 | --ring -1 | --format pdf | --y-axis up | p.csv q.csv --seed 1",
     "points match": "p q --matcher best | - -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
-    "stages a -o b": "--enhance gabor",
+    "extract a -o b": "--enhance gabor",
     "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "
     "--dpi 500 | --size 400x400 --sensor plain-288x384 | --workers 0 | --fingers many",
 }
@@ -118,17 +118,17 @@ def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, sugges
 
 
 def failing(monkeypatch, error):
-    """Make `fpmatch stages` raise `error`."""
+    """Make `fpmatch overlay` raise `error`."""
 
     def fail(*_, **__):
         raise error
 
-    stages = importlib.import_module("fpmatch.cli.stages").stages
-    monkeypatch.setattr(stages, "callback", fail)
+    overlay = importlib.import_module("fpmatch.cli.overlay").overlay
+    monkeypatch.setattr(overlay, "callback", fail)
 
 
 def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
-    words = ("stages", "odd.png", "-o", "out")
+    words = ("overlay", "odd.png", "odd.png", "-o", "out.png")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     assert_refused(run(*words), "odd\\nname.png: no such file\n")
     caused = FpmatchError("a worker ended")
@@ -172,7 +172,7 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     data = bytearray(path.read_bytes())
     data[200:400] = bytes(255 - byte for byte in data[200:400])
     path.write_bytes(data)
-    words = f"{sys.executable} -m fpmatch stages {path} -o {tmp_path}/out"
+    words = f"{sys.executable} -m fpmatch overlay {path} {path} -o {tmp_path}/out.png"
     done = start(["/bin/sh", "-c", f"{words} 2>&-" if closed else words])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == done.stderr.count("damaged") == (0 if closed else 1)

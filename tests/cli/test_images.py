@@ -36,10 +36,10 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
     assert (result.exit_code, result.stderr) == (0, "")
     itself = run("verify", prints / "1_1.png", prints / "1_1.png", "--json")
     assert json.loads(result.stdout)["score"] == json.loads(itself.stdout)["score"] >= 40
-    for command in ("extract", "stages"):
-        written = run(command, bare, "-o", tmp_path / command, *size)
+    for name in ("both", "stages"):
+        written = run("extract", bare, "-o", tmp_path / name, "--format", name, *size)
         assert (written.exit_code, written.stderr) == (0, "")
-    assert load_template(tmp_path / "extract" / "1_1.json").width == 280
+    assert load_template(tmp_path / "both" / "1_1.json").width == 280
     gallery = tmp_path / "prints.db"
     assert run("enrol", gallery, bare, *size, "--workers", 1).exit_code == 0
     assert first_score(run("identify", gallery, bare, *size, "--workers", 1, "--json")) > 40
@@ -63,7 +63,6 @@ def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, 
         ("extract", square, "-o", out),
         ("convert", square, tmp_path / "t.json"),
         ("inspect", square),
-        ("stages", square, "-o", out),
         ("enrol", tmp_path / "prints.db", square, "--workers", 1),
     ):
         assert "; if its 78400 bytes are pixels: --raw 280x280" in run(*words).stderr, words
@@ -130,7 +129,7 @@ def darks(tmp_path, pressed):
     [
         "verify {one} {one}",
         "extract {one} -o {out}",
-        "stages {one} -o {out}",
+        "extract {one} -o {out} --format stages",
         "enrol {out} {one} --workers 1",
         "score --references {darks} --probes {darks} -o {out}.csv",
     ],
@@ -202,7 +201,7 @@ def asked(monkeypatch):
         ("verify {one} {other}", 2),
         ("overlay {one} {other} -o {out}", 2),
         ("extract {one} -o {out}", 1),
-        ("stages {one} -o {out}", 1),
+        ("extract {one} -o {out} --format stages", 1),
         ("evaluate {folder} --workers 1 --bootstrap 0", 3),
     ],
 )
@@ -219,8 +218,10 @@ def test_every_command_enhances_as_it_is_told(
 def test_enhancements_differ_and_a_template_is_taken_as_it_is(run, prints, tmp_path):
     assert ENHANCEMENTS[0] == DEFAULT_ENHANCEMENT
     for way in ENHANCEMENTS:
-        run("stages", prints / "1_1.png", "-o", tmp_path / "stages" / way, "--enhance", way)
-        drawn = {file.stem.partition("_")[2] for file in (tmp_path / "stages" / way).iterdir()}
+        out = ("-o", tmp_path / "stages" / way, "--format", "stages")
+        run("extract", prints / "1_1.png", *out, "--enhance", way)
+        folder = tmp_path / "stages" / way / "1_1"
+        drawn = {file.stem.partition("_")[2] for file in folder.iterdir()}
         assert {"enhanced", "mask", "orientation", "coherence"} < drawn
         assert ("period" in drawn) == (way == "filters")
         run("extract", prints / "1_1.png", "-o", tmp_path / way, "--enhance", way)

@@ -120,6 +120,7 @@ CASES = {
     "overlay": [("{0} {1} -o {out}/o.svg", {0}), ("{0} {1} -o {out}/{missing}", {2})],
     "extract": [
         ("{all} -o {out}/t --json", {0}),
+        ("{0} -o {out}/t --format stages", {0}),
         ("{all} {missing} {scores} -o {out}/t --format iso2005", {2}),
     ],
     "convert": [
@@ -129,7 +130,6 @@ CASES = {
         ("{template} {out}/t{missing}", {2}),
     ],
     "inspect": [("{all} {template}", {0}), ("{all} --json", {0}), ("{missing} {0} {scores}", {1})],
-    "stages": [("{0} -o {out}/stages", {0}), ("{missing} -o {out}/stages", {2})],
     "enrol": [
         ("{out}/new.db {dir} --pattern {pattern} --workers 1", {1}),
         ("{out}/new.db {manifest} --workers 1 --json", {1}),

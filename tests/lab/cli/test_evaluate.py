@@ -4,6 +4,7 @@ import json
 import pytest
 from PIL import Image
 
+from fpmatch.image.io.grey import RawSize
 from fpmatch.lab.evaluation import cropping
 from fpmatch.lab.evaluation import run as work
 from fpmatch.lab.evaluation.databases import comparison, extraction
@@ -121,6 +122,28 @@ def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
     path.write_text("set,probe,reference,genuine,similarity\nother,1_1,2_1,0,0.5\n")
     other = evaluate(*words)
     assert (other.exit_code, "other; Five fingers\n" in other.stderr) == (2, True)
+
+
+@pytest.mark.parametrize("words", ["evaluate", "evaluate-identification --fingers 1"])
+def test_the_options_of_reading_come_before_dataset_toml(
+    run, make_database, bench, monkeypatch, words
+):
+    asked = set()
+
+    def extractor_of(enhance, reader, **_):
+        def extract(path, dpi):
+            asked.add((dpi, reader.folders[path.parent], reader.reader.raw_sizes))
+            return bench.extractor(path, dpi)
+
+        return extract
+
+    monkeypatch.setattr(extraction, "extractor_of", extractor_of)
+    place = make_database("prints", toml='dpi = 569\npolarity = "dark"\n')
+    words = (*words.split(), place, "--bootstrap", 0, "--workers", 1)
+    options = ("--dpi", 1000, "--polarity", "white", "--raw", "9x8")
+    for given in ((), options):
+        run(*words, *given)
+    assert asked == {(569.0, "dark", ()), (1000.0, "white", (RawSize(9, 8),))}
 
 
 @pytest.mark.usefixtures("known_answers")

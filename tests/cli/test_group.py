@@ -178,6 +178,23 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     assert done.stderr.count("\n") == done.stderr.count("damaged") == (0 if closed else 1)
 
 
+def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
+    monkeypatch.setenv("_FPMATCH_COMPLETE", "bash_complete")
+    for words, completed in (
+        ("fpmatch gallery audit ", ["show", "switch", "verify"]),
+        ("fpmatch verify --sub", ["--subject"]),
+        ("fpmatch verify --probe-d", []),
+        ("fpmatch overlay --ridges --view o", ["overlay"]),
+        ("fpmatch rates --gen", ["--genuine-scores"]),
+    ):
+        monkeypatch.setenv("COMP_WORDS", words)
+        monkeypatch.setenv("COMP_CWORD", str(len(words.split(" ")) - 1))
+        with pytest.raises(SystemExit):
+            main(prog_name="fpmatch")
+        lines = capsys.readouterr().out.split()
+        assert [line.removeprefix("plain,") for line in lines] == completed
+
+
 def test_the_module_runs_as_the_command(tmp_path):
     done = start([*FPMATCH, "verify", "gone.png", "gone.png"], cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")

@@ -68,7 +68,9 @@ def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, 
         assert "; if its 78400 bytes are pixels: --raw 280x280" in run(*words).stderr, words
     read = run("convert", square, tmp_path / "t.json", "--raw", "280x280", "--dpi", 500)
     assert (read.exit_code, read.stderr) == (0, "")
-    square.write_bytes(b"words" * 78400)
+    square.write_bytes(bare.read_bytes()[:78401])
+    assert "; if its 78401 bytes are pixels: --raw WIDTHxHEIGHT" in run("inspect", square).stderr
+    square.write_bytes(b"word" * 78400)
     assert "--raw" not in run("inspect", square).stderr
 
 

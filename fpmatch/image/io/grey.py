@@ -214,7 +214,7 @@ def likely_raw_size(data: bytes) -> RawSize | None:
     side = math.isqrt(len(data))
     square = [(side, side)] if side >= _LEAST_SQUARE else []
     fits = (size for size in (*_SENSORS, *square) if size[0] * size[1] == len(data))
-    size = None if data.isascii() else next(fits, None)  # a text is no image
+    size = next(fits, None)
     return size and RawSize(*size)
 
 

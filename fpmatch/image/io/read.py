@@ -17,7 +17,7 @@ from fpmatch.image.io.grey import (
     likely_raw_size,
 )
 from fpmatch.image.io.pillow_formats import error_text
-from fpmatch.image.io.registry import find_reader
+from fpmatch.image.io.registry import find_reader, is_image_file, other_kind
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.image.quality.ridge_scale import contradiction
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
@@ -93,9 +93,16 @@ def read_image(
     """
     with name_errors(path):
         data = _bytes_of(path, limits)
-    return decode_image(
-        data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
-    )
+    try:
+        return decode_image(
+            data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
+        )
+    except ImageReadError as error:
+        if data.isascii() or is_image_file(data) or other_kind(data):
+            raise  # a text, a damaged image, or of a format that the error names
+        size = likely_raw_size(data) or "WIDTHxHEIGHT"
+        why = f"if its {len(data)} bytes are pixels: --raw {size}"
+        raise ImageReadError(f"{error}; {why}") from error
 
 
 def decode_image(
@@ -144,11 +151,10 @@ def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> G
     try:
         reader = find_reader(data)
     except ImageReadError as error:
+        if not raw_sizes:
+            raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
-        why = f"; its {len(data)} bytes are no raw {sizes}" if sizes else ""
-        if likely := likely_raw_size(data):
-            why += f"; if its {len(data)} bytes are pixels: --raw {likely}"
-        raise ImageReadError(f"{error}{why}") from error
+        raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
     return reader.decode(data, limits)
 
 

@@ -18,6 +18,7 @@ import click
 from sphinx.errors import ExtensionError
 
 from fpmatch import StageRecorder, __version__, extract
+from fpmatch.cli.command import Command
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.drawing.stages.sheet import write_stages
 
@@ -139,19 +140,28 @@ def check_commands(app: Sphinx, exception: Exception | None) -> None:
     if exception is not None or app.builder.format != "html":
         return
     page = Path(app.outdir, "reference", "commands.html").read_text(encoding="utf-8")
-    for name in _command_names(main, "fpmatch"):
+    for name, _ in _commands(main, "fpmatch"):
         if f'id="{name.replace(" ", "-")}"' not in page:
             raise ExtensionError(f"reference/commands.html: {name} is missing")
 
 
-def _command_names(command: click.Command, name: str) -> Iterator[str]:
-    yield name
+def show_rare_options(app: Sphinx) -> None:
+    """Show all that ``--help-all`` shows on the page of the commands."""
+    for _, command in _commands(main, "fpmatch"):
+        for param in command.params:
+            param.hidden = False
+        if isinstance(command, Command):
+            command.epilog = f"{command.details}\n{command.epilog}"
+
+
+def _commands(command: click.Command, name: str) -> Iterator[tuple[str, click.Command]]:
+    yield name, command
     if isinstance(command, click.Group):
         context = click.Context(command)
         for part in command.list_commands(context):
             below = command.get_command(context, part)
             if below is not None:
-                yield from _command_names(below, f"{name} {part}")
+                yield from _commands(below, f"{name} {part}")
 
 
 def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
@@ -215,6 +225,7 @@ def _escaped(line: str) -> str:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Draw before reading; put the help of the commands into words."""
     app.connect("builder-inited", draw_pictures)
+    app.connect("builder-inited", show_rare_options)
     app.connect("source-read", without_folders)
     app.connect("build-finished", check_assets)
     app.connect("build-finished", check_commands)

@@ -146,7 +146,8 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     print_ : Template, str, path-like, GreyImage, ndarray or PIL image
         A template; a file with an image or a template; or a picture, with dark ridges.
     dpi : float, optional
-        Resolution of an image (default: that in the file, else 500).
+        Resolution of an image (default: that in ``dataset.toml`` beside a file, else in the file,
+        else 500).
     enhance : str
         Enhancement of the ridges; see `extract`.
 
@@ -159,6 +160,8 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     ------
     ImageReadError, ImageError, TemplateError
         If a file cannot be read, or a picture is none of a fingerprint.
+    DatasetError
+        If a ``dataset.toml`` beside a file is malformed.
     ResolutionError
         If the resolution is outside 100 to 4000 dpi.
 
@@ -198,7 +201,8 @@ def verify(
     calibration : Calibration, optional
         Turns similarities into scores (default: as measured by the package).
     dpi : float, optional
-        Resolution of images (default: that in the file, else 500).
+        Resolution of images (default: that in ``dataset.toml`` beside a file, else in the file,
+        else 500).
     enhance : str
         Enhancement of the ridges; see `extract`.
 
@@ -214,6 +218,8 @@ def verify(
         is not in 0..100.
     ImageReadError, ImageError, TemplateError, ResolutionError
         If a print cannot be read or used.
+    DatasetError
+        If a ``dataset.toml`` beside a file is malformed.
 
     References
     ----------
@@ -248,18 +254,19 @@ def verify(
 def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:
     """Return a print with its template extracted."""
     from fpmatch.image.io.grey import GreyImage, as_grey  # noqa: PLC0415  (not for templates)
-    from fpmatch.prints.reading import GivenPrint, PrintReader, make_given_print  # noqa: PLC0415
+    from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
-        return GivenPrint("template", print_)
-    name, image = "image", print_
+        return reading.GivenPrint("template", print_)
     if isinstance(print_, str | os.PathLike):
-        name, image = str(print_), PrintReader()(Path(print_), dpi=dpi)
-    elif isinstance(print_, np.ndarray):
+        path = Path(print_)
+        return reading.read_given_print(path, reading.PrintReader(), dpi=dpi, enhance=enhance)
+    image = print_
+    if isinstance(print_, np.ndarray):
         image = GreyImage(as_grey(print_))
     elif hasattr(print_, "convert"):  # of PIL
         image = GreyImage(as_grey(np.asarray(print_.convert("L"))))
     elif not isinstance(print_, GreyImage):
         kinds = "a template, a path, an array or a PIL image"
         raise ImageError(f"a print is {kinds}, not {type(print_).__name__}")
-    return make_given_print(image, name, dpi=dpi, enhance=enhance)
+    return reading.make_given_print(image, "image", dpi=dpi, enhance=enhance)

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes, show_line
-from fpmatch.cli.options import FILE, FormatChoice, angles_option, image_size, key_option
+from fpmatch.cli.options import (
+    FILE,
+    FormatChoice,
+    angles_option,
+    image_size,
+    key_option,
+    reading_options,
+)
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 from fpmatch.printable import count
@@ -19,10 +27,12 @@ if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 
 @click.command(
-    epilog="""\b
+    cls=Command,
+    details="""\b
 Formats, with their suffixes:
   json .json       fpmatch's own, complete and exact
   sealed .sealed   the same encrypted, with --key
@@ -45,15 +55,15 @@ Formats, with their suffixes:
 What does not fit:
   Minutiae outside the print are dropped; of too many, those of lowest quality first. Each loss is
   a note on stderr.
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch convert print.json print.iso
   fpmatch convert card.an2 print.dat --format ansi2004 --view 2
   fpmatch convert print.xyt print.json --size 388x374 --dpi 500
   fpmatch convert minutiae.npy print.json --angles rad,clockwise --size 388x374 --dpi 500
   fpmatch convert print.tif print.iso
-"""
+""",
 )
 @click.argument("source", metavar="IN", type=FILE)
 @click.argument("target", metavar="OUT", type=FILE)
@@ -67,10 +77,11 @@ Examples:
     "--from",
     "source_format",
     type=FormatChoice([codec.name for codec in CODECS]),
+    hidden=True,
     help="Format of IN.  [default: by its content]",
 )
 @click.option("--view", type=click.IntRange(min=1), help="Write this print of IN only, from 1.")
-@click.option("--dpi", type=float, help="Resolution of IN, in dots per inch.")
+@reading_options
 @click.option(
     "--size",
     metavar="WxH",
@@ -86,6 +97,8 @@ def convert(
     source_format: str | None,
     view: int | None,
     dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
     size: RawSize | None,
     angles: AngleConvention | None,
 ) -> None:
@@ -95,12 +108,18 @@ def convert(
     hold several.
     """
     from fpmatch.formats.files import is_template_file, save_record
+    from fpmatch.formats.record import TemplateRecord, View
+    from fpmatch.image.dataset_folder import described
+    from fpmatch.prints.reading import PrintReader, read_given_print
 
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
     if source_format or is_template_file(source):
-        record = _template(source, source_format, dpi, size, angles)
+        record = _template(source, source_format, described(source, dpi=dpi)[1], size, angles)
     else:
-        record = _extracted(source, dpi)
+        given = read_given_print(
+            source, PrintReader(raw, quiet=True).image, polarity=polarity, dpi=dpi
+        )
+        record = TemplateRecord("", (View(given.template),), given.notes)
     if view is not None:
         if view > len(record.views):
             raise TemplateError(f"{source}: holds {count(len(record.views), 'print')}, not {view}")
@@ -139,12 +158,3 @@ def _template(
             "(--size sets it)"
         )
     return replace(record, views=views, notes=tuple(notes))
-
-
-def _extracted(path: Path, dpi: float | None) -> TemplateRecord:
-    """Return a record of the template that is extracted from an image."""
-    from fpmatch.formats.record import TemplateRecord, View
-    from fpmatch.prints.reading import PrintReader, make_given_print
-
-    given = make_given_print(PrintReader(quiet=True).image(path), str(path), dpi=dpi)
-    return TemplateRecord("", (View(given.template),), given.notes)

@@ -16,6 +16,7 @@ from fpmatch._version import __version__
 from fpmatch.base.kernels import build_command, compiled_kernels, outdated_kernels
 from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.base.threads import available_cores
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
 from fpmatch.formats.registry import CODECS
@@ -206,6 +207,7 @@ def _gigabytes(count: int | None) -> str:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch doctor
@@ -215,7 +217,7 @@ Examples:
 Exit status: 0 when all is well, 1 when a package that fpmatch needs is missing, a plug-in cannot be
 used or kernels are out of date (a line on stderr says so). Kernels that are not compiled work, but
 slowly; one that is out of date was compiled before its file changed.
-"""
+""",
 )
 @click.option(
     "--matchers",

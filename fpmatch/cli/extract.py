@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     FormatChoice,
@@ -16,10 +17,9 @@ from fpmatch.cli.options import (
     json_option,
     key_option,
     output_option,
-    polarity_option,
-    raw_option,
+    reading_options,
 )
-from fpmatch.errors import FpmatchError, OutputError
+from fpmatch.errors import FpmatchError, OutputError, TemplateError
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.printable import count, json_text, printable
 
@@ -29,11 +29,13 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
+STAGES: Final = "stages"  # in place of a format: pictures
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,7 @@ class _Extracted:
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch extract print.tif -o templates
@@ -64,27 +67,27 @@ Examples:
   fpmatch extract prints/*.tif -o templates --format iso2005
   fpmatch extract minutiae/*.csv -o templates --angles rad,clockwise
   fpmatch extract prints/*.tif -o templates --json
+  fpmatch extract print.tif -o stages --format stages
 
 \b
 Quality:
   0, useless, to 100; what is wrong with an image is a note on stderr. --json contains all of it.
 
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
-"""
+""",
 )
 @files_argument("images", metavar="IMAGE...")
 @output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option(
     "--format",
     "file_format",
-    type=FormatChoice([*OWN_FORMATS, *written_formats()]),
+    type=FormatChoice([*OWN_FORMATS, STAGES, *written_formats()]),
     default="both",
-    help="json is complete; csv has the minutiae alone; the others are those of convert.",
+    help="json is complete; csv has the minutiae alone; stages are no templates but pictures of "
+    "every stage, in a folder for each IMAGE; the others are those of convert.",
 )
-@click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
-@polarity_option
+@reading_options
 @enhance_option
-@raw_option
 @angles_option
 @json_option
 @key_option
@@ -106,7 +109,9 @@ def extract(
     """
     from fpmatch.base.output import make_folder
     from fpmatch.formats.sealed import require_key
+    from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
 
@@ -125,8 +130,14 @@ def extract(
     with ProgressBars({"extract": "extracting"}) as bars:
         for number, image in enumerate(images, start=1):
             try:
-                given = make_given_print(of_folder(image), str(image), dpi=dpi, enhance=enhance)
-                files = _write(given.template, output / image.stem, file_format)
+                _, own_dpi = described(image, dpi=dpi)
+                recorder = StageRecorder() if file_format == STAGES else None
+                how: dict[str, Any] = {"dpi": own_dpi, "enhance": enhance, "recorder": recorder}
+                given = make_given_print(of_folder(image), str(image), **how)
+                if recorder is None:
+                    files = _write(given.template, output / image.stem, file_format)
+                else:
+                    files = _draw(recorder, image, output / image.stem)
                 minutiae = len(given.template.minutiae)
                 done.append(_Extracted(image, files, minutiae, given.quality, given.notes))
             except OutputError:
@@ -136,7 +147,11 @@ def extract(
             bars.show("extract", number, len(images))
     templates = [one.as_dict() for one in done]
     document = {"templates": templates, "failures": list(map(str, failures))}
-    show(json_text(document) if as_json else printable(_as_text(done, len(images), output)))
+    show(
+        json_text(document)
+        if as_json
+        else printable(_as_text(done, len(images), output, file_format))
+    )
     say_notes(group_by_note((one.image, one.notes) for one in done))
     for one in done:
         if one.quality is not None and one.quality.reasons:
@@ -145,13 +160,23 @@ def extract(
     return 2 if failures else 0
 
 
-def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
+def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format: str) -> str:
     minutiae = sum(one.minutiae for one in done)
     scores = sorted(one.quality.score for one in done if one.quality is not None)
     quality = f", quality {scores[0]}" if scores else ""
     quality += f" to {scores[-1]}" if len(set(scores)) > 1 else ""
     counted = count(minutiae, "minutia", "minutiae")
-    return f"{len(done)} of {count(images, 'template')}, {counted}{quality}: {output}"
+    made = count(images, "image" if file_format == STAGES else "template")
+    return f"{len(done)} of {made}, {counted}{quality}: {output}"
+
+
+def _draw(recorder: StageRecorder, image: Path, folder: Path) -> tuple[Path, ...]:
+    """Write the stages of the extraction of an image as pictures into a folder."""
+    from fpmatch.drawing.stages.sheet import write_stages
+
+    if not recorder.stages:
+        raise TemplateError("a template has no stages: give its image", path=image)
+    return tuple(write_stages(recorder.stages, folder))
 
 
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:

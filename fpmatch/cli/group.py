@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib import import_module
 from typing import IO, Any, Final, cast
 
 import click
 
 from fpmatch._version import __version__
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
+from fpmatch.cli.command import LazyGroup
 from fpmatch.cli.wings import from_wing, registered, wing_of
-from fpmatch.errors import FpmatchError, did_you_mean
+from fpmatch.errors import FpmatchError
 from fpmatch.printable import message_text
 
 # Each sub-command is the object of its name in the module of its name, which is imported when it
@@ -20,15 +20,12 @@ from fpmatch.printable import message_text
 CORE: Final = {
     "verify": "Decide whether two images show the same finger.",
     "overlay": "Draw two prints, aligned, one over the other.",
-    "extract": "Write the templates of images as files.",
+    "extract": "Write templates of images, or each stage as a picture.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
     "inspect": "Show what files contain: format, size, minutiae, quality.",
-    "stages": "Write every stage of an extraction as a picture.",
     "key": "Make and list the keys of encrypted galleries and templates.",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
-ELSEWHERE: Final = {"revocable": "fpmatch-revocable, in examples/revocable of the sources"}
-"""Commands of packages that fpmatch comes without."""
 
 EXIT_ERROR: Final = 2
 EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
@@ -59,43 +56,6 @@ def summaries() -> dict[str, str]:
     }
 
 
-class LazyGroup(click.Group):
-    """Import a sub-command, the last part of its module's name, when it runs.
-
-    The module is `prefix`, as ``package.`` or ``package.group_``, with the sub-command's name.
-    """
-
-    def __init__(self, *, summaries: dict[str, str], prefix: str, **attrs: Any) -> None:
-        super().__init__(**attrs)
-        self._summaries, self._prefix = summaries, prefix
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names, in the order of the summaries."""
-        return list(self._summaries)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the sub-command `cmd_name`, if there is one."""
-        if cmd_name not in self._summaries:
-            return None
-        module = f"{self._prefix}{cmd_name}"
-        return cast("click.Command", getattr(import_module(module), module.rpartition(".")[2]))
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the sub-command that is named first; suggest one for a name that is unknown."""
-        name = click.utils.make_str(args[0])
-        known = self.list_commands(ctx) if name not in self._summaries else [name]
-        if not ctx.resilient_parsing and name not in known and name[:1].isalpha():
-            ctx.fail(f"No such command {name!r}.{did_you_mean(name, known)}")
-        return super().resolve_command(ctx, args)
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the summaries."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(self._summaries.items()))
-
-
 class _Fpmatch(LazyGroup):
     """The whole command: sub-commands return the exit status, errors are shown on one line.
 
@@ -111,7 +71,8 @@ class _Fpmatch(LazyGroup):
         if cmd_name in CORE:
             return super().get_command(ctx, cmd_name)
         if wing := wing_of(cmd_name):
-            command = from_wing(wing, f"cli.{cmd_name}", cmd_name, used_by=cmd_name)
+            name = cmd_name.replace("-", "_")
+            command = from_wing(wing, f"cli.{name}", name, used_by=cmd_name)
             return cast("click.Command", command)
         if cmd_name not in _added():
             return None
@@ -149,8 +110,6 @@ class _Fpmatch(LazyGroup):
         known = name in CORE or wing_of(name) is not None
         if not known and name in _added():
             resolved = name, self.get_command(ctx, name), args[1:]
-        elif not known and name in ELSEWHERE and not ctx.resilient_parsing:
-            ctx.fail(f"{name!r} is a command of another package, {ELSEWHERE[name]}.")
         else:
             resolved = super().resolve_command(ctx, args)
         if not ctx.resilient_parsing and resolved[0] != "doctor":  # which lists them itself
@@ -208,16 +167,16 @@ def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> No
         "help_option_names": ["-h", "--help"],
         "max_content_width": 100,
         "show_default": True,
+        "token_normalize_func": lambda word: word.replace("imposter", "impostor"),
     },
     epilog="""\b
 Examples:
   fpmatch verify probe.tif reference.tif
   fpmatch verify probe.tif reference.tif --json --overlay overlay.png
-  fpmatch extract prints/*.tif -o templates
   fpmatch COMMAND --help
 
-Exit status: 0 match or done, 1 no match or done but for some failures, 2 input that cannot be
-used (with one line on stderr), 3 inconclusive.
+Exit status: 0 match or done, 1 no match or some failures, 2 input that cannot be used (with one
+line on stderr), 3 inconclusive.
 """,
 )
 @click.option(
@@ -226,7 +185,7 @@ used (with one line on stderr), 3 inconclusive.
     is_eager=True,
     expose_value=False,
     callback=_show_version,
-    help="Show the version and whether the kernels are compiled and up to date, and exit.",
+    help="Show the version and the state of the kernels, and exit.",
 )
 def fpmatch() -> None:
     """Verify fingerprints: two images in; a decision, its score and the transform out."""

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show, show_line
-from fpmatch.cli.options import files_argument, json_array_option, key_option, raw_option
+from fpmatch.cli.options import files_argument, json_array_option, key_option, reading_options
 from fpmatch.errors import FpmatchError
 from fpmatch.printable import json_text
 
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
 
     from fpmatch.cli.inspection import Inspection
     from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch inspect print.tif template.iso
@@ -26,19 +29,18 @@ Examples:
   fpmatch inspect small_sensor.bmp --dpi 240
 
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
-"""
+""",
 )
 @files_argument("files", metavar="FILE...")
-@click.option(
-    "--dpi",
-    type=float,
-    help="Resolution of all the images, in dots per inch.  [default: that in the file, else 500]",
-)
-@raw_option
+@reading_options
 @json_array_option
 @key_option
 def inspect(
-    files: tuple[Path, ...], dpi: float | None, raw: tuple[RawSize, ...], as_json: bool
+    files: tuple[Path, ...],
+    dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
+    as_json: bool,
 ) -> int:
     """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
 
@@ -50,6 +52,7 @@ def inspect(
     them is separated by bars.
     """
     from fpmatch.cli.inspection import inspect_file
+    from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities
     from fpmatch.prints.reading import PrintReader
     from fpmatch.templates.minutiae import check_dpi
@@ -57,12 +60,14 @@ def inspect(
     reader = PrintReader(raw, quiet=True).image
     if dpi is not None:
         check_dpi(dpi)
-    image_reader = PolarityReader(reader, find_polarities(files, dpi=dpi, reader=reader), dpi)
+    polarities = find_polarities(files, polarity=polarity, dpi=dpi, reader=reader)
+    image_reader = PolarityReader(reader, polarities, dpi)
     inspections: list[Inspection] = []
     failures = 0
     for file in files:
         try:
-            inspection = inspect_file(file, image_reader=image_reader, dpi=dpi)
+            _, own_dpi = described(file, dpi=dpi)
+            inspection = inspect_file(file, image_reader=image_reader, dpi=own_dpi)
         except FpmatchError as error:
             failures += 1
             say_errors([error])

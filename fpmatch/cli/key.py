@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.command import Group
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import json_option
 from fpmatch.printable import json_text, printable
@@ -27,6 +28,7 @@ def _full_source(text: str | None) -> str:
 
 
 @click.group(
+    cls=Group,
     epilog="""\b
 Sources:
   file:PATH     a text file that no other user may read: mode 0600
@@ -43,7 +45,7 @@ Examples:
   fpmatch key new keyring:prints
   fpmatch key new keys.txt --add
   fpmatch key list keys.txt
-"""
+""",
 )
 def key() -> None:
     """Make, list and remove the keys of encrypted galleries and templates.
@@ -107,7 +109,7 @@ Examples:
 def remove(source: str, key_id: str, as_json: bool) -> None:
     """Remove the key ID, which is not the current one, from FILE or SOURCE.
 
-    First let `fpmatch gallery rotate` seal with the current key what is sealed with it.
+    First let `fpmatch gallery rewrite --encrypt` seal with the current key what is sealed with it.
     """
     from fpmatch.base.encryption.key_text import remove_key
 

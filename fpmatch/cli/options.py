@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.errors import FpmatchError, did_you_mean
+from fpmatch.errors import did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
@@ -100,36 +100,36 @@ def _restore_key(before: str | None) -> None:
         os.environ[KEY_VARIABLE] = before
 
 
-def old_option(name: str, now: str) -> Callable[[Any], Any]:
-    """Return an option that answers only what has taken its place, ``{}`` standing for a value."""
-
-    def refuse(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
-        if value is not None:
-            raise FpmatchError(f"{name} is now {now.format(value)}")
-
-    return click.option(name, hidden=True, expose_value=False, callback=refuse)
-
-
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
-raw_option: Final = click.option(
+_DPI: Final = click.option(
+    "--dpi",
+    type=float,
+    help="Resolution of the prints in dots per inch.  [default: that of dataset.toml beside a "
+    "file, else of the file, else 500]",
+)
+_RAW: Final = click.option(
     "--raw",
     metavar="WxH",
     multiple=True,
     type=image_size,
+    hidden=True,
     help="Read files of W times H bytes as pixels without a header; may be repeated.",
 )
-polarity_option: Final = click.option(
+_POLARITY: Final = click.option(
     "--polarity",
     type=click.Choice(POLARITIES),
     default=POLARITIES[0],
-    help="Ridges are dark or white in the images; auto: detected, in a folder from all its images.",
+    hidden=True,
+    help="Ridges are dark or white in the images; auto: by dataset.toml, else detected, in a "
+    "folder from all its images.",
 )
 enhance_option: Final = click.option(
     "--enhance",
     type=click.Choice(ENHANCEMENTS),
     default=ENHANCEMENTS[0],
+    hidden=True,
     help="Enhancement of ridges in images: by a small neural network, or by Gabor filters.",
 )
 matcher_option: Final = click.option(
@@ -143,6 +143,7 @@ angles_option: Final = click.option(
     "--angles",
     metavar="deg|rad[,clockwise][,opposite]",
     type=angle_convention,
+    hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
 )
@@ -151,9 +152,19 @@ key_option: Final = click.option(
     metavar="SOURCE",
     expose_value=False,
     callback=_use_key,
+    hidden=True,
     help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
     "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )
+
+
+def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options about how files of prints are read: ``--dpi``, ``--polarity``, ``--raw``."""
+    for option in (_RAW, _POLARITY, _DPI):
+        command = option(command)
+    return command
+
+
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 json_array_option: Final = click.option(
     "--json", "as_json", is_flag=True, help="Print one JSON array."

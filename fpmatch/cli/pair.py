@@ -15,9 +15,7 @@ from fpmatch.cli.options import (
     file_option,
     key_option,
     matcher_option,
-    old_option,
-    polarity_option,
-    raw_option,
+    reading_options,
 )
 
 if TYPE_CHECKING:
@@ -28,9 +26,9 @@ if TYPE_CHECKING:
     from fpmatch.prints.reading import GivenPrint
 
 _OPTIONS: Final = (
-    click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
-    click.option("--probe-dpi", type=float, help="Resolution of the probe."),
-    click.option("--reference-dpi", type=float, help="Resolution of the reference."),
+    reading_options,
+    click.option("--probe-dpi", type=float, hidden=True, help="Resolution of the probe."),
+    click.option("--reference-dpi", type=float, hidden=True, help="Resolution of the reference."),
     click.option(
         "--fmr",
         type=float,
@@ -42,16 +40,13 @@ _OPTIONS: Final = (
         "--threshold", type=float, metavar="SCORE", help="Decide at this score, 0 to 100."
     ),
     matcher_option,
-    old_option("--rho", "--matcher paper:rho={}"),
-    old_option("--area-tolerance", "--matcher paper:area_tolerance={}"),
     file_option(
         "--calibration",
         metavar="FILE",
+        hidden=True,
         help="Score as fitted by fpmatch calibrate.  [default: that of the package]",
     ),
-    polarity_option,
     enhance_option,
-    raw_option,
     angles_option,
     key_option,
 )
@@ -67,6 +62,7 @@ _VIEW_OPTIONS: Final = (
     click.option(
         "--warp",
         is_flag=True,
+        hidden=True,
         help="Draw the probe as the matcher bends it, on the mesh of the pairs: for looking, not "
         "for measuring.",
     ),
@@ -122,10 +118,9 @@ def pair_options_of(values: Mapping[str, Any]) -> PairOptions:
 
 def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
     """Read the print of one side, "probe" or "reference"."""
-    from fpmatch.prints.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, read_given_print
 
-    path, dpi = values[side], values[f"{side}_dpi"]
-    dpi = values["dpi"] if dpi is None else dpi
+    dpi = values[f"{side}_dpi"]
+    how = {"polarity": values["polarity"], "dpi": values["dpi"] if dpi is None else dpi}
     reader = PrintReader(values["raw"], quiet=True, angles=values["angles"])
-    content = reader(path, polarity=values["polarity"], dpi=dpi)
-    return make_given_print(content, str(path), dpi=dpi, enhance=values["enhance"])
+    return read_given_print(values[side], reader, **how, enhance=values["enhance"])

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
@@ -28,20 +29,37 @@ EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
 
 
 @click.command(
+    cls=Command,
+    details="""
+Of images TIFF, PNG, BMP, JPEG, WSQ and others are read, of templates ISO/IEC 19794-2, ANSI 378,
+XYT, AN2, JSON and CSV. The transform maps pixels of the probe to pixels of the reference.
+
+With --matcher paper, the method of Choi, Lee and Lee, two prints match if more than the share
+rho of the smaller print's minutiae is paired; the score does not decide, unless --threshold
+or --fmr is given.
+
+With --gallery and --subject the probe is compared with all impressions of the subject, or of
+its --finger, in the gallery that `fpmatch enrol` made. All of them together have one score: the
+more impressions there are, the better the best of them must match.
+
+The decision is inconclusive where with so little skin, without ridges, or at an unknown resolution
+prints of one finger may not match either.
+
+\b
+More examples:
+  fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
+  fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
+  fpmatch verify probe.tif reference.tif --matcher paper:rho=0.6
+  fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
+""",
     epilog="""\b
 Examples:
   fpmatch verify probe.tif reference.tif
-  fpmatch verify probe.tif reference.tif --fmr 0.001 --overlay overlay.png
-  fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
-  fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
-  fpmatch verify probe.iso reference.tif
-  fpmatch verify probe.tif reference.tif --matcher paper:rho=0.6
+  fpmatch verify probe.iso reference.tif --fmr 0.001 --overlay overlay.png
   fpmatch verify --gallery prints.db --subject 101 probe.tif
-  fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
 
-Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive: with so little skin,
-without ridges, or at an unknown resolution prints of one finger may not match either.
-"""
+Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
+""",
 )
 @pair_options(reference_required=False)
 @click.option(
@@ -50,7 +68,9 @@ without ridges, or at an unknown resolution prints of one finger may not match e
     help="Compare with the impressions of --subject in this gallery, instead of REFERENCE.",
 )
 @click.option("--subject", metavar="ID", help="The claimed identity.")
-@click.option("--finger", metavar="F", help="The claimed finger.  [default: any of the subject]")
+@click.option(
+    "--finger", metavar="F", hidden=True, help="The claimed finger.  [default: any of the subject]"
+)
 @file_option(
     "--overlay",
     "overlay_file",
@@ -63,11 +83,20 @@ without ridges, or at an unknown resolution prints of one finger may not match e
     metavar="OUT.html",
     help="Write a page to print: files with hashes, settings, evidence, pictures, pairs, limits.",
 )
-@click.option("--case-number", metavar="TEXT", default="", help="Number of the case, on that page.")
-@click.option("--notes", metavar="TEXT", default="", help="Notes of the examiner, for that page.")
+@click.option(
+    "--case-number",
+    metavar="TEXT",
+    default="",
+    hidden=True,
+    help="Number of the case, on that page.",
+)
+@click.option(
+    "--notes", metavar="TEXT", default="", hidden=True, help="Notes of the examiner, for that page."
+)
 @click.option(
     "--ridge-map",
     is_flag=True,
+    hidden=True,
     help="With --json: add the agreement of the ridges of each cell, in pixels of REFERENCE.",
 )
 @json_option
@@ -87,18 +116,9 @@ def verify(
 ) -> int:
     """Decide whether two prints are of the same finger, or whether a print is of a subject.
 
-    PROBE and REFERENCE are images of one print each (TIFF, PNG, BMP, JPEG, WSQ and others) or
-    templates (ISO/IEC 19794-2, ANSI 378, XYT, AN2, JSON, CSV), recognised by content. The score is
-    -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000 scores
-    as high. The transform maps pixels of the probe to pixels of the reference.
-
-    With --matcher paper, the method of Choi, Lee and Lee, two prints match if more than the share
-    rho of the smaller print's minutiae is paired; the score does not decide, unless --threshold or
-    --fmr is given.
-
-    With --gallery and --subject the probe is compared with all impressions of the subject, or of
-    its --finger, in the gallery that `fpmatch enrol` made. All of them together have one score: the
-    more impressions there are, the better the best of them must match.
+    PROBE and REFERENCE are images of one print each or templates, recognised by content. The score
+    is -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000
+    scores as high.
     """
     if gallery is not None or subject is not None or finger is not None:
         if overlay_file is not None or case_report is not None:

@@ -1,8 +1,8 @@
 """Wings: folders of the package that the core does not import, with commands of their own.
 
 A wing registers its commands in its file ``commands.json``, which is read without importing the
-wing: a title, and the summary of each command. The command NAME is the object NAME in the module
-``fpmatch.WING.cli.NAME``.
+wing: a title, the summary of each command, and what old spellings of commands and options are now.
+The command NAME is the object NAME, with underscores, in the module ``fpmatch.WING.cli.NAME``.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ WINGS: Final = ("gallery", "server", "lab")
 
 
 class Wing(NamedTuple):
-    """What a wing registers: its title in help texts, and the summaries of its commands."""
+    """What a wing registers: its title in help texts, summaries of commands, old spellings."""
 
     title: str
     commands: dict[str, str]
+    renamed: dict[str, str]
 
 
 @cache

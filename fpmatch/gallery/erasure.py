@@ -44,7 +44,7 @@ def erase_traces(gallery: GalleryReader, before: str) -> None:
     except FpmatchError as error:
         why = error.detail or str(error)
         raise gallery.error(
-            f"removed, but traces may be left: {why}; `fpmatch gallery compact` erases them",
+            f"removed, but traces may be left: {why}; `fpmatch gallery rewrite` erases them",
             "traces",
         ) from error
 

@@ -37,6 +37,14 @@ class DatasetInfo:
     polarity: Polarity = "auto"  # "dark" or "white" ridges; "auto": unknown
 
 
+def described(
+    path: str | os.PathLike[str], *, polarity: Polarity = "auto", dpi: float | None = None
+) -> tuple[Polarity, float | None]:
+    """Return polarity and resolution of a print: as given, else as ``dataset.toml`` beside it."""
+    info = read_dataset_info(Path(path).parent)
+    return (info.polarity if polarity == "auto" else polarity), info.dpi if dpi is None else dpi
+
+
 def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     """Read the ``dataset.toml`` of a folder, if any; raise DatasetError if it is not valid."""
     path = Path(folder) / DESCRIPTION_FILE

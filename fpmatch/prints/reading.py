@@ -16,6 +16,7 @@ import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.image.dataset_folder import described
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
@@ -24,7 +25,7 @@ from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -152,6 +153,24 @@ def make_given_print(
     assumed = () if known or given_dpi is not None else (ASSUMED_DPI,)
     all_notes = (*content.notes, *notes, *find_doubts(template), *assumed)
     return GivenPrint(name, template, image, all_notes, stages)
+
+
+def read_given_print(
+    path: Path,
+    read: Callable[..., GreyImage | TemplateRecord],
+    *,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
+    enhance: str = DEFAULT_ENHANCEMENT,
+    recorder: Recorder | None = None,
+) -> GivenPrint:
+    """Read one print; what is not given of `polarity` and `dpi`, ``dataset.toml`` beside it states.
+
+    `read` is a `PrintReader`, or its method `image`; the rest is as for `make_given_print`.
+    """
+    polarity, dpi = described(path, polarity=polarity, dpi=dpi)
+    content = read(path, polarity=polarity, dpi=dpi)
+    return make_given_print(content, str(path), dpi=dpi, enhance=enhance, recorder=recorder)
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:

@@ -90,7 +90,7 @@ def short_name(place: str) -> str:
 
 
 def describe_gallery(where: str) -> dict[str, Any]:
-    """Return what ``fpmatch gallery info --json`` prints."""
+    """Return what ``fpmatch gallery list --summary --json`` prints."""
     with open_served_gallery(where) as gallery:
         return {"gallery": short_name(gallery.name), **gallery.summary().as_dict()}
 

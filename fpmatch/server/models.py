@@ -234,7 +234,7 @@ class Resolution(BaseModel):
 
 
 class GalleryInfo(BaseModel):
-    """Counts and sizes of a gallery, as `fpmatch gallery info --json` prints them."""
+    """Counts and sizes of a gallery, as `fpmatch gallery list --summary --json` prints them."""
 
     gallery: str
     version: int

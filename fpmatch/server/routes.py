@@ -261,7 +261,7 @@ async def extract(
 
 @router.post("/stages", summary="Show each stage of an extraction", response_model=models.Stages)
 async def stages(request: Request, run: Run, image: UploadedFile, reading: OneReading) -> Response:
-    """Return the pictures that `fpmatch stages` writes."""
+    """Return the pictures that `fpmatch extract --format stages` writes."""
     upload = await read_upload(request, image, "image")
     content, _ = await run(encoded, single.show_stages, upload, reading)
     return _json(content)
@@ -269,7 +269,7 @@ async def stages(request: Request, run: Run, image: UploadedFile, reading: OneRe
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)
 async def gallery(run: Run, settings: ServerSettings) -> models.GalleryInfo:
-    """Return what `fpmatch gallery info --json` prints."""
+    """Return what `fpmatch gallery list --summary --json` prints."""
     return models.GalleryInfo(**await run(gallery_work.describe_gallery, settings.gallery))
 
 

@@ -47,8 +47,8 @@ _COMMANDS: Final[dict[str, Words]] = {
     "read templates": ("score", "--references", "plain.db", "--probes", SAMPLES, "-o", "s.csv"),
     "enrol": ("enrol", "plain.db", "201_1.tif"),
     "remove": ("gallery", "remove", "plain.db", 5),
-    "compact": ("gallery", "compact", "plain.db"),
-    "rotate keys": ("gallery", "rotate", "plain.db"),
+    "compact": ("gallery", "rewrite", "plain.db"),
+    "rotate keys": ("gallery", "rewrite", "--encrypt", "plain.db"),
 }
 
 
@@ -105,7 +105,7 @@ def events_of_answers(place: Place) -> Tries:
 
 def _verify(place: Place, what: str, *words: object) -> bool | str:
     """Return whether an attack on an audit is noticed."""
-    run = place.run("gallery", "audit", "--verify", *words)
+    run = place.run("gallery", "audit", "verify", *words)
     noticed = run.status == 2 and "Traceback" not in run.err
     return noticed or f"{what} is not noticed: {run}: {run.out}"
 
@@ -177,9 +177,9 @@ def refused_changes(place: Place) -> Tries:
 def forged_chains(place: Place) -> Tries:
     """Cut the end off, and write the chain anew with right hashes; compare with a noted state."""
     gallery, lines = _unlocked(place)
-    printed = json.loads(place.done("gallery", "audit", gallery, "--verify", "--json").out)
+    printed = json.loads(place.done("gallery", "audit", "verify", gallery, "--json").out)
     noted = ("--expect", f"{printed['events']}:{printed['last']}")
-    yield place.run("gallery", "audit", gallery, "--verify", *noted).kept
+    yield place.run("gallery", "audit", "verify", gallery, *noted).kept
     for k in range(8):
         forged: list[str] = []
         changed = place.random.randrange(len(lines))
@@ -211,7 +211,7 @@ def cut_logs(place: Place) -> Tries:
             answer = web.ask("POST /identify")
             yield answer.status == 200 or str(answer)
         lines = log.read_bytes().splitlines()
-        run = place.run("gallery", "audit", log, "--verify")
+        run = place.run("gallery", "audit", "verify", log)
         named = k == 0 or f"line {count}" in run.out + run.err
         yield (named and len(lines) > count and "Traceback" not in run.err) or f"{run} {run.out}"
         count = len(lines)

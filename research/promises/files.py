@@ -78,16 +78,16 @@ def damaged_files(place: Place) -> Tries:
     scores = (f"{k % 2},{k % 97 / 97}\n" for k in range(3000))
     place.write("scores.csv", f"genuine,similarity\n{''.join(scores)}")
     place.done("calibrate", "scores.csv", "-o", "calibration.json")
-    place.write("audit.jsonl", place.done("gallery", "audit", "plain.db", "--lines").out)
+    place.write("audit.jsonl", place.done("gallery", "audit", "show", "plain.db", "--lines").out)
     place.write("clients.toml", '[a]\nrole = "read"\ntoken = "12345678901234567890"\n')
     sides: Words = ("--references", SAMPLES, "--probes", SAMPLES, "-o", "out.csv")
     commands: dict[str, Words] = {
         "manifest.csv": ("enrol", "new.db"),
         "pairs.txt": ("score", *sides, "--pairs"),
-        "scores.csv": ("evaluate", "--scores-in"),
+        "scores.csv": ("rates",),
         "calibration.json": ("verify", PROBE, REFERENCE, "--calibration"),
         "keys.txt": ("key", "list"),
-        "audit.jsonl": ("gallery", "audit", "--verify"),
+        "audit.jsonl": ("gallery", "audit", "verify"),
         "clients.toml": ("serve", "--port", 99999, "--clients"),
         "plain.db": ("verify", PROBE, "--subject", 101, "--gallery"),
         "stars.csv": ("points", "match", SAMPLES / "catalogue.csv"),
@@ -171,15 +171,17 @@ def bad_input(place: Place) -> Tries:
     inputs = [place.write(name, content) for name, content in files.items()]
     inputs += [place.folder / "folder", place.folder / "none", Path("/dev/zero"), Path("a" * 300)]
     commands: dict[str, Words] = {
-        **dict.fromkeys(("inspect", "gallery check", "gallery compact", "gallery info"), ()),
-        **dict.fromkeys(("verify", "gallery audit --verify --expect"), (REFERENCE,)),
-        **dict.fromkeys(("extract", "stages", "gallery export"), ("-o", "out")),
-        **dict.fromkeys(("identify", "gallery rotate"), ("--", PROBE)),
-        **dict.fromkeys(("points match", "evaluate --scores-in", "evaluate"), ()),
+        **dict.fromkeys(
+            ("inspect", "gallery check", "gallery rewrite", "gallery list --summary"), ()
+        ),
+        **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
+        **dict.fromkeys(("extract", "extract --format stages", "gallery export"), ("-o", "out")),
+        **dict.fromkeys(("identify", "gallery rewrite --encrypt"), ("--", PROBE)),
+        **dict.fromkeys(("points match", "rates", "evaluate"), ()),
         "convert": ("out.iso",),
     }
     for command, rest in commands.items():
-        waits = command.startswith(("points", "evaluate --"))  # as a shell's <(...) needs it
+        waits = command.startswith(("points", "rates"))  # as a shell's <(...) needs it
         pipe = [] if waits else [place.folder / "pipe"]
         for name in (*place.random.sample(inputs, 3), *pipe):
             yield place.run(*command.split(), name, *rest, timeout_s=9).refused
@@ -229,7 +231,7 @@ def acting_names(place: Place) -> Tries:
         ("enrol", "new.db", *subject, "--", *(f"./{name}" for name in names)),
         ("verify", names[0], names[8], "--case-report", "report.html", *notes),
         ("verify", names[8], NASTY),
-        ("overlay", names[0], names[8], "-o", "overlay.svg", "--side-by-side"),
+        ("overlay", names[0], names[8], "-o", "overlay.svg", "--view", "side-by-side"),
         ("inspect", *(f"./{name}" for name in names), "--json"),
         ("inspect", *(f"./{name}" for name in names)),
         ("identify", "new.db", names[0], "--all"),
@@ -267,7 +269,7 @@ def strange_names(place: Place) -> Tries:
         for words in (
             ("verify", path, REFERENCE),
             ("inspect", path),
-            ("stages", path, "-o", "stages"),
+            ("extract", path, "-o", "stages", "--format", "stages"),
             ("identify", gallery, path),
             ("enrol", "new.db", path, "--pattern", "(?P<subject>[^/]+)"),
             ("overlay", path, REFERENCE, "-o", "overlay.png"),

@@ -426,10 +426,10 @@ def passwords(place: Place) -> Tries:
     hosts = (f"127.0.0.1:{port}/x", f"127.0.0.1:{port}/a b?x=1", "127.0.0.1:99999/x", "[/x")
     commands = """identify {} P
         enrol {} P
-        gallery info {}
+        gallery list --summary {}
         gallery check {}
-        gallery audit {}
-        gallery compact {}
+        gallery audit show {}
+        gallery rewrite {}
         gallery export {} -o out
         verify --gallery {} --subject 1 P
         score --references {} --probes {} -o s.csv

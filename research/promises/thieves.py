@@ -45,11 +45,11 @@ def rights_of_files(place: Place) -> Tries:
         ("gallery", "export", "new.db", "-o", "exported"),
         ("extract", PROBE, "-o", "templates"),
         ("convert", PROBE, "probe.iso"),
-        ("stages", PROBE, "-o", "stages"),
+        ("extract", PROBE, "-o", "stages", "--format", "stages"),
         ("overlay", PROBE, REFERENCE, "-o", "overlay.png"),
         ("verify", PROBE, REFERENCE, "--case-report", "case.html"),
-        ("gallery", "compact", "new.db"),
-        ("gallery", "rotate", "new.db"),
+        ("gallery", "rewrite", "new.db"),
+        ("gallery", "rewrite", "--encrypt", "new.db"),
     )
     for words in commands:
         running, wide = place.start(*words, umask=0), dict[str, str]()
@@ -87,26 +87,26 @@ def removed_templates(place: Place) -> Tries:
             yield left == 0 or f"{left} traces after {run}"
 
 
-@attack("`gallery compact` leaves the gallery whole")
+@attack("`gallery rewrite` leaves the gallery whole")
 def killed_compactions(place: Place) -> Tries:
     """Kill it at random moments; run it on full disks, and while another program writes."""
     gallery = place.gallery()
     place.done("gallery", "remove", gallery, 1, 2, 3)
     want, _ = place.search(gallery)
-    seconds = place.seconds("gallery", "compact", gallery)
+    seconds = place.seconds("gallery", "rewrite", gallery)
     for _ in range(10):
-        place.kill(seconds, "gallery", "compact", gallery)
+        place.kill(seconds, "gallery", "rewrite", gallery)
         yield (
             sound(gallery) and place.search(gallery)[0] == want
         ) or "another gallery after a kill"
     for size in (1, 40, 90):
         limit = ("bash", "-c", f'ulimit -f {size}; exec "$0" "$@"')
-        run = place.run("gallery", "compact", gallery, before=limit)
+        run = place.run("gallery", "rewrite", gallery, before=limit)
         whole = sound(gallery) and place.search(gallery)[0] == want
         yield (run.status == 0 or run.refused) if whole else f"another gallery after {run}"
     with database(gallery) as opened:
         opened.execute("BEGIN IMMEDIATE")
-        running = place.start("gallery", "compact", gallery)
+        running = place.start("gallery", "rewrite", gallery)
         time.sleep(3)
         yield running.poll() is None or "it did not wait for another program"
         opened.rollback()
@@ -131,7 +131,7 @@ def readable_templates(place: Place) -> Tries:
         ("score", "--references", "sealed.db", "--probes", "sealed.db", "-o", "s.csv"),
         ("gallery", "remove", "sealed.db", 3),
         ("key", "new", "keys.txt", "--add"),
-        ("gallery", "rotate", "sealed.db"),
+        ("gallery", "rewrite", "--encrypt", "sealed.db"),
     )
     for words in commands:
         place.done(*words, env={"TMPDIR": str(place.folder)})
@@ -147,7 +147,7 @@ def changed_ciphertexts(place: Place) -> Tries:
     place.gallery(kind="sealed")
     made = place.folder / "made.db"
     place.done("synth", made, "--templates", "--fingers", 60, "--impressions", 4)
-    place.done("gallery", "rotate", made)
+    place.done("gallery", "rewrite", "--encrypt", made)
     good = templates(made)
     longest, other = (
         max(map(len, good.values())),
@@ -223,18 +223,18 @@ def keys_in_the_open(place: Place) -> Tries:
         ("key", "list", file, "--json"),
         ("key", "list", "damaged.txt"),
         ("enrol", gallery, SAMPLES / "101_1.tif"),
-        ("gallery", "info", gallery, "--json"),
+        ("gallery", "list", gallery, "--summary", "--json"),
         ("gallery", "check", gallery, "--key", "file:other.txt"),
         ("verify", PROBE, file),
         ("identify", file, PROBE),
         ("inspect", file),
         ("points", "match", file, file),
-        ("evaluate", "--scores-in", file),
+        ("rates", file),
         ("evaluate", file),
         (*sides, "--pairs", file),
         ("calibrate", file, "-o", "c.json"),
         ("verify", PROBE, REFERENCE, "--calibration", file),
-        ("gallery", "audit", file),
+        ("gallery", "audit", "show", file),
         ("serve", "--port", 99999, "--clients", file),
         *(
             ("convert", file, "o.json", "--angles", "deg", "--from", kind)
@@ -275,16 +275,18 @@ def killed_rotations(place: Place) -> Tries:
     for kind in ("plain", "sealed"):
         gallery = place.gallery(kind=kind)
         want, _ = place.search(gallery)
-        seconds = place.seconds("gallery", "rotate", place.gallery("other.db", kind=kind))
+        seconds = place.seconds(
+            "gallery", "rewrite", "--encrypt", place.gallery("other.db", kind=kind)
+        )
         place.done("key", "new", "keys.txt", "--add")
         for _ in range(5):
             other = place.start("enrol", gallery, SAMPLES)
-            place.kill(seconds, "gallery", "rotate", gallery)
+            place.kill(seconds, "gallery", "rewrite", "--encrypt", gallery)
             have, run = place.search(gallery)
             yield have["probes"] == want["probes"] or str(run)
             err = other.communicate()[1].decode()
             yield other.returncode == 0 or f"enrol during a rotation: {err[-200:]}"
-        place.done("gallery", "rotate", gallery)
+        place.done("gallery", "rewrite", "--encrypt", gallery)
         lines = (place.folder / "keys.txt").read_text().splitlines()[:2]
         place.write("keys.txt", "\n".join([*lines, ""]))
         have, run = place.search(gallery)

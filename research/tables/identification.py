@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def tests_kept(document: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return what the page shows of ``fpmatch evaluate --protocol identification --json``."""
+    """Return what the page shows of ``fpmatch evaluate-identification --json``."""
     return [
         {
             **{key: test[key] for key in ("fingers", "enrolled", "background", "preselected")},

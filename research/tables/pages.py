@@ -109,7 +109,7 @@ _LEARNED: Final = Part("fpmatch evaluate DIR... --json", "accuracy.json", keep=e
 _FILTERS: Final = replace(_LEARNED, help="fpmatch evaluate DIR... --enhance filters --json")
 _PAPER: Final = replace(_LEARNED, help="fpmatch evaluate DIR... --matcher paper --json")
 _SEARCHES: Final = Part(
-    "fpmatch evaluate DIR... --protocol identification --fingers 2 --json",
+    "fpmatch evaluate-identification DIR... --fingers 2 --json",
     "identification.json",
     keep=tests_kept,
 )

@@ -63,15 +63,16 @@ CASES = {
         ("set --baseline nowhere.csv", "nowhere.csv: "),
         ("set --baseline notes.txt", "notes.txt: line 1: "),
         ("set --ground-truth", "1.json: no such file"),
-        ("set --protocol identification --background nowhere", "nowhere: no such"),
-        ("set --protocol identification --det det.doc", ".svg"),
         ("set --det det.doc", ".svg"),
         ("set --det nowhere/det.svg", "cannot be written"),
         ("set --table rates.xls", "a table's name ends with .tex, .csv"),
-        ("set --plot det.svg", "--plot is now --det det.svg"),
+    ],
+    "evaluate-identification --workers 1": [
+        ("set --background nowhere", "nowhere: no such"),
+        ("set --det det.doc", ".svg"),
     ],
     "gallery": [
-        ("info no.db", "no.db: no such gallery"),
+        ("list no.db --summary", "no.db: no such gallery"),
         ("list .", "is a folder, not a gallery"),
         ("check prints.db --subject x", "subject x"),
         ("remove prints.db 1 9", "number 9"),
@@ -90,10 +91,6 @@ CASES = {
     "extract": [
         ("1_1.png -o notes.txt", "notes.txt: cannot be made a folder"),
         ("1_1.png set/1_1.png -o out", "1_1"),
-    ],
-    "stages": [
-        ("1_1.png -o notes.txt", "notes.txt"),
-        ("text.png -o out", "text.png: "),
     ],
     "explain -o out": [
         ("1_1.png text.png", "text.png: "),
@@ -121,7 +118,7 @@ CASES = {
             for area in (0, -1, "nan")
         ),
         ("p.csv q.csv --matcher triangles:rho=0.5", "no parameter 'rho'"),
-        ("p.csv q.csv --rho 0.5", "--rho is now --matcher paper:rho=0.5"),
+        ("p.csv q.csv --rho 0.5", "--rho is now points match --matcher paper:rho=SHARE"),
         ("p.csv q.csv --tolerance -1", "-1"),
         ("gone.csv q.csv", "gone.csv: no such file"),
         ("p.csv .", ".: is a folder"),

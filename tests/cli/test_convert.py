@@ -37,7 +37,7 @@ def test_every_format_is_written_and_read(run, tmp_path, small, name, monkeypatc
 
 
 def test_help_names_every_format(run):
-    words = run("convert", "--help").output.split("Formats, with their suffixes:")[1]
+    words = run("convert", "--help-all").output.split("Formats, with their suffixes:")[1]
     for codec in CODECS:
         assert f"{codec.name} " in words
         if codec.encode is not None:

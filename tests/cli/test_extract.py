@@ -1,4 +1,4 @@
-"""`fpmatch extract` and `fpmatch stages`: what they write, and what becomes of bad images."""
+"""`fpmatch extract`: templates and stages, what it writes, and what becomes of bad images."""
 
 import json
 import shutil
@@ -70,13 +70,23 @@ def test_the_assumed_resolution_is_said_once_for_many(run, prints, tmp_path):
     assert load_template(tmp_path / "out" / "again.json").dpi == 569
 
 
+def test_a_template_has_no_stages(run, prints, tmp_path):
+    run("extract", prints / "1_1.png", "-o", tmp_path)
+    words = ("extract", tmp_path / "1_1.json", "-o", tmp_path / "out", "--format", "stages")
+    result = run(*words)
+    assert (result.exit_code, "a template has no stages" in result.stderr) == (2, True)
+
+
 def test_stages_are_pictures_with_a_sheet_of_them_all(run, prints, tmp_path):
     out = tmp_path / "stages"
-    result = run("stages", prints / "1_1.png", "-o", out)
-    assert result.exit_code == 0
-    assert result.stdout.endswith(f" minutiae: {out}\n")
-    pictures = sorted(out.glob("*.png"))
-    assert len(pictures) == int(result.stdout.split()[0]) + 1
+    words = ("extract", prints / "1_1.png", "-o", out, "--format", "stages", "--json")
+    result = run(*words)
+    assert (result.exit_code, result.stderr) == (0, "")
+    pictures = sorted((out / "1_1").glob("*.png"))
+    (one,) = json.loads(result.stdout)["templates"]
+    assert one["files"] == [str(picture) for picture in pictures]
+    assert len(pictures) > 8
+    assert run(*words[:-1]).stdout == f"1 of 1 image, {one['minutiae']} minutiae: {out}\n"
     for picture in pictures:
         with Image.open(picture) as opened:
             assert opened.width >= 280

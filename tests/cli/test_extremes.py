@@ -33,7 +33,6 @@ def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path,
     one, new = prints / "1_1.png", tmp_path / "new"
     for words in (
         ("verify", one, one),
-        ("stages", one, "-o", new),
         ("extract", one, "-o", new),
         ("convert", one, f"{new}.iso"),
         ("inspect", one),
@@ -63,7 +62,7 @@ def test_options_that_are_no_such_number_are_refused(run, prints, gallery, value
 
 def test_numbers_beyond_those_of_a_database(run, prints, gallery):
     assert_refused(run("gallery", "remove", gallery, 10**20), "large")
-    assert_one_line(run("gallery", "info", f"postgresql://{'a' * 5_000}/prints"))
+    assert_one_line(run("gallery", "list", f"postgresql://{'a' * 5_000}/prints"))
     words = ("identify", gallery, prints / "1_1.png")
     assert run(*words, "-k", 10**20, "--workers", 1).exit_code == 0
     assert_one_line(run(*words, "--candidate-list", DIGITS))
@@ -195,7 +194,7 @@ def test_a_label_of_an_older_gallery_reaches_no_terminal(run, gallery, tmp_path)
     shown = run("gallery", "list", path)
     assert shown.exit_code == 0
     assert not CONTROLS.search(shown.stdout)
-    assert len(shown.stdout.splitlines()) == 3
+    assert len(shown.stdout.splitlines()) == 4  # the header, too
     listed = json.loads(run("gallery", "list", path, "--json").stdout)
     assert {(one["subject"], one["source"]) for one in listed} == {("a\x1b[2J\nb", "c\u202e\x9b")}
 

@@ -48,7 +48,7 @@ def test_every_command_has_help_with_examples(run, command):
     [
         ("verify", POLARITIES),
         ("verify", tuple(ENHANCERS)),
-        ("evaluate", (*PROTOCOLS, "identification")),
+        ("evaluate", tuple(PROTOCOLS)),
         ("points match", POINT_MATCHERS),
         ("points bench", MATCHER_NAMES),
         ("points bench", POINT_MODELS),
@@ -56,28 +56,29 @@ def test_every_command_has_help_with_examples(run, command):
     ],
 )
 def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
-    assert f"[{'|'.join(choices)}]" in "".join(run(*words.split(), "--help").stdout.split())
+    assert f"[{'|'.join(choices)}]" in "".join(run(*words.split(), "--help-all").stdout.split())
 
 
 WRONG_USAGE = {
-    "": "verifie | evaluate | synth | points draw | points match | points match p.csv",
+    "": "verifie | evaluate | synth | points match | points match p.csv",
     "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
     "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
     "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
-    "--impostors y | --enrol-seed 1 | --enhance gabor | --background y | --fingers 2 | "
-    "--fpir 0.1",
-    "evaluate x --protocol identification": "--crop 100 | --scores s.csv | --fmr 0.1 | "
-    "--table t.csv",
-    "evaluate --scores-in s.csv": "--matcher paper | prints | --crop 100 | --fmr 0",
-    "evaluate --genuine-scores": "g.txt",
-    "gallery": "remove x | list x --failures --subject 1",
+    "--impostors y | --enrol-seed 1 | --enhance gabor | --fmr 0",
+    "evaluate-identification x": "--crop 100 | --scores s.csv | --fmr 0.1 | --fpir 0 | "
+    "--fingers 0 | --table t.csv",
+    "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --crop 100 | s.csv --fmr 0 | "
+    "--genuine-scores g.txt",
+    "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
+    "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off | "
+    "audit switch x on --yes",
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
     "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
     "--matcher his | --model aloud | --workers 0 | --seed -1",
     "points match": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
-    "stages a -o b": "--enhance gabor",
+    "extract a -o b": "--enhance gabor",
     "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "
     "--dpi 500 | --size 400x400 --sensor plain-288x384 | --workers 0 | --fingers many",
 }
@@ -117,17 +118,17 @@ def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, sugges
 
 
 def failing(monkeypatch, error):
-    """Make `fpmatch stages` raise `error`."""
+    """Make `fpmatch overlay` raise `error`."""
 
     def fail(*_, **__):
         raise error
 
-    stages = importlib.import_module("fpmatch.cli.stages").stages
-    monkeypatch.setattr(stages, "callback", fail)
+    overlay = importlib.import_module("fpmatch.cli.overlay").overlay
+    monkeypatch.setattr(overlay, "callback", fail)
 
 
 def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
-    words = ("stages", "odd.png", "-o", "out")
+    words = ("overlay", "odd.png", "odd.png", "-o", "out.png")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     assert_refused(run(*words), "odd\\nname.png: no such file\n")
     caused = FpmatchError("a worker ended")
@@ -171,10 +172,27 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     data = bytearray(path.read_bytes())
     data[200:400] = bytes(255 - byte for byte in data[200:400])
     path.write_bytes(data)
-    words = f"{sys.executable} -m fpmatch stages {path} -o {tmp_path}/out"
+    words = f"{sys.executable} -m fpmatch overlay {path} {path} -o {tmp_path}/out.png"
     done = start(["/bin/sh", "-c", f"{words} 2>&-" if closed else words])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == done.stderr.count("damaged") == (0 if closed else 1)
+
+
+def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
+    monkeypatch.setenv("_FPMATCH_COMPLETE", "bash_complete")
+    for words, completed in (
+        ("fpmatch gallery audit ", ["show", "switch", "verify"]),
+        ("fpmatch verify --sub", ["--subject"]),
+        ("fpmatch verify --probe-d", []),
+        ("fpmatch overlay --ridges --view o", ["overlay"]),
+        ("fpmatch rates --gen", ["--genuine-scores"]),
+    ):
+        monkeypatch.setenv("COMP_WORDS", words)
+        monkeypatch.setenv("COMP_CWORD", str(len(words.split(" ")) - 1))
+        with pytest.raises(SystemExit):
+            main(prog_name="fpmatch")
+        lines = capsys.readouterr().out.split()
+        assert [line.removeprefix("plain,") for line in lines] == completed
 
 
 def test_the_module_runs_as_the_command(tmp_path):

@@ -7,7 +7,7 @@ import re
 import pytest
 from PIL import Image
 
-from fpmatch import load_template
+from fpmatch import load_template, verify
 from fpmatch.cli.options import ENHANCEMENTS
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
@@ -36,10 +36,10 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
     assert (result.exit_code, result.stderr) == (0, "")
     itself = run("verify", prints / "1_1.png", prints / "1_1.png", "--json")
     assert json.loads(result.stdout)["score"] == json.loads(itself.stdout)["score"] >= 40
-    for command in ("extract", "stages"):
-        written = run(command, bare, "-o", tmp_path / command, *size)
+    for name in ("both", "stages"):
+        written = run("extract", bare, "-o", tmp_path / name, "--format", name, *size)
         assert (written.exit_code, written.stderr) == (0, "")
-    assert load_template(tmp_path / "extract" / "1_1.json").width == 280
+    assert load_template(tmp_path / "both" / "1_1.json").width == 280
     gallery = tmp_path / "prints.db"
     assert run("enrol", gallery, bare, *size, "--workers", 1).exit_code == 0
     assert first_score(run("identify", gallery, bare, *size, "--workers", 1, "--json")) > 40
@@ -51,6 +51,52 @@ def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
     assert_refused(run(*words, "100x100"), "84000")
     wrong = run(*words, "280")
     assert (wrong.exit_code, "'280'" in wrong.stderr) == (2, True)
+
+
+def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, tmp_path):
+    square = tmp_path / "1_2.dat"
+    square.write_bytes(bare.read_bytes()[: 280 * 280])
+    out = tmp_path / "out"
+    for words in (
+        ("verify", square, prints / "1_1.png"),
+        ("overlay", prints / "1_1.png", square, "-o", tmp_path / "o.png"),
+        ("extract", square, "-o", out),
+        ("convert", square, tmp_path / "t.json"),
+        ("inspect", square),
+        ("enrol", tmp_path / "prints.db", square, "--workers", 1),
+    ):
+        assert "; if its 78400 bytes are pixels: --raw 280x280" in run(*words).stderr, words
+    read = run("convert", square, tmp_path / "t.json", "--raw", "280x280", "--dpi", 500)
+    assert (read.exit_code, read.stderr) == (0, "")
+    square.write_bytes(bare.read_bytes()[:78401])
+    assert "; if its 78401 bytes are pixels: --raw WIDTHxHEIGHT" in run("inspect", square).stderr
+    square.write_bytes(b"word" * 78400)
+    assert "--raw" not in run("inspect", square).stderr
+
+
+def test_a_dataset_toml_beside_the_file_counts_unless_an_option_is_given(run, prints, tmp_path):
+    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png")
+    pair = (folder / "1_1.png", folder / "1_2.png")
+
+    def states(*options):
+        """Return what commands say of the resolution, and a score that depends on it."""
+        verified = json.loads(run("verify", *pair, "--json", *options).stdout)
+        (inspected,) = json.loads(run("inspect", pair[0], "--json", *options).stdout)
+        dpis = [inspected["image"]["dpi"]]
+        for words in (("extract", pair[0], "-o", tmp_path), ("convert", pair[0], "{}/1_1.json")):
+            done = run(*(str(word).format(tmp_path) for word in words), *options)
+            assert done.exit_code == 0, done.stderr
+            dpis.append(load_template(tmp_path / "1_1.json").dpi)
+        return dpis, verified["score"]
+
+    plain, given = states(), states("--dpi", 569)
+    (folder / "dataset.toml").write_text("dpi = 569\n")
+    assert states() == given
+    assert given[0] == [569] * 3
+    assert states("--dpi", 500) == plain
+    assert verify(*pair).score == given[1]
+    (folder / "dataset.toml").write_text("dpi = 5\n")
+    assert_refused(run("verify", *pair), f"{folder}/dataset.toml: ")
 
 
 def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
@@ -85,7 +131,7 @@ def darks(tmp_path, pressed):
     [
         "verify {one} {one}",
         "extract {one} -o {out}",
-        "stages {one} -o {out}",
+        "extract {one} -o {out} --format stages",
         "enrol {out} {one} --workers 1",
         "score --references {darks} --probes {darks} -o {out}.csv",
     ],
@@ -157,7 +203,7 @@ def asked(monkeypatch):
         ("verify {one} {other}", 2),
         ("overlay {one} {other} -o {out}", 2),
         ("extract {one} -o {out}", 1),
-        ("stages {one} -o {out}", 1),
+        ("extract {one} -o {out} --format stages", 1),
         ("evaluate {folder} --workers 1 --bootstrap 0", 3),
     ],
 )
@@ -174,8 +220,10 @@ def test_every_command_enhances_as_it_is_told(
 def test_enhancements_differ_and_a_template_is_taken_as_it_is(run, prints, tmp_path):
     assert ENHANCEMENTS[0] == DEFAULT_ENHANCEMENT
     for way in ENHANCEMENTS:
-        run("stages", prints / "1_1.png", "-o", tmp_path / "stages" / way, "--enhance", way)
-        drawn = {file.stem.partition("_")[2] for file in (tmp_path / "stages" / way).iterdir()}
+        out = ("-o", tmp_path / "stages" / way, "--format", "stages")
+        run("extract", prints / "1_1.png", *out, "--enhance", way)
+        folder = tmp_path / "stages" / way / "1_1"
+        drawn = {file.stem.partition("_")[2] for file in folder.iterdir()}
         assert {"enhanced", "mask", "orientation", "coherence"} < drawn
         assert ("period" in drawn) == (way == "filters")
         run("extract", prints / "1_1.png", "-o", tmp_path / way, "--enhance", way)

@@ -125,6 +125,7 @@ CASES = {
     ],
     "extract": [
         ("{all} -o {out}/t --json", {0}),
+        ("{0} -o {out}/t --format stages", {0}),
         ("{all} {missing} {scores} -o {out}/t --format iso2005", {2}),
     ],
     "convert": [
@@ -134,7 +135,6 @@ CASES = {
         ("{template} {out}/t{missing}", {2}),
     ],
     "inspect": [("{all} {template}", {0}), ("{all} --json", {0}), ("{missing} {0} {scores}", {1})],
-    "stages": [("{0} -o {out}/stages", {0}), ("{missing} -o {out}/stages", {2})],
     "enrol": [
         ("{out}/new.db {dir} --pattern {pattern} --workers 1", {1}),
         ("{out}/new.db {manifest} --workers 1 --json", {1}),
@@ -152,8 +152,10 @@ CASES = {
         ("{gallery} {0} -o {out}/{missing} --workers 1", {2}),
         ("{missing} {0} -o {out}/c.csv --workers 1", {2}),
     ],
-    "gallery info": [("{gallery}", {0}), ("{gallery} --json", {0}), ("{missing}", {2})],
     "gallery list": [
+        ("{gallery} --summary", {0}),
+        ("{gallery} --summary --json", {0}),
+        ("{missing} --summary", {2}),
         ("{gallery}", {0}),
         ("{gallery} --json", {0}),
         ("{gallery} --failures --json", {0}),
@@ -170,13 +172,17 @@ CASES = {
         ("{gallery} -o {out}/e", {0}),
         ("{gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
     ],
-    "gallery compact": [("{copy}", {0}), ("{copy} --json", {0}), ("{missing}", {2})],
-    "gallery rotate": [
-        ("{copy} --key file:{key}", {0}),
-        ("{copy} --key file:{key} --json", {0}),
-        ("{copy} --key file:{missing}", {2}),
+    "gallery rewrite": [
+        ("{copy}", {0}),
+        ("{copy} --json", {0}),
+        ("{missing}", {2}),
+        ("{copy} --encrypt --key file:{key}", {0}),
+        ("{copy} --encrypt --key file:{key} --json", {0}),
+        ("{copy} --encrypt --key file:{missing}", {2}),
     ],
-    "gallery audit": [("{missing}", {2}), ("{scores}", {2})],
+    "gallery audit show": [("{missing}", {2}), ("{scores}", {2})],
+    "gallery audit verify": [("{missing}", {2}), ("{scores}", {2})],
+    "gallery audit switch": [("{missing} on", {2}), ("{scores} on", {2})],
     "score": [
         ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1", {0}),
         ("--references {gallery} --probes {dir} -o {out}/s.csv --workers 1 --json", {0}),
@@ -192,10 +198,10 @@ CASES = {
         ("{manifest} --workers 1 --json --bootstrap 0 --pairs {pairs}", {0}),
         ("{gallery} --workers 1 --bootstrap 0 --report {out}/r", {0}),
         ("{dir} --pattern {pattern} --workers 1 --bootstrap 0 --baseline {own}", {0}),
-        ("--scores-in {own} --json --report {out}/r --bootstrap 0", {0}),
         ("{missing}", {2}),
-        ("--scores-in {missing}", {2}),
     ],
+    "evaluate-identification": [("{missing}", {2})],
+    "rates": [("{own} --json --report {out}/r --bootstrap 0", {0}), ("{missing}", {2})],
     "synth": [
         ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", {0}),
         ("{dir} --fingers 1", {2}),

@@ -73,7 +73,7 @@ def test_no_baseline_is_compared_with_them(run, prints, tmp_path):
     note, error = result.stderr.splitlines()
     assert note.startswith(NOTE)
     assert "--baseline" in error
-    given = run("evaluate", "--scores-in", scores, "--baseline", scores, "--bootstrap", 0)
+    given = run("rates", scores, "--baseline", scores, "--bootstrap", 0)
     assert given.exit_code == 0, given.stderr
 
 

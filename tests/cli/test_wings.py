@@ -43,7 +43,7 @@ def test_the_commands_of_the_core_need_no_wing(without_wings, tmp_path):
         ("extract", prints[0], "-o", "templates"),
         ("convert", "templates/101_1.json", "101_1.iso"),
         ("inspect", prints[0], "101_1.iso"),
-        ("stages", prints[0], "-o", "stages"),
+        ("extract", prints[0], "-o", "stages", "--format", "stages"),
     ):
         done = without_wings(*words)
         assert (done.returncode, done.stderr) == (0, ""), words

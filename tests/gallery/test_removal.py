@@ -210,14 +210,14 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path: P
         open_search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
-    result = CliRunner().invoke(fpmatch, ["gallery", "compact", str(tmp_path / "g.db"), "--json"])
+    result = CliRunner().invoke(fpmatch, ["gallery", "rewrite", str(tmp_path / "g.db"), "--json"])
     sizes = json.loads(result.stdout)
     assert result.exit_code == 0
     assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
     assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
     (kept,) = (tmp_path / "g.db.prepared").iterdir()
     assert sizes["prepared"]["after"] == kept.stat().st_size < sizes["prepared"]["before"]
-    result = CliRunner().invoke(fpmatch, ["gallery", "compact", str(tmp_path / "g.db")])
+    result = CliRunner().invoke(fpmatch, ["gallery", "rewrite", str(tmp_path / "g.db")])
     assert result.stdout.splitlines()[0] == str(tmp_path / "g.db")
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries

@@ -79,7 +79,7 @@ def test_every_command_takes_it(run, tmp_path):
     score = ("score", "--references", "out", "--probes", "templates", "-o", "scores.csv")
     assert run(*score).exit_code == 0
     for command in ("convert", "extract"):
-        assert "|deg]" in "".join(run(command, "--help").stdout.split())
+        assert "|deg]" in "".join(run(command, "--help-all").stdout.split())
     wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
     assert wrong.exit_code == 2
     assert "'deg'" in wrong.stderr

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.command import Group
 from fpmatch.cli.notes import say_notes, show, show_line
 from fpmatch.cli.options import (
     FILE,
@@ -14,7 +15,7 @@ from fpmatch.cli.options import (
     json_option,
     key_option,
     output_option,
-    polarity_option,
+    reading_options,
 )
 from fpmatch.printable import json_text, printable
 
@@ -22,18 +23,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.formats.angles import AngleConvention
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 DEFAULT_FMR: Final = 0.001
 
 
 @click.group(
+    cls=Group,
     epilog="""\b
 Examples:
   fpmatch key new my.key
   fpmatch revocable protect probe.tif -o probe.rev --key file:my.key
   fpmatch revocable compare probe.rev reference.rev
-"""
+""",
 )
 def revocable() -> None:
     """Protect templates under a key, and compare them without it (research).
@@ -53,8 +56,7 @@ Example:
 @click.argument("source", metavar="PRINT", type=FILE)
 @output_option(metavar="FILE", help="Write the revocable template to this file.")
 @key_option
-@click.option("--dpi", type=float, help="Resolution of PRINT, in dots per inch.")
-@polarity_option
+@reading_options
 @enhance_option
 @angles_option
 def protect(
@@ -62,19 +64,20 @@ def protect(
     output: Path,
     dpi: float | None,
     polarity: Polarity,
+    raw: tuple[RawSize, ...],
     enhance: str,
     angles: AngleConvention | None,
 ) -> None:
     """Write the revocable template of PRINT, an image or a template, under the current key."""
     from fpmatch.base.encryption.keys import load_keys
     from fpmatch.base.output import check_writable
-    from fpmatch.prints.reading import PrintReader, make_given_print
+    from fpmatch.prints.reading import PrintReader, read_given_print
     from fpmatch_revocable import template
 
     check_writable(output)
     key = load_keys().current
-    content = PrintReader(quiet=True, angles=angles)(source, polarity=polarity, dpi=dpi)
-    given = make_given_print(content, str(source), dpi=dpi, enhance=enhance)
+    reader = PrintReader(raw, quiet=True, angles=angles)
+    given = read_given_print(source, reader, polarity=polarity, dpi=dpi, enhance=enhance)
     say_notes({note: [source] for note in given.notes})
     template.protect(given.template, key).save(output)
     show_line(f"{printable(str(output))}: revocable template under key {key.id}")

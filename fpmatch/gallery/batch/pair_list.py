@@ -37,7 +37,7 @@ PROBE: Final = "probe"
 REFERENCE: Final = "reference"
 GENUINE: Final = "genuine"
 list_error: Final = partial(row_error, ScoringError)
-_VALUES: Final = {"1": True, "0": False, "genuine": True, "impostor": False}
+_VALUES: Final = {"1": True, "genuine": True, "0": False, "impostor": False, "imposter": False}
 
 
 class ListedPair(NamedTuple):

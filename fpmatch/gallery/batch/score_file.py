@@ -62,7 +62,7 @@ COLUMN_NAMES: Final[Mapping[str, tuple[str, ...]]] = {
     "probe_finger": ("probe_subject_id", "probe_subject", "real_id"),
     "reference_finger": ("bio_ref_subject_id", "reference_subject", "claimed_id"),
     "genuine": ("label", "mated"),
-    "impostor": ("nonmated",),
+    "impostor": ("imposter", "nonmated"),
     "similarity": ("score",),
     "distance": ("dissimilarity",),
     "reason": (),
@@ -73,7 +73,9 @@ COLUMN_NAMES: Final[Mapping[str, tuple[str, ...]]] = {
 """The columns that are read, and other names of them; small and capital letters are the same."""
 LABELS: Final = {
     **dict.fromkeys(("1", "genuine", "mated", "true", "match"), "1"),
-    **dict.fromkeys(("0", "impostor", "nonmated", "non-mated", "false", "nonmatch"), "0"),
+    **dict.fromkeys(
+        ("0", "impostor", "imposter", "nonmated", "non-mated", "false", "nonmatch"), "0"
+    ),
 }
 """What a column genuine may contain."""
 NO_SCORE: Final = frozenset({"", "nan", "na", "none", "null"})

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli import fast_imports
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import json_option, key_option, polarity_option, raw_option
+from fpmatch.cli.options import json_option, key_option, reading_options
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
     by_folder_option,
@@ -42,7 +43,18 @@ _WORKERS_NEED: Final = (
 
 
 @click.command(
-    epilog="""\b
+    cls=Command,
+    details="""
+A MANIFEST is a CSV file with the columns path and subject, and perhaps finger, impression and dpi,
+which lists prints. The entries of another gallery are enrolled with their labels: templates by the
+million are best kept in one.
+
+Each file is enrolled once, whatever its name: an interrupted run continues when it is started
+again, and two may enrol at the same time. All impressions of a finger are kept, and probes are
+compared with all of them together. Prints that are added to subjects that existed before are
+counted, and named where they match none of them.
+
+\b
 Patterns:
   A regular expression with the group subject and, where names contain them, the groups finger and
   impression. It must match the end of the path, without its extension, from the beginning of a
@@ -54,36 +66,36 @@ Resolution:
   own, else 500 dpi.
 
 \b
-Examples:
-  fpmatch enrol prints.db prints
-  fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
-  fpmatch enrol prints.db prints --min-quality 40
+More examples:
   fpmatch enrol prints.db visitors --prefix visitor-
-  fpmatch enrol prints.db manifest.csv
   fpmatch enrol prints.db monday.db tuesday.db
-  fpmatch enrol prints.db prints --encrypt --key file:keys.txt
   fpmatch enrol prints.db people --by-folder
   fpmatch enrol prints.db scans --scheduler tcp://host:8786
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
+""",
+    epilog="""\b
+Examples:
+  fpmatch enrol prints.db prints
+  fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
+  fpmatch enrol prints.db manifest.csv --min-quality 40
+  fpmatch enrol prints.db prints --encrypt --key file:keys.txt
 
 Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
 --failures` lists them with the reasons), 2 when the run could not be done.
-"""
+""",
 )
 @click.argument("gallery")
 @places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
-@click.option(
-    "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
-)
+@click.option("--pattern", metavar="REGEX", help="Pattern of file names; see --help-all.")
 @by_folder_option
 @click.option(
     "--prefix",
     metavar="TEXT",
     default="",
+    hidden=True,
     help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
 )
-@click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
-@polarity_option
+@reading_options
 @click.option(
     "--min-quality",
     metavar="N",
@@ -95,6 +107,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @click.option(
     "--strict",
     is_flag=True,
+    hidden=True,
     help="Refuse prints that match no other impression of their finger, where there are others: "
     "they are of another finger or of another part of the skin (see fpmatch gallery check); and "
     "prints that are probably two in one, or that no finger can have. Otherwise these, and the "
@@ -103,6 +116,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @click.option(
     "--audit",
     is_flag=True,
+    hidden=True,
     help="Let GALLERY keep an audit of who does what with it (see fpmatch gallery audit).",
 )
 @click.option(
@@ -111,7 +125,6 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     help="Encrypt the gallery that is made with the current key of --key; refuse one that is not "
     "encrypted.",
 )
-@raw_option
 @workers_option
 @scheduler_option
 @json_option
@@ -137,14 +150,8 @@ def enrol(
 
     A print is an image or a template; of a folder, its images are enrolled or, if it has none, its
     templates, else the prints of its subfolders, one a finger, or one a subject with one a finger
-    in it. A MANIFEST is a CSV file with the columns path and subject, and perhaps finger,
-    impression and dpi, which lists prints. The entries of another gallery are enrolled with their
-    labels: templates by the million are best kept in one.
-
-    The gallery is made where it is missing. Each file is enrolled once, whatever its name: an
-    interrupted run continues when it is started again, and two may enrol at the same time. All
-    impressions of a finger are kept, and probes are compared with all of them together. Prints that
-    are added to subjects that existed before are counted, and named where they match none of them.
+    in it. A MANIFEST lists prints in a CSV file; the entries of another GALLERY are enrolled, too.
+    The gallery is made where it is missing; an interrupted run continues when it is started again.
     """
     from fpmatch.gallery.engine.local import start_fork_server
 

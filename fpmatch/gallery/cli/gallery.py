@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Group
 from fpmatch.cli.notes import ProgressBars, first_of, say_note, show, show_line
-from fpmatch.cli.options import json_array_option, json_option, key_option, output_option
+from fpmatch.cli.options import json_array_option, key_option, output_option
 from fpmatch.gallery.cli.gallery_audit import audit
-from fpmatch.gallery.cli.gallery_rewrite import compact, rotate
+from fpmatch.gallery.cli.gallery_rewrite import rewrite
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.printable import count, json_text, printable
 
@@ -20,44 +22,26 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.listing.entry import Entry, GallerySummary
 
+_HEADER: Final = f"number  {'print':<16}  {'dpi':>5}  minutiae  picture"
 _ARGUMENT: Final = click.argument("gallery")
 
 
 @click.group(
+    cls=Group,
     epilog="""\b
 Examples:
-  fpmatch gallery info prints.db
-  fpmatch gallery list prints.db --failures
+  fpmatch gallery list prints.db
+  fpmatch gallery list prints.db --summary
   fpmatch gallery check prints.db
-  fpmatch gallery rotate prints.db --key file:keys.txt
+  fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
   fpmatch gallery export postgresql://me@host/prints -o templates
-"""
+""",
 )
 def gallery() -> None:
     """Show, check, change and export a gallery, which `fpmatch enrol` makes.
 
     A gallery is a file, or the URL of a PostgreSQL database.
     """
-
-
-@gallery.command(
-    epilog="""\b
-Examples:
-  fpmatch gallery info prints.db
-  fpmatch gallery info postgresql://me@host/prints --json
-"""
-)
-@_ARGUMENT
-@json_option
-@key_option
-def info(gallery: str, as_json: bool) -> None:
-    """Show counts and sizes of GALLERY."""
-    from fpmatch.gallery.gallery import open_gallery
-
-    with open_gallery(gallery) as opened:
-        summary, name = opened.summary(), opened.name
-    document = {"gallery": name, **summary.as_dict()}
-    show(json_text(document) if as_json else _summary_text(name, summary))
 
 
 def _summary_text(name: str, s: GallerySummary) -> str:
@@ -80,32 +64,45 @@ def _summary_text(name: str, s: GallerySummary) -> str:
 def _encryption_text(keys: tuple[str, ...]) -> str:
     if len(keys) < 2:
         return f"key {keys[0]}"
-    return f"keys {', '.join(keys)}; `fpmatch gallery rotate` leaves the first only"
+    return f"keys {', '.join(keys)}; `fpmatch gallery rewrite --encrypt` leaves the first"
 
 
 @gallery.command(
     "list",
+    details="""\b
+Columns:
+  number   of the entry, for fpmatch gallery remove
+  print    its label: subject, finger and impression, joined by _
+  dpi      resolution
+  minutiae how many
+  picture  that was enrolled
+""",
     epilog="""\b
-Columns: number, label (subject, finger and impression, joined by _), dpi, minutiae, picture.
-
-\b
 Examples:
   fpmatch gallery list prints.db
+  fpmatch gallery list prints.db --summary
   fpmatch gallery list prints.db --subject 101 --json
   fpmatch gallery list prints.db --failures
 """,
 )
 @_ARGUMENT
+@click.option("--summary", is_flag=True, help="Print counts and sizes alone; an object as JSON.")
 @click.option("--subject", metavar="NAME", help="List the impressions of this subject only.")
 @click.option("--failures", is_flag=True, help="List what could not be enrolled, and why.")
 @json_array_option
-def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> None:
-    """List the impressions of GALLERY, or what could not be enrolled."""
+@key_option
+def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_json: bool) -> None:
+    """List the impressions of GALLERY, what could not be enrolled, or its counts and sizes."""
     from fpmatch.gallery.gallery import open_gallery
 
-    if failures and subject is not None:
-        raise click.UsageError("--failures and --subject exclude each other")
+    if summary + failures + (subject is not None) > 1:
+        raise click.UsageError("--summary, --failures and --subject exclude each other")
     with open_gallery(gallery) as opened:
+        if summary:
+            counted, name = opened.summary(), opened.name
+            document = {"gallery": name, **counted.as_dict()}
+            show(json_text(document) if as_json else _summary_text(name, counted))
+            return
         opened.record("list", subject=subject, failures=failures)
         if failures:
             failed = opened.failures()
@@ -113,7 +110,8 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
             lines: Iterable[str] = (f"{one.source}: {one.reason}" for one in failed)
         else:
             entries = opened.entries(subject=subject)
-            rows, lines = ((entry.as_dict() for entry in entries), map(_entry_line, entries))
+            rows, lines = (entry.as_dict() for entry in entries), map(_entry_line, entries)
+            lines = chain([_HEADER], lines)
         for line in json_lines(rows) if as_json else lines:
             show_line(line)
         say_damaged(opened.name, opened.damaged)
@@ -121,7 +119,7 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
 
 def _entry_line(entry: Entry) -> str:
     return (
-        f"{entry.id:>6}  {printable(entry.label):<16}  {entry.dpi:>5g}  {entry.minutiae:>3}  "
+        f"{entry.id:>6}  {printable(entry.label):<16}  {entry.dpi:>5g}  {entry.minutiae:>8}  "
         f"{printable(entry.source)}"
     )
 
@@ -275,5 +273,4 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
 
 
 gallery.add_command(audit)
-gallery.add_command(rotate)
-gallery.add_command(compact)
+gallery.add_command(rewrite)

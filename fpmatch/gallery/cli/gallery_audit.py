@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_note, show, show_line
+from fpmatch.cli.command import Group
+from fpmatch.cli.notes import say_note, show_line
+from fpmatch.cli.notes import show as print_text
+from fpmatch.cli.options import json_array_option, json_option
 from fpmatch.gallery.cli.notes import json_lines
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from contextlib import AbstractContextManager
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.store.audit_chain import AuditState
@@ -31,65 +35,24 @@ def _expected(
         return None
     number, _, digest = value.partition(":")
     if not (number.isascii() and number.isdecimal() and len(digest) == _HASH_DIGITS):
-        raise click.BadParameter(f"{value!r} is not of the form NUMBER:HASH, as --verify prints it")
+        raise click.BadParameter(f"{value!r} is not of the form NUMBER:HASH, as verify prints it")
     return int(number[:18]), digest.lower()
 
 
-@click.command(
+@click.group(
+    cls=Group,
     epilog="""\b
 Examples:
-  fpmatch gallery audit prints.db --on
-  fpmatch gallery audit prints.db --action remove --since 2026-11-01
-  fpmatch gallery audit prints.db --verify
-  fpmatch gallery audit prints.db --verify --expect 1204:5d0c...
-  fpmatch gallery audit audit.jsonl --client ada --json
-
-Each line contains the hash of the line before it. That the last lines are missing shows only if the
-number of lines and the last hash, which --verify prints, were noted elsewhere: --expect compares
-them.
+  fpmatch gallery audit show prints.db
+  fpmatch gallery audit verify prints.db
+  fpmatch gallery audit switch prints.db on
 
 The client of an event is the name of a token of the server; for commands it is the user of the
 system and the host, after the name in FPMATCH_OPERATOR if that is set. Times are UTC.
-
-Exit status: 0 when the audit is whole, 2 when a line was changed, removed or inserted, or the
-gallery was changed without an event.
-"""
+""",
 )
-@click.argument("place", metavar="GALLERY|LOG")
-@click.option("--on", "turn", flag_value="on", help="Let GALLERY keep an audit from now on.")
-@click.option(
-    "--off", "turn", flag_value="off", help="Let GALLERY keep no audit any more; needs --yes."
-)
-@click.option("--yes", is_flag=True, help="Confirm --off, which becomes the last event.")
-@click.option("--verify", is_flag=True, help="Check all lines; print their number and last hash.")
-@click.option(
-    "--expect",
-    metavar="N:HASH",
-    callback=_expected,
-    help="Check that line N has this hash: that an earlier state is a part of this one.",
-)
-@click.option("--action", metavar="NAME", help="Print events of this action only: enrol, remove, …")
-@click.option("--client", metavar="NAME", help="Print events of this client only.")
-@click.option("--subject", metavar="NAME", help="Print events that name this subject only.")
-@click.option("--since", metavar="TIME", type=_TIMES, help="Print events from this time on, UTC.")
-@click.option("--until", metavar="TIME", type=_TIMES, help="Print events before this time, UTC.")
-@click.option(
-    "--lines",
-    is_flag=True,
-    help="Print the lines as they are stored: a file of them can be kept elsewhere and verified.",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print a JSON array; of --verify, an object.")
-def audit(
-    place: str,
-    turn: str | None,
-    yes: bool,
-    verify: bool,
-    expect: tuple[int, str] | None,
-    lines: bool,
-    as_json: bool,
-    **wanted: Any,
-) -> None:
-    """Print who did what with a GALLERY, and when, or turn this on and off.
+def audit() -> None:
+    """Show and verify who did what with a gallery, and when; switch this on or off.
 
     The audit of a GALLERY contains who enrolled, searched, compared, listed, removed or exported
     what, by commands and over HTTP; the event of a change is stored together with the change. It
@@ -97,34 +60,101 @@ def audit(
 
     A LOG is a file that `fpmatch serve --audit-log` wrote.
     """
+
+
+_PLACE: Final = click.argument("place", metavar="GALLERY|LOG")
+
+
+@audit.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit show prints.db --action remove --since 2026-11-01
+  fpmatch gallery audit show audit.jsonl --client ada --json
+""",
+)
+@_PLACE
+@click.option("--action", metavar="NAME", help="Print events of this action only, as enrol.")
+@click.option("--client", metavar="NAME", help="Print events of this client only.")
+@click.option("--subject", metavar="NAME", help="Print events that name this subject only.")
+@click.option("--since", metavar="TIME", type=_TIMES, help="Print events from this time on, UTC.")
+@click.option("--until", metavar="TIME", type=_TIMES, help="Print events before this time, UTC.")
+@click.option(
+    "--lines",
+    is_flag=True,
+    hidden=True,
+    help="Print the lines as they are stored: a file of them can be kept elsewhere and verified.",
+)
+@json_array_option
+def show(place: str, lines: bool, as_json: bool, **wanted: Any) -> None:
+    """Print the events in the audit of a GALLERY, or in a LOG."""
+    with _opened(place) as gallery:
+        if lines:
+            for line in _lines(place, gallery):
+                show_line(line.decode("ascii", "backslashreplace").removesuffix("\n"))
+            return
+        events = (event for event in _events(place, gallery) if _is_wanted(event, **wanted))
+        for text in json_lines(events) if as_json else map(_as_text, events):
+            print_text(text)
+
+
+@audit.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit verify prints.db
+  fpmatch gallery audit verify prints.db --expect 1204:5d0c...
+
+Each line contains the hash of the line before it. That the last lines are missing shows only if the
+number of lines and the last hash, which this command prints, were noted elsewhere: --expect
+compares them.
+
+Exit status: 0 when the audit is whole, 2 when a line was changed, removed or inserted, or the
+gallery was changed without an event.
+""",
+)
+@_PLACE
+@click.option(
+    "--expect",
+    metavar="N:HASH",
+    callback=_expected,
+    help="Check that line N has this hash: that an earlier state is a part of this one.",
+)
+@json_option
+def verify(place: str, expect: tuple[int, str] | None, as_json: bool) -> None:
+    """Check all lines of the audit of a GALLERY, or of a LOG; print their number and last hash."""
+    with _opened(place) as gallery:
+        _say_state(_check(place, gallery, expect), as_json=as_json)
+
+
+@audit.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit switch prints.db on
+  fpmatch gallery audit switch prints.db off --yes
+""",
+)
+@click.argument("gallery")
+@click.argument("state", metavar="on|off", type=click.Choice(["on", "off"]))
+@click.option("--yes", is_flag=True, help="Confirm off, which becomes the last event.")
+def switch(gallery: str, state: str, yes: bool) -> None:
+    """Let GALLERY keep an audit from now on, or none any more."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import turn_off, turn_on
+
+    if yes and state == "on":
+        raise click.UsageError("--yes confirms off")
+    if state == "off" and not yes:
+        raise click.UsageError("off ends the audit, which then shows nothing more: add --yes")
+    with open_gallery(gallery) as opened:
+        changed = (turn_on if state == "on" else turn_off)(opened)
+        show_line(f"{opened.name}: audit {state}{'' if changed else ', as it was before'}")
+
+
+def _opened(place: str) -> AbstractContextManager[Gallery | None]:
+    """Return the gallery at a place; None where it is a log."""
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.listing.kinds import kind_of
 
-    if yes and turn != "off":
-        raise click.UsageError("--yes confirms --off")
-    is_gallery = turn is not None or kind_of(place) == "gallery"
-    with open_gallery(place) if is_gallery else nullcontext() as gallery:
-        if turn is not None and gallery is not None:
-            _turn(gallery, on=turn == "on", confirmed=yes)
-        elif verify or expect is not None:
-            _say_state(_check(place, gallery, expect), as_json=as_json)
-        elif lines:
-            for line in _lines(place, gallery):
-                show_line(line.decode("ascii", "backslashreplace").removesuffix("\n"))
-        else:
-            events = (event for event in _events(place, gallery) if _is_wanted(event, **wanted))
-            for text in json_lines(events) if as_json else map(_as_text, events):
-                show(text)
-
-
-def _turn(gallery: Gallery, *, on: bool, confirmed: bool) -> None:
-    from fpmatch.gallery.store.audit import turn_off, turn_on
-
-    if not on and not confirmed:
-        raise click.UsageError("--off ends the audit, which then shows nothing more: add --yes")
-    changed = turn_on(gallery) if on else turn_off(gallery)
-    state = "on" if on else "off"
-    show_line(f"{gallery.name}: audit {state}{'' if changed else ', as it was before'}")
+    return open_gallery(place) if kind_of(place) == "gallery" else nullcontext()
 
 
 def _lines(place: str, gallery: Gallery | None) -> Iterator[bytes]:
@@ -198,6 +228,6 @@ def _say_state(state: AuditState, *, as_json: bool) -> None:
     for number in state.incomplete:
         say_note(f"line {number} is incomplete: the program that wrote it was stopped")
     if as_json:
-        show(json_text(asdict(state)))
+        print_text(json_text(asdict(state)))
     else:
         show_line(f"{count(state.events, 'event')}, last hash {state.last}")

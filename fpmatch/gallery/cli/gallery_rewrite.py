@@ -1,4 +1,4 @@
-"""`fpmatch gallery rotate` and `compact`: a gallery is sealed with a key, or freed of space."""
+"""`fpmatch gallery rewrite`: a gallery is freed of space, or sealed with a key."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, show, show_line
 from fpmatch.cli.options import json_option, key_option
 from fpmatch.printable import count, json_text, printable
@@ -16,27 +17,54 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=Command,
+    details="""
+On SQLite the file is rewritten; meanwhile the disk must have room for a second copy, and no other
+program may use the gallery: if one holds it for a minute, the command ends. On PostgreSQL its
+tables are rewritten by VACUUM FULL, which only their owner may do; the server's write-ahead log and
+backups keep what they have. What versions up to 0.2 removed, which did not overwrite it, is erased.
+
+With --encrypt, the source of the keys has the new key first, as `fpmatch key new --add` puts it,
+and all keys that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
+plain templates is left in its files. Other programs may search it and enrol in it meanwhile, with
+the same source. A rewriting that was interrupted continues when it is started again.
+""",
     epilog="""\b
 Examples:
-  fpmatch gallery rotate prints.db --key file:keys.txt
-  fpmatch gallery rotate prints.db --decrypt --key file:keys.txt
+  fpmatch gallery rewrite prints.db
+  fpmatch gallery rewrite postgresql://me@host/prints --json
+  fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
+  fpmatch gallery rewrite prints.db --decrypt --key file:keys.txt
 
-Exit status: 0 when all templates are sealed with the current key, 1 when some are damaged, which
-are left as they are, 2 when it could not be done.
-"""
+Exit status: 0 when it is done, 1 when some templates are damaged, which are left as they are, 2
+when it could not be done; the gallery is whole then.
+""",
 )
 @click.argument("gallery")
-@click.option("--decrypt", is_flag=True, help="Store all templates without encryption instead.")
+@click.option("--encrypt", is_flag=True, help="Seal all templates with the current key of --key.")
+@click.option("--decrypt", is_flag=True, help="Store all templates without encryption.")
 @json_option
 @key_option
-def rotate(gallery: str, decrypt: bool, as_json: bool) -> int:
-    """Encrypt all templates of GALLERY with the current key.
+def rewrite(gallery: str, encrypt: bool, decrypt: bool, as_json: bool) -> int:
+    """Rewrite GALLERY without free space, or with its templates encrypted or decrypted.
 
-    The source of the keys has the new key first, as `fpmatch key new --add` puts it, and all keys
-    that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its plain
-    templates is left in its files. Other programs may search it and enrol in it meanwhile, with the
-    same source. A rotation that was interrupted continues when it is started again.
+    Without --encrypt and --decrypt, prepared prints that no longer fit are deleted, too.
     """
+    if encrypt and decrypt:
+        raise click.UsageError("--encrypt and --decrypt exclude each other")
+    if encrypt or decrypt:
+        return _seal(gallery, decrypt=decrypt, as_json=as_json)
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.space import free_space
+
+    with open_gallery(gallery) as opened:
+        done, name = free_space(opened), opened.name
+    show(json_text({"gallery": name, **done.as_dict()}) if as_json else _as_text(name, done))
+    return 0
+
+
+def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
+    """Encrypt all templates of a gallery with the current key, or decrypt them."""
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.store.sealing import PLAIN
     from fpmatch.gallery.tasks.rotation import rotate
@@ -52,36 +80,6 @@ def rotate(gallery: str, decrypt: bool, as_json: bool) -> int:
         state = "not encrypted any more" if done.key == PLAIN else f"encrypted with key {done.key}"
         show_line(f"{name}: {state}; {count(done.sealed, 'template')} rewritten")
     return 1 if done.damaged else 0
-
-
-@click.command(
-    epilog="""\b
-Examples:
-  fpmatch gallery compact prints.db
-  fpmatch gallery compact postgresql://me@host/prints --json
-
-On SQLite the file is rewritten; meanwhile the disk must have room for a second copy, and no other
-program may use the gallery: if one holds it for a minute, the command ends. On PostgreSQL its
-tables are rewritten by VACUUM FULL, which only their owner may do; the server's write-ahead log and
-backups keep what they have.
-
-Exit status: 0 when it is done, 2 when it could not be; the gallery is whole then.
-"""
-)
-@click.argument("gallery")
-@key_option
-@json_option
-def compact(gallery: str, as_json: bool) -> None:
-    """Rewrite GALLERY without free space, and delete prepared prints that no longer fit.
-
-    What versions up to 0.2 removed, which did not overwrite it, is erased.
-    """
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.tasks.space import free_space
-
-    with open_gallery(gallery) as opened:
-        done, name = free_space(opened), opened.name
-    show(json_text({"gallery": name, **done.as_dict()}) if as_json else _as_text(name, done))
 
 
 def _as_text(name: str, done: FreedSpace) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
     file_option,
@@ -14,10 +15,9 @@ from fpmatch.cli.options import (
     json_option,
     key_option,
     matcher_option,
-    polarity_option,
-    raw_option,
+    reading_options,
 )
-from fpmatch.gallery.cli.options import FROM_1, check_where, old_names, scheduler_option
+from fpmatch.gallery.cli.options import FROM_1, check_where, scheduler_option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,8 +49,12 @@ def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
 
 
 @click.command(
-    context_settings=old_names(shortlist="candidate-list"),
-    epilog="""\b
+    cls=Command,
+    details="""
+The prints of GALLERY are prepared by the first search, and by the first one after a change. A
+manifest of probes is as for fpmatch enrol.
+
+\b
 Columns:
   score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
   FMR        share of comparisons with other fingers, of as many impressions, that score as high
@@ -61,10 +65,8 @@ Columns:
   picture    that was enrolled
 
 \b
-Examples:
-  fpmatch identify prints.db probe.tif
+More examples:
   fpmatch identify prints.db manifest.csv
-  fpmatch identify prints.db probes -k 3 --threshold 40 --json
   fpmatch identify postgresql://me@host/prints probe.tif --transform
   fpmatch identify prints.db probe.tif --all
   fpmatch identify prints.db probe.tif --impressions
@@ -74,9 +76,14 @@ Examples:
 
 \b
 Many probes, on all cores or on a cluster (columns of the file: docs/how-to/batches.md):
-  fpmatch identify prints.db --probes seized -o candidates.csv
   fpmatch identify prints.db --probes seized -o candidates.jsonl --transform
   fpmatch identify prints.db --probes seized -o candidates.csv --scheduler tcp://host:8786
+""",
+    epilog="""\b
+Examples:
+  fpmatch identify prints.db probe.tif
+  fpmatch identify prints.db probes -k 3 --threshold 40 --json
+  fpmatch identify prints.db --probes seized -o candidates.csv
 
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
 """,
@@ -110,7 +117,11 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     " this command ranks and does not decide.",
 )
 @click.option(
-    "--transform", "transforms", is_flag=True, help="Show the transform to each candidate."
+    "--transform",
+    "transforms",
+    is_flag=True,
+    hidden=True,
+    help="Show the transform to each candidate.",
 )
 @click.option(
     "--all",
@@ -121,12 +132,14 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 @click.option(
     "--impressions",
     is_flag=True,
+    hidden=True,
     help="List all impressions, each with its own score, instead of fingers, with the score of all "
     "their impressions together.",
 )
 @click.option(
     "--consolidate",
     is_flag=True,
+    hidden=True,
     help="Compare each candidate also with the consolidated template of its impressions, and rank "
     "the candidates again.",
 )
@@ -143,16 +156,16 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     "positions",
     metavar="NAME",
     multiple=True,
+    hidden=True,
     help="With --with: which finger PROBE is of, then each SECOND, as it was named at enrolment "
     "(default: not known, any finger of the subject).",
 )
-@click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
-@polarity_option
-@raw_option
+@reading_options
 @matcher_option
 @file_option(
     "--calibration",
     metavar="FILE",
+    hidden=True,
     help="Score as fitted by fpmatch calibrate to prints of your own.",
 )
 @click.option(
@@ -161,6 +174,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     metavar="N|auto|off",
     callback=_candidate_list_size,
     default="auto",
+    hidden=True,
     help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
     "probe's. auto: all of up to 20,000 prints; of up to 100,000, the best 1 in 100; of more, "
     "those that an index chooses. off: all.",
@@ -171,6 +185,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     callback=_loss,
     default="1%",
     show_default=True,
+    hidden=True,
     help="Search more than 20,000 prints by their index, which may miss this share of the matching "
     "prints that comparing all would find, as 0.1%. With less, more prints are compared.",
 )
@@ -205,10 +220,8 @@ def identify(
 ) -> int:
     """Rank the subjects of GALLERY by how well they match each PROBE.
 
-    A PROBE is an image, a template, a folder of them, or a manifest (see fpmatch enrol).
-
-    GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
-    prepared by the first search, and by the first one after a change.
+    A PROBE is an image, a template, a folder of them, or a manifest. GALLERY is a file that
+    `fpmatch enrol` made, or the URL of a PostgreSQL database.
     """
     from fpmatch.gallery.cli import identify_runs as runs
     from fpmatch.gallery.listing.prints import find_prints

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import click
 from click.core import ParameterSource
 
 FROM_0: Final = click.IntRange(min=0)
 FROM_1: Final = click.IntRange(min=1)
-
-
-def old_names(**names: str) -> dict[str, Any]:
-    """Return context settings with which a command accepts old names of options, without dashes."""
-    return {"token_normalize_func": lambda name: names.get(name, name)}
 
 
 def requested_loss() -> float | None:
@@ -34,11 +29,12 @@ places_argument: Final = partial(click.argument, nargs=-1, required=True)  # wit
 pattern_option: Final = click.option(
     "--pattern",
     metavar="REGEX",
-    help="Pattern of file names with subject, finger, impression; see fpmatch enrol --help.",
+    help="Pattern of file names; see fpmatch enrol --help-all.",
 )
 by_folder_option: Final = click.option(
     "--by-folder",
     is_flag=True,
+    hidden=True,
     help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
     "DIR has no prints itself]",
 )
@@ -48,5 +44,6 @@ workers_option: Final = click.option(
 scheduler_option: Final = click.option(
     "--scheduler",
     metavar="URL",
+    hidden=True,
     help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     file_option,
@@ -15,7 +16,7 @@ from fpmatch.cli.options import (
     key_option,
     matcher_option,
     output_option,
-    polarity_option,
+    reading_options,
 )
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed, say_failures
 from fpmatch.gallery.cli.options import (
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.batch.score import ScoreSummary
+    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 _STAGES: Final = {
@@ -42,7 +44,12 @@ _SIDE: Final = "DIR|MANIFEST|GALLERY"
 
 
 @click.command(
-    epilog="""\b
+    cls=Command,
+    details="""
+A side is a folder or manifest of images, whose templates are extracted, or of templates, or a
+gallery. Folders are read as by fpmatch evaluate, but prints may have any name.
+
+\b
 Columns, as those of fpmatch evaluate --scores:
   matcher, set      the matcher; the database
   probe, reference  the prints: file names of a folder, paths of a manifest, labels of a gallery
@@ -72,8 +79,8 @@ Order of the rows:
 Interrupted:
   The same command resumes the run, and writes the same file. Until that is complete, the state
   is kept in OUT.unfinished.
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch score --references enrolled --probes seized -o scores.csv
   fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
@@ -83,7 +90,7 @@ Examples:
 
 Exit status: 0 when every pair has a similarity, 1 when some prints have no template (their pairs
 are rows with the reason), 2 when the run could not be done.
-"""
+""",
 )
 @click.option(
     "--references",
@@ -107,16 +114,17 @@ are rows with the reason), 2 when the run could not be done.
 @file_option(
     "--fingers",
     metavar="FILE.csv",
+    hidden=True,
     help="Write the score of each probe with each finger of the references, too.",
 )
 @matcher_option
 @file_option(
     "--calibration",
     metavar="FILE",
+    hidden=True,
     help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
 )
-@click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
-@polarity_option
+@reading_options
 @workers_option
 @scheduler_option
 @json_option
@@ -131,6 +139,7 @@ def score(
     calibration: Path | None,
     dpi: float | None,
     polarity: Polarity,
+    raw: tuple[RawSize, ...],
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
@@ -138,10 +147,8 @@ def score(
 ) -> int:
     """Score probes against references, each with each, and write a row a pair.
 
-    A side is a folder or manifest of images, whose templates are extracted, or of templates, or a
-    gallery. Folders are read as by fpmatch evaluate, but prints may have any name. The
-    rows are the same with processes of this machine and with a Dask cluster, whose workers may join
-    and leave.
+    The rows are the same with processes of this machine and with a Dask cluster, whose workers may
+    join and leave.
     """
     from fpmatch.gallery.batch import score as scoring
     from fpmatch.gallery.batch.sources import open_source
@@ -156,7 +163,7 @@ def score(
         open_source,
         dpi=dpi,
         polarity=polarity,
-        reader=PrintReader(quiet=True),
+        reader=PrintReader(raw, quiet=True),
         pattern=None if pattern is None else NamePattern(pattern),
         by_folder=by_folder,
     )

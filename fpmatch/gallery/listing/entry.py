@@ -229,6 +229,6 @@ class GallerySummary:
     keys: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the JSON values that ``fpmatch gallery info --json`` prints."""
+        """Return the JSON values that ``fpmatch gallery list --summary --json`` prints."""
         by_dpi = [{"dpi": dpi, "impressions": count} for dpi, count in self.dpi.items()]
         return asdict(self) | {"dpi": by_dpi}

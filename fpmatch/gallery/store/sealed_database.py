@@ -169,5 +169,5 @@ def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> 
             "version",
         )
     if encrypt and version in {1, VERSION}:
-        why = "is not encrypted; `fpmatch gallery rotate` encrypts it"
+        why = "is not encrypted; `fpmatch gallery rewrite --encrypt` encrypts it"
         raise gallery.error(why, "not encrypted")

@@ -1,4 +1,4 @@
-"""Space that a gallery frees: all that is unused or outdated (``fpmatch gallery compact``)."""
+"""Space that a gallery frees: all that is unused or outdated (``fpmatch gallery rewrite``)."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -16,6 +17,11 @@ if TYPE_CHECKING:
 
     from fpmatch.image.preprocess.arrays import Grey
 
+_SENSORS: Final = (  # sizes of well-known sensors, width and height
+    *((388, 374), (296, 560), (288, 384), (640, 480), (328, 364), (300, 480), (256, 364)),
+    *((448, 478), (240, 320), (400, 560), (152, 200)),
+)
+_LEAST_SQUARE: Final = 96  # pixels; files of fewer bytes may be anything
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
@@ -201,6 +207,15 @@ class RawSize:
 
     def __str__(self) -> str:
         return f"{self.width}x{self.height}"
+
+
+def likely_raw_size(data: bytes) -> RawSize | None:
+    """Return the size of a well-known sensor, or the square, of as many pixels; else None."""
+    side = math.isqrt(len(data))
+    square = [(side, side)] if side >= _LEAST_SQUARE else []
+    fits = (size for size in (*_SENSORS, *square) if size[0] * size[1] == len(data))
+    size = next(fits, None)
+    return size and RawSize(*size)
 
 
 def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:

@@ -8,9 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import DEFAULT_LIMITS, GreyImage, ImageLimits, as_grey, decode_raw
+from fpmatch.image.io.grey import (
+    DEFAULT_LIMITS,
+    GreyImage,
+    ImageLimits,
+    as_grey,
+    decode_raw,
+    likely_raw_size,
+)
 from fpmatch.image.io.pillow_formats import error_text
-from fpmatch.image.io.registry import find_reader
+from fpmatch.image.io.registry import find_reader, is_image_file, other_kind
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.image.quality.ridge_scale import contradiction
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
@@ -86,9 +93,16 @@ def read_image(
     """
     with name_errors(path):
         data = _bytes_of(path, limits)
-    return decode_image(
-        data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
-    )
+    try:
+        return decode_image(
+            data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
+        )
+    except ImageReadError as error:
+        if data.isascii() or is_image_file(data) or other_kind(data):
+            raise  # a text, a damaged image, or of a format that the error names
+        size = likely_raw_size(data) or "WIDTHxHEIGHT"
+        why = f"if its {len(data)} bytes are pixels: --raw {size}"
+        raise ImageReadError(f"{error}; {why}") from error
 
 
 def decode_image(

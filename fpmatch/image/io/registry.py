@@ -98,8 +98,13 @@ def find_reader(data: bytes) -> ImageReader:
     for reader in READERS:
         if data.startswith(reader.signatures):
             return reader
-    kind = next((kind for start, kind in _OTHERS if data.startswith(start)), "")
-    kind = _BOXES.get(data[4:12], kind)
-    if data[_DICOM_AT : _DICOM_AT + 4] == b"DICM":
-        kind = "a DICOM file"
+    kind = other_kind(data)
     raise ImageReadError("not an image of a known format" + (f" ({kind})" if kind else ""))
+
+
+def other_kind(data: bytes) -> str:
+    """Return which well-known other format a file has, "" for none."""
+    if data[_DICOM_AT : _DICOM_AT + 4] == b"DICM":
+        return "a DICOM file"
+    kind = next((kind for start, kind in _OTHERS if data.startswith(start)), "")
+    return _BOXES.get(data[4:12], kind)

@@ -6,8 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_slow_kernels, show
-from fpmatch.cli.options import json_option, key_option, matcher_option, output_option
+from fpmatch.cli.options import (
+    json_option,
+    key_option,
+    matcher_option,
+    output_option,
+    reading_options,
+)
 from fpmatch.gallery.cli.options import (
     by_folder_option,
     pattern_option,
@@ -20,10 +27,14 @@ from fpmatch.printable import json_text, printable
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
+
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 A score of 30 is to mean that one impostor comparison in 1,000 reaches it. Whether it does depends
 on sensor and fingers. With more fingers, higher scores can be measured: 10 fingers with 8
@@ -36,12 +47,13 @@ Examples:
   fpmatch evaluate prints --scores scores.csv
   fpmatch calibrate scores.csv -o calibration.json
   fpmatch verify probe.tif reference.tif --calibration calibration.json
-"""
+""",
 )
 @places_argument("sources", metavar="SCORES|DIR|MANIFEST|GALLERY...")
 @output_option(metavar="OUT.json", help="Where to write the calibration.")
 @pattern_option
 @by_folder_option
+@reading_options
 @matcher_option
 @json_option
 @workers_option
@@ -51,6 +63,9 @@ def calibrate(
     output: Path,
     pattern: str | None,
     by_folder: bool,
+    dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
     matcher: str,
     as_json: bool,
     workers: int | None,
@@ -65,6 +80,7 @@ def calibrate(
     from fpmatch.lab.evaluation.calibrate import calibrate_on
     from fpmatch.lab.evaluation.calibration_report import report_calibration
     from fpmatch.lab.evaluation.impostors import gather_impostors
+    from fpmatch.prints.reading import PrintReader
 
     check_writable(output)
     chosen = get_matcher(matcher)
@@ -77,6 +93,8 @@ def calibrate(
             progress=bars.show,
             pattern=pattern,
             by_folder=by_folder,
+            dpi=dpi,
+            reading={"polarity": polarity, "reader": PrintReader(raw, quiet=True)},
         )
     calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode(), public=True)

@@ -8,36 +8,28 @@ import click
 
 from fpmatch.base.kernels import build_command, outdated_kernels
 from fpmatch.cli import fast_imports
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import enhance_option, file_option, key_option
+from fpmatch.cli.options import enhance_option, file_option, key_option, reading_options
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     FROM_0,
     by_folder_option,
-    old_names,
     pattern_option,
     places_argument,
     workers_option,
 )
-from fpmatch.lab.cli.evaluate_epilog import EPILOG
-from fpmatch.lab.cli.evaluate_identification import (
-    OPTIONS,
-    evaluate_by_searches,
-    identification_options,
-    refuse_identification_options,
-)
-from fpmatch.lab.cli.scores_in import (
-    evaluate_given_scores,
-    prepare_outputs,
-    scores_in_options,
-    write_outputs,
-)
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_failures, matcher_names
+from fpmatch.lab.cli.columns import GROUND_TRUTH, RATES
+from fpmatch.lab.cli.matchers import chosen_matchers, matchers_option
+from fpmatch.lab.cli.rates import prepare_outputs, rate_options, write_outputs
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from fpmatch.image.io.grey import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 _STAGES = {
     "extract": "extracting prints",
@@ -57,64 +49,65 @@ _WORKERS_NEED = (
 
 
 @click.command(
-    context_settings=old_names(resamples="bootstrap", minutiae="ground-truth"),
-    epilog=EPILOG,
+    cls=Command,
+    details=RATES
+    + GROUND_TRUTH
+    + """
+The rates of several databases are followed by their mean and those of all scores pooled.
+
+With --crop every square must give a template, too, for exit status 0; a note on stderr names each
+that does not.
+
+\b
+More examples:
+  fpmatch evaluate fvc2002/DB*_B --enhance filters
+  fpmatch evaluate fvc2002/DB1_B --crop 160
+  fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
+  fpmatch evaluate fvc2002/DB1_B --pairs list.csv
+  fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
+  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+""",
+    epilog="""\b
+Examples:
+  fpmatch evaluate fvc2002/DB1_B
+  fpmatch evaluate fvc2002/DB*_B --matcher all --json
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
+  fpmatch evaluate sample_data --ground-truth --report report
+
+Exit status: 0 when every image gave a template, 1 when some did not, 2 when the run could not be
+done.
+""",
 )
-@places_argument("places", metavar="[DIR|MANIFEST|GALLERY...]", required=False)
+@places_argument("places", metavar="DIR|MANIFEST|GALLERY...")
 @pattern_option
 @by_folder_option
 @click.option(
     "--protocol",
-    type=click.Choice(["extended", "fvc", "identification"]),
+    type=click.Choice(["extended", "fvc"]),
     default="extended",
-    help="Impostor pairs: all impressions of different fingers, or first impressions only; or "
-    "search for each print in a gallery where a third have a mate.",
+    help="Impostor pairs: all impressions of different fingers, or first impressions only.",
 )
-@click.option(
-    "--matcher",
-    "matchers",
-    multiple=True,
-    default=[DEFAULT_MATCHER],
-    metavar="NAME",
-    help="Matcher to evaluate, by its name or its place, package.module:OBJECT, perhaps with "
-    "parameters, as in unit-circle:rounds=5; repeatable, or all, to compare several side by side.",
-)
+@matchers_option
 @file_option(
     "--pairs",
     metavar="LIST",
+    hidden=True,
     help="Compare these pairs only: columns probe, reference and perhaps genuine (1 or 0).",
 )
+@reading_options
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
-@file_option(
-    "--report",
-    "report_folder",
-    metavar="DIR",
-    help="Write index.html there: tables, DET and other curves, and drawings of the hardest pairs.",
-)
-@file_option(
-    "--baseline",
-    metavar="SCORES.csv",
-    help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch score.",
-)
-@click.option(
-    "--bootstrap",
-    metavar="N",
-    type=FROM_0,
-    default=1000,
-    help="Bootstrap replicates for the 95 % intervals; 0 for none.",
-)
-@click.option("--seed", type=FROM_0, default=0, help="Seed of their draws.")
 @click.option(
     "--ground-truth",
     is_flag=True,
-    help="Measure extraction and transforms (of the first matcher) too, against the true minutiae "
-    "in each DIR.",
+    help="Measure extraction and transforms too, against the true minutiae in each DIR.",
 )
 @click.option(
     "--crop",
     metavar="PX",
     type=click.IntRange(min=32, max=4000),
+    hidden=True,
     help="Compare a square of PX by PX pixels at 500 dpi, about the centroid of the first print of "
     "each pair, with the whole second print.",
 )
@@ -123,21 +116,24 @@ _WORKERS_NEED = (
     "enrolled",
     metavar="N",
     type=click.IntRange(1, 1000),
+    hidden=True,
     help="Enrol the first N impressions of every finger together, and compare each other "
     "impression with each finger.",
 )
 @click.option(
-    "--enrol-seed", type=FROM_0, help="Draw the N impressions of --enrol at random, by this seed."
+    "--enrol-seed",
+    type=FROM_0,
+    hidden=True,
+    help="Draw the N impressions of --enrol at random, by this seed.",
 )
 @click.option(
     "--impostors",
     metavar="DIR",
     multiple=True,
+    hidden=True,
     help="With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
 )
-@scores_in_options
-@identification_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
+@rate_options
 @workers_option
 @key_option
 def evaluate(
@@ -147,6 +143,9 @@ def evaluate(
     protocol: str,
     matchers: tuple[str, ...],
     pairs: Path | None,
+    dpi: float | None,
+    polarity: Polarity,
+    raw: tuple[RawSize, ...],
     enhance: str,
     scores: Path | None,
     report_folder: Path | None,
@@ -164,31 +163,13 @@ def evaluate(
     table: Path | None,
     as_json: bool,
     workers: int | None,
-    **given: Any,
 ) -> int:
-    """Measure error rates on databases of prints, or of scores that are already there.
+    """Measure error rates on databases of prints.
 
     Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M; other formats
     too), or named by --pattern, or in folders, one a finger; it may contain a dataset.toml with
-    name, dpi and sensor. A MANIFEST is a CSV file with the columns path and subject, and perhaps
-    finger, impression and dpi. The output is the rates per database, of several also their mean and
-    those of all scores pooled, and their 95 % intervals. Files of scores take the place of
-    databases: those of --scores and of fpmatch score, or tables of another matcher's scores.
+    name, dpi and sensor. A MANIFEST is as for fpmatch enrol.
     """
-    draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
-    files = {"report_folder": report_folder, "curves": curves, "det": det, "table": table}
-    search_options = {name: given.pop(name) for name in OPTIONS}
-    if protocol != "identification":
-        refuse_identification_options(search_options)
-    if given["scores_in"] or given["genuine_scores"] or given["impostor_scores"]:
-        given |= {"files": files, "pattern": pattern}
-        return evaluate_given_scores(baseline, as_json=as_json, fmrs=fmrs, **draws, **given)
-    if not places:
-        raise click.UsageError("Missing argument 'DIR|MANIFEST|GALLERY...'.")
-    if protocol == "identification":
-        search_options |= {"pattern": pattern, "by_folder": by_folder, "enhance": enhance, **draws}
-        search_options |= {"curves": curves, "det": det, "workers": workers, "as_json": as_json}
-        return evaluate_by_searches(places, _chosen(matchers), **search_options)
     if crop is not None and (ground_truth or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --ground-truth")
     if enrolled is None and (enrol_seed is not None or impostors):
@@ -223,24 +204,26 @@ def evaluate(
 
     if scores is not None:
         check_writable(scores)
+    files = {"report_folder": report_folder, "curves": curves, "det": det, "table": table}
     prepare_outputs(**files)
     earlier = None if baseline is None else read_scores(baseline)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     loaded = run.load_datasets(places, protocol, **labels, pairs=pairs)
-    datasets = dataset.with_unique_names(loaded)
+    datasets = [one.at(dpi) for one in dataset.with_unique_names(loaded)]
     plan = None
     if enrolled is not None:
         others = run.load_datasets([*loaded, *impostors], **labels)[len(loaded) :]
-        plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
+        impostor_sets = tuple(one.at(dpi) for one in dataset.with_unique_names(others))
+        plan = enrolment.Enrolment(enrolled, enrol_seed, impostor_sets)
     graded = any(one is not None for one in (scores, report_folder, curves))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
     say_slow_kernels()
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
-        read = PrintReader(quiet=True)
-        reader = extraction.dataset_reader(datasets, read, engine)
+        read = PrintReader(raw, quiet=True)
+        reader = extraction.dataset_reader(datasets, read, engine, polarity=polarity)
         results = run.evaluate_matchers(
             datasets,
-            _chosen(matchers),
+            chosen_matchers(matchers),
             protocol=protocol,
             engine=engine,
             progress=bars.show,
@@ -257,7 +240,8 @@ def evaluate(
     for row in results[0].sets:
         for _, reason in row.failures:
             say_note(f"no template: {reason}")
-    report = Report.of(results, **draws, fmrs=fmrs, baseline=earlier, baseline_name=str(baseline))
+    draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed, "fmrs": fmrs}
+    report = Report.of(results, **draws, baseline=earlier, baseline_name=str(baseline))
     write_outputs(report, **files)
     document, text = report.as_json(), report.as_text()
     document["dpi_assumed"] = len(results[0].dpi_assumed)
@@ -278,14 +262,3 @@ def evaluate(
         text = f"{text}\n\n{format_minutiae(measured)}"
     show(json_text(document) if as_json else text)
     return 1 if failed or any(row.failures for row in results[0].sets) else 0
-
-
-def _chosen(names: tuple[str, ...]) -> list[str]:
-    """Return the requested matchers, each once; "all" means every matcher that can be loaded."""
-    known = matcher_names()
-    if "all" in names:
-        for name, why in matcher_failures().items():
-            known.remove(name)
-            say_note(f"matcher {name} is left out: {why}")
-    every = [name for given in names for name in (known if given == "all" else [given])]
-    return list(dict.fromkeys(every))

@@ -8,6 +8,7 @@ import click
 from click.core import ParameterSource
 
 from fpmatch.base.parameters import read_parameters, with_parameters
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes_on, show_line
 from fpmatch.cli.options import output_option
 from fpmatch.cli.pair import compare_files, pair_options
@@ -27,6 +28,7 @@ PAPER: Final = "paper"
 
 
 @click.command(
+    cls=Command,
     epilog="""\b
 Examples:
   fpmatch explain probe.tif reference.tif -o out
@@ -35,7 +37,7 @@ Examples:
   fpmatch explain stars.csv catalogue.csv -o out
 
 Exit status: 0 when the page is written, whatever the decision; 2 on bad input.
-"""
+""",
 )
 @pair_options()
 @output_option(metavar="FOLDER", help="Folder of the page; a new one, or of an earlier page.")

@@ -6,7 +6,7 @@ from typing import Final
 
 import click
 
-from fpmatch.cli.group import LazyGroup
+from fpmatch.cli.command import LazyGroup
 
 SUMMARIES: Final = {
     "match": "Find the transform between two point sets.",
@@ -14,20 +14,8 @@ SUMMARIES: Final = {
 }
 
 
-class _Points(LazyGroup):
-    """The commands, and an answer to the name of one that another command replaced."""
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the sub-command that is named first."""
-        if args[0] == "draw" and not ctx.resilient_parsing:
-            ctx.fail("'points draw' is now 'fpmatch explain P.csv Q.csv -o FOLDER'.")
-        return super().resolve_command(ctx, args)
-
-
 @click.group(
-    cls=_Points,
+    cls=LazyGroup,
     summaries=SUMMARIES,
     prefix="fpmatch.lab.cli.points_",
     epilog="""\b

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, show
 from fpmatch.cli.options import Name, file_option
 from fpmatch.gallery.cli.options import FROM_0, FROM_1
@@ -27,7 +28,8 @@ _LABEL_WIDTH: Final = 48
 
 @click.command(
     "bench",
-    epilog="""\b
+    cls=Command,
+    details="""\b
 Matchers:
   triangles    the default of `fpmatch points match`
   paper        the paper's method, which matches where more than a share rho of P is paired
@@ -38,8 +40,8 @@ Matchers:
 Models of where P's partners lie in Q:
   patch        in a part of Q as large as P, so that neighbours stay neighbours
   clutter      anywhere in Q, with other points between them
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch points bench --quick
   fpmatch points bench --json bench.json --plot bench.png
@@ -50,6 +52,7 @@ Examples:
 @click.option(
     "--independent-trials",
     type=FROM_1,
+    hidden=True,
     help="Independent pairs a cell, on which a search takes longest.  [default: as --trials]",
 )
 @click.option(
@@ -64,6 +67,7 @@ Examples:
     "models",
     multiple=True,
     type=Name(_MODELS),
+    hidden=True,
     help="Model of the experiment (repeatable).  [default: both]",
 )
 @click.option("--seed", type=FROM_0, default=0, help="Seed of the sets.")
@@ -71,6 +75,7 @@ Examples:
     "--budget",
     metavar="SECONDS",
     type=click.FloatRange(min=0, min_open=True),
+    hidden=True,
     help="Time after which matchers other than triangles try no more pairs of a kind in a cell, "
     "after five at least.  [default: 20]",
 )
@@ -86,7 +91,7 @@ Examples:
 )
 @click.option("--resume", is_flag=True, help="Continue the file of --json.")
 @file_option("--plot", metavar="FILE", help="Plot time against n into a .png, .svg or .pdf.")
-@click.option("--markdown", is_flag=True, help="Print the tables in Markdown.")
+@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables in Markdown.")
 def points_bench(
     trials: int | None,
     independent_trials: int | None,

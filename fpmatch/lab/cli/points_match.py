@@ -14,8 +14,9 @@ import numpy as np
 
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.base.parameters import read_parameters
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, show
-from fpmatch.cli.options import Name, file_option, old_option
+from fpmatch.cli.options import Name, file_option, json_option
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.words import match_facts
 from fpmatch.lab.points.match import (
@@ -24,6 +25,7 @@ from fpmatch.lab.points.match import (
     match_points,
     wider_maps,
 )
+from fpmatch.lab.points.points_csv import XY
 from fpmatch.printable import json_text, printable
 from fpmatch.prints.report import LABEL_WIDTH
 from fpmatch.prints.words import verdict
@@ -72,9 +74,24 @@ class _Maps(NamedTuple):
         return self.reflect or self.model != "similarity"
 
 
+def _column_names(text: str) -> tuple[str, str]:
+    """Return the two names of columns that a text on the command line means."""
+    x, _, y = (part.strip() for part in text.partition(","))
+    if not (x and y) or "," in y or x.casefold() == y.casefold():
+        raise click.BadParameter(f"{text!r} is not two names of columns, as ra,dec")
+    return x, y
+
+
 @click.command(
     "match",
-    epilog="""\b
+    cls=Command,
+    details="""
+Both files are tables with columns x and y, among others, or two columns of numbers without a
+header; separated by comma, semicolon or tab. The rotation counts from the x axis towards the y
+axis. After no match by the matcher triangles, short searches try whether --reflect or --model
+affine would find one, and the reason names them.
+
+\b
 JSON:
   match          whether a transform was found
   transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null. With --model
@@ -106,12 +123,13 @@ Models:
   similarity     rotation, one scale for all directions, shift
   affine         any linear map and shift: other scales along other directions, and shear; found
                  by the matcher triangles alone
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch points match stars.csv catalogue.csv
-  fpmatch points match stars.csv catalogue.csv --text --plot match.png
+  fpmatch points match stars.csv catalogue.csv --json --plot match.png
   fpmatch points match spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
+  fpmatch points match stars.csv catalogue.csv --columns ra,dec
   fpmatch points match stars.csv catalogue.csv --matcher paper:rho=0.9
   fpmatch points match negative.csv catalogue.csv --reflect
   fpmatch points match oblique.csv map.csv --model affine --plot match.png
@@ -146,15 +164,15 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     help="How far a partner may lie from its place, in the units of Q.  "
     "[default: a share of Q's mean spacing]",
 )
-@old_option("--rho", "--matcher paper:rho={}")
-@old_option("--area-tolerance", "--matcher paper:area_tolerance={}")
 @click.option(
-    "--json/--text",
-    "as_json",
-    default=True,
-    show_default=False,
-    help="One JSON object (default), or text.",
+    "--columns",
+    metavar="X,Y",
+    type=_column_names,
+    multiple=True,
+    help="Columns of the tables, as ra,dec; twice where those of Q.csv have other names.  "
+    "[default: x,y]",
 )
+@json_option
 @file_option("--plot", metavar="OUT.png|.svg", help="Draw P, moved by the transform, on Q.")
 @file_option(
     "--pairs",
@@ -168,29 +186,30 @@ def points_match(
     model: TransformModel,
     reflect: bool,
     tolerance: float | None,
+    columns: tuple[tuple[str, str], ...],
     as_json: bool,
     plot: Path | None,
     pairs: Path | None,
 ) -> int:
     """Find the scale, rotation and shift that lay the points of P.csv on points of Q.csv.
 
-    Both are tables with columns x and y, among others, or two columns of numbers without a
-    header; separated by comma, semicolon or tab. A dash (-) reads standard input. Not every point
-    needs a partner. The rotation counts from the x axis towards the y axis.
-    --model affine also finds other scales along other directions, and shear.
-    After no match by the matcher triangles, short searches try whether --reflect or
-    --model affine would find one, and the reason names them.
+    Both are tables with columns x and y, or --columns, or two columns of numbers. A dash (-)
+    reads standard input. Not every point needs a partner. --model affine also finds other
+    scales along other directions, and shear.
     """
     from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
 
     if p == q == STDIN:
         raise click.UsageError("only one of the sets can come from standard input")
+    if len(columns) > 2:
+        raise click.UsageError("--columns is given once for both sets, or once for each")
     if plot is not None:
         check_plot(plot)
     if pairs is not None:
         check_writable(pairs)
     given = _chosen(matcher, tolerance)
-    ours, theirs = _read(p), _read(q)
+    named = columns or (XY,)
+    ours, theirs = _read(p, named[0]), _read(q, named[-1])
     maps = _Maps(reflect, model)
     with ProgressBars({"search": "searching"}) as bars:
         match = _match(ours, theirs, maps, given, bars)
@@ -246,14 +265,15 @@ def _match(
     return replace(match, reason=f"{match.reason}; {' '.join(options)} finds a match")
 
 
-def _read(path: Path) -> _NamedPoints:
+def _read(path: Path, columns: tuple[str, str]) -> _NamedPoints:
     """Return points that can be matched; say where some of them coincide."""
     from fpmatch.lab.points.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
-        name, points = printable(path), load_points(path)
+        name, points = printable(path), load_points(path, columns)
     elif sys.stdin is not None:
-        name, points = STDIN_NAME, decode_points(sys.stdin.buffer.read(MAX_BYTES + 1), STDIN_NAME)
+        name, data = STDIN_NAME, sys.stdin.buffer.read(MAX_BYTES + 1)
+        points = decode_points(data, name, columns)
     else:
         raise PointSetError(f"{STDIN_NAME}: is closed")
     if len(points) < FEWEST_POINTS:

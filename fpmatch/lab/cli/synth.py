@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, first_of, say_note, show
 from fpmatch.cli.options import Name, json_option
 from fpmatch.gallery.cli.options import workers_option
@@ -45,7 +46,8 @@ def _listed(words: dict[str, str]) -> str:
 
 
 @click.command(
-    epilog=f"""\b
+    cls=Command,
+    details=f"""\b
 Presets:
 {_listed({name: _PRESETS[name] for name in PRESETS})}
 
@@ -59,8 +61,8 @@ Files:
   dataset.toml    name, dpi, sensor, and what the prints were made from
   truth/FFF.json  the finger's class and minutiae; of each impression its minutiae, the transform
                   from the finger and how its skin stretched beyond that
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch synth prints
   fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
@@ -68,7 +70,7 @@ Examples:
   fpmatch synth prints --size 600x700 --dpi 1000
   fpmatch evaluate prints --ground-truth
   fpmatch synth made.db --templates --fingers 100000 --impressions 2
-"""
+""",
 )
 @click.argument("out")
 @click.option("--fingers", metavar="N", type=int, default=10, help="How many.")

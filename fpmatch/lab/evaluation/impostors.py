@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.lab.evaluation.databases.extraction import extract_image
+from fpmatch.lab.evaluation.databases.extraction import dataset_reader, extract_image
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.report.results import scores_of
-from fpmatch.lab.evaluation.run import evaluate
+from fpmatch.lab.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.databases.extraction import Extractor
@@ -39,15 +41,18 @@ def gather_impostors(
     matcher: str | Matcher = DEFAULT_MATCHER,
     workers: int | None = None,
     progress: Progress = no_progress,
-    extractor: Extractor = extract_image,
+    extractor: Extractor | None = None,
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
+    dpi: float | None = None,
+    reading: Mapping[str, Any] = MappingProxyType({}),
 ) -> list[ImpostorSet]:
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
     `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
     galleries, whose prints are compared by the extended protocol. `matcher`, `workers`, `progress`,
-    `extractor`, `pattern`, `by_folder`: as for `evaluate`. Raises a `DatasetError` if a source
+    `extractor`, `pattern`, `by_folder`: as for `evaluate`. `dpi`: the resolution of all images;
+    `reading`: further parameters of `dataset_reader`. Raises a `DatasetError` if a source
     cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
@@ -63,15 +68,12 @@ def gather_impostors(
             raise DatasetError(f"{one.name}: scores of this database are given twice")
         seen.add(one.name)
     if databases := [source for source in sources if kind_of(source) != "file"]:
-        report = evaluate(
-            databases,
-            matcher=chosen,
-            workers=workers,
-            progress=progress,
-            extractor=extractor,
-            pattern=pattern,
-            by_folder=by_folder,
-        )
+        named = load_datasets(databases, pattern=pattern, by_folder=by_folder)
+        loaded = [dataset.at(dpi) for dataset in named]
+        if extractor is None:
+            extractor = partial(extract_image, reader=dataset_reader(loaded, **reading))
+        how: dict[str, Any] = {"workers": workers, "progress": progress, "extractor": extractor}
+        report = evaluate(loaded, matcher=chosen, **how)
         for row in report.sets:
             if row.name in seen:
                 raise DatasetError(f"{row.name}: given both as a folder and as scores")

@@ -5,10 +5,11 @@ A table has columns x and y by these names, in any case and place among others::
     name,X,Y
     Vega,279.23,38.78
 
-or no header and two columns of numbers, as `np.savetxt` writes them. Columns are separated by
-comma, semicolon, tab or spaces; numbers have a decimal point; values may stand in quotes. Blank
-lines, rows without a value and lines that start with # are left out. The text is UTF-8, with or
-without a byte order mark. A `.npy` file, recognised by its content, has an array of shape (N, 2).
+or other columns that are named, or no header and two columns of numbers, as `np.savetxt` writes
+them. Columns are separated by comma, semicolon, tab or spaces; numbers have a decimal point or,
+where no comma separates them, all a decimal comma; values may stand in quotes. Blank lines, rows
+without a value and lines that start with # are left out. The text is UTF-8, with or without a byte
+order mark. A `.npy` file, recognised by its content, has an array of shape (N, 2).
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
     Record = tuple[int, list[str]]
 
+XY: Final = ("x", "y")
 DELIMITERS: Final = (",", ";", "\t", " ")
 MAX_BYTES: Final = 2**30  # some twenty million points
 _SHOWN_LETTERS: Final = 20  # of a value that an error quotes; a key has 44
@@ -40,7 +42,7 @@ _SHOWN_CELLS: Final = 5
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 
 
-def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+def load_points(path: str | os.PathLike[str], columns: tuple[str, str] = XY) -> NDArray[np.float64]:
     """Load the points (N, 2) of a CSV or `.npy` file, or of a pipe; raises PointSetError."""
     try:
         if Path(path).is_dir():
@@ -52,28 +54,38 @@ def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     except (OSError, ValueError) as error:
         why = (error.strerror or str(error)).lower() if isinstance(error, OSError) else error
         raise PointSetError(f"{path}: cannot be read: {why}") from error
-    return decode_points(data, str(path))
+    return decode_points(data, str(path), columns)
 
 
-def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
-    """Return the points (N, 2) of a file's content; no rows for a header alone."""
+def decode_points(
+    data: bytes, name: str = "points", columns: tuple[str, str] = XY
+) -> NDArray[np.float64]:
+    """Return the points (N, 2) of a file's content; no rows for a header alone.
+
+    A table with a header has `columns` of these names, in any case.
+    """
     if is_npy(data):
         return _decode_array(data, name)
     _check_text(data, name)
-    table = _find_table(data, name)
+    table = _find_table(data, name, columns)
     records = _records(data, table.delimiter, name)
     if table.has_header:
         next(records)
     values = array("d")
+    commas = table.delimiter != ","
+    marks: set[str] = set()
     for line, cells in records:
         if len(cells) > table.columns:
             raise _error(name, line, f"expected {table.columns} values, found {len(cells)}")
         cells.extend([""] * (table.columns - len(cells)))
         try:
-            values.append(_number(cells[table.x], "x"))
-            values.append(_number(cells[table.y], "y"))
+            for column, place in zip(columns, (table.x, table.y), strict=True):
+                values.append(_number(cells[place], column, commas=commas))
+                marks |= {",", "."} & set(cells[place])
         except ValueError as error:
             raise _error(name, line, str(error)) from error
+        if len(marks) > 1:
+            raise _error(name, line, "decimal commas and decimal points in one table")
     return np.array(values, dtype=np.float64).reshape(-1, 2)
 
 
@@ -147,8 +159,9 @@ def _records(data: bytes, delimiter: str, name: str) -> Iterator[Record]:
         raise _error(name, begin, f"malformed row ({error})") from error
 
 
-def _find_table(data: bytes, name: str) -> _Table:
+def _find_table(data: bytes, name: str, columns: tuple[str, str]) -> _Table:
     """Return the form under which the first record is a header with x and y, or two numbers."""
+    x, y = (column.strip().casefold() for column in columns)
     firsts: list[Record] = []
     refusal = PointSetError(f"{name}: no points, only blank lines and comments")
     for delimiter in DELIMITERS:
@@ -158,12 +171,13 @@ def _find_table(data: bytes, name: str) -> _Table:
             refusal = error
             continue
         header = [cell.strip().casefold() for cell in cells]
-        for column in ("x", "y"):
-            if {"x", "y"} <= set(header) and header.count(column) > 1:
+        for column in (x, y):
+            if {x, y} <= set(header) and header.count(column) > 1:
                 raise _error(name, line, f"more than one column {column}")
-        if {"x", "y"} <= set(header):
-            return _Table(delimiter, len(cells), header.index("x"), header.index("y"), True)
-        if len(cells) == 2 and None not in map(_float, cells):
+        if {x, y} <= set(header):
+            return _Table(delimiter, len(cells), header.index(x), header.index(y), True)
+        numbers = (_float(cell.replace(",", ".")) for cell in cells)
+        if columns == XY and len(cells) == 2 and None not in numbers:
             return _Table(delimiter, 2, 0, 1, False)
         if cells:
             firsts.append((line, cells))
@@ -172,13 +186,16 @@ def _find_table(data: bytes, name: str) -> _Table:
     line, cells = max(firsts, key=lambda first: len(first[1]))
     shown = ", ".join(map(_shown, cells[:_SHOWN_CELLS])) + ", …" * (len(cells) > _SHOWN_CELLS)
     by = "comma, semicolon, tab or spaces"
-    form = f"a header with columns x and y, or two numbers, separated by {by}"
+    form = f"a header with columns {_shown(x)} and {_shown(y)}, separated by {by}"
+    if columns == XY:
+        form = f"a header with columns x and y, or two numbers, separated by {by}"
     raise _error(name, line, f"expected {form}; found {shown}")
 
 
-def _number(text: str, column: str) -> float:
+def _number(text: str, column: str, *, commas: bool) -> float:
     """Return a finite number, or raise a ValueError that names `column` and its text."""
-    value = None if "_" in text else _float(text)  # Python alone takes 1_000 for a number
+    decimal = text.replace(",", ".") if commas else text
+    value = None if "_" in text else _float(decimal)  # Python alone takes 1_000 for a number
     if value is not None and math.isfinite(value):
         return value
     if value is not None:
@@ -186,7 +203,7 @@ def _number(text: str, column: str) -> float:
     if not text.strip():
         raise ValueError(f"expected a number for {column}, found nothing")
     comma = "," in text and _float(text.replace(",", ".")) is not None
-    hint = "; decimals take a point" if comma else ""
+    hint = "; where commas separate, decimals take a point" if comma else ""
     raise ValueError(f"expected a number for {column}, not {_shown(text)}{hint}")
 
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_slow_kernels, show_line
 from fpmatch.cli.options import file_option, key_option
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import say_damaged
-from fpmatch.gallery.cli.options import old_names, workers_option
+from fpmatch.gallery.cli.options import workers_option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,8 +34,8 @@ class _MissingExtraError(FpmatchError):
 
 
 @click.command(
-    context_settings=old_names(name="allowed-host"),
-    epilog="""\b
+    cls=Command,
+    details="""\b
 Token:
   On a host that other machines can reach, every request needs a token. The address that is
   printed contains it; programs send it in a header: Authorization: Bearer TOKEN. Requests are not
@@ -47,8 +48,8 @@ Clients:
     [reception]
     role = "verify"
     token = "WNfOYJvW3B3A0nUqVYxw"
-
-\b
+""",
+    epilog="""\b
 Examples:
   fpmatch serve
   fpmatch serve --gallery prints.db --port 9000
@@ -73,7 +74,7 @@ Exit status: 0 when it was stopped, 2 when it could not start.
 @file_option(
     "--clients",
     metavar="FILE.toml",
-    help="Names, roles and tokens of several clients, see below.",
+    help="Names, roles and tokens of several clients; see --help-all.",
 )
 @file_option(
     "--audit-log",
@@ -91,24 +92,28 @@ Exit status: 0 when it was stopped, 2 when it could not start.
     "wait_seconds",
     type=click.FloatRange(min=0),
     default=30.0,
+    hidden=True,
     help="Seconds that a request waits for its turn before it is refused.",
 )
 @click.option(
     "--upload-seconds",
     type=click.FloatRange(min=0, min_open=True),
     default=60.0,
+    hidden=True,
     help="Seconds that an upload may take; one without progress for 10 seconds ends sooner.",
 )
 @click.option(
     "--connections",
     type=click.IntRange(1),
     default=512,
+    hidden=True,
     help="Connections of all clients at once; fewer where the limit of open files is low.",
 )
 @click.option(
     "--connections-per-client",
     type=click.IntRange(1),
     default=64,
+    hidden=True,
     help="Connections of one address at once; of 127.0.0.1, a proxy here, all may be.",
 )
 @click.option(
@@ -121,6 +126,7 @@ Exit status: 0 when it was stopped, 2 when it could not start.
 @click.option(
     "--pattern",
     metavar="REGEX",
+    hidden=True,
     help="Pattern of file names with subject, finger and impression, as for enrol.",
 )
 @workers_option

@@ -27,8 +27,8 @@ def place(tmp_path):
     return tmp_path / "prints.db"
 
 
-def test_info(run, place, tmp_path):
-    result = run("gallery", "info", place)
+def test_the_summary_of_a_list(run, place, tmp_path):
+    result = run("gallery", "list", place, "--summary")
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
         str(place),
@@ -39,11 +39,11 @@ def test_info(run, place, tmp_path):
         "  Failures    1 picture could not be enrolled",
         "  Format      version 3",
     ]
-    document = json.loads(run("gallery", "info", place, "--json").stdout)
+    document = json.loads(run("gallery", "list", place, "--summary", "--json").stdout)
     assert document["impressions"] == 3
     assert document["dpi"] == [{"dpi": 500.0, "impressions": 2}, {"dpi": 569.0, "impressions": 1}]
     open_gallery(tmp_path / "empty.db", create=True).close()
-    empty = run("gallery", "info", tmp_path / "empty.db").stdout
+    empty = run("gallery", "list", tmp_path / "empty.db", "--summary").stdout
     assert "Impressions 0 of 0 subjects" in empty
     assert "Resolution  none" in empty
 
@@ -51,6 +51,7 @@ def test_info(run, place, tmp_path):
 def test_list(run, place):
     words = ("gallery", "list", place)
     assert [line.split() for line in run(*words).stdout.splitlines()] == [
+        ["number", "print", "dpi", "minutiae", "picture"],
         ["1", "1_1", "569", "1", "/prints/0.tif"],
         ["2", "1_2", "500", "1", "/prints/1.tif"],
         ["3", "a/b_thumb_1", "500", "1", "/prints/2.tif"],

@@ -25,7 +25,7 @@ def gallery(tmp_path: Path, run: Any) -> str:
     minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
     with open_gallery(where, create=True):
         pass
-    assert run("gallery", "audit", where, "--on").exit_code == 0
+    assert run("gallery", "audit", "switch", where, "on").exit_code == 0
     with open_gallery(where) as opened, acting_as("ada"):
         for subject in ("101", "102"):
             label = Label(subject, "", "1")
@@ -49,17 +49,17 @@ def test_commands_are_events(gallery: str, run: Any, tmp_path: Path, monkeypatch
         ("remove", gallery, "1"),
     ):
         assert run("gallery", *words).exit_code == 0
-    found = run("gallery", "audit", gallery, "--client", "grace", "--json")
+    found = run("gallery", "audit", "show", gallery, "--client", "grace", "--json")
     assert actions(found) == ["list", "export", "check", "remove"]
     assert json.loads(found.stdout)[0]["client"].startswith("grace (")
-    text = run("gallery", "audit", gallery).stdout
+    text = run("gallery", "audit", "show", gallery).stdout
     assert len(text.splitlines()) == 7
     assert "previous" not in text
 
 
 def test_events_are_chosen(gallery: str, run: Any) -> None:
     def chosen(*options: str) -> list[str]:
-        return actions(run("gallery", "audit", gallery, "--json", *options))
+        return actions(run("gallery", "audit", "show", gallery, "--json", *options))
 
     assert chosen() == ["audit on", "enrol", "enrol"]
     assert chosen("--subject", "101") == ["enrol"]
@@ -75,20 +75,20 @@ def test_an_audit_is_verified_with_its_gallery_and_as_a_file(
     with open_gallery(gallery) as opened:
         state = check_audit(opened)
     told = f"3 events, last hash {state.last}\n"
-    assert run("gallery", "audit", gallery, "--verify").stdout == told
+    assert run("gallery", "audit", "verify", gallery).stdout == told
     expected = ("--expect", f"{state.events}:{state.last}")
-    assert run("gallery", "audit", gallery, *expected).stdout == told
-    document = json.loads(run("gallery", "audit", gallery, "--verify", "--json").stdout)
+    assert run("gallery", "audit", "verify", gallery, *expected).stdout == told
+    document = json.loads(run("gallery", "audit", "verify", gallery, "--json").stdout)
     assert document == {"events": 3, "last": state.last, "incomplete": []}
     copy = tmp_path / "copy.jsonl"
-    copy.write_text(run("gallery", "audit", gallery, "--lines").stdout)
-    assert run("gallery", "audit", str(copy), "--verify").stdout == told
-    assert run("gallery", "audit", str(copy), *expected).stdout == told
+    copy.write_text(run("gallery", "audit", "show", gallery, "--lines").stdout)
+    assert run("gallery", "audit", "verify", str(copy)).stdout == told
+    assert run("gallery", "audit", "verify", str(copy), *expected).stdout == told
 
     run("gallery", "remove", gallery, "1")
-    assert run("gallery", "audit", gallery, *expected).exit_code == 0
+    assert run("gallery", "audit", "verify", gallery, *expected).exit_code == 0
     copy.write_text("".join(copy.read_text().splitlines(keepends=True)[:2]))
-    result = run("gallery", "audit", str(copy), *expected)
+    result = run("gallery", "audit", "verify", str(copy), *expected)
     assert result.exit_code == 2
     assert result.stderr == (
         f"fpmatch: error: {copy}: has 2 lines, not the 3 expected: the last ones were removed\n"
@@ -108,7 +108,7 @@ def test_entries_that_another_program_changed_are_an_error(
 ) -> None:
     with closing(sqlite3.connect(gallery)) as connection, connection:
         connection.execute(statement)
-    result = run("gallery", "audit", gallery, "--verify")
+    result = run("gallery", "audit", "verify", gallery)
     assert result.exit_code == 2
     assert len(result.stderr.splitlines()) == 1
 
@@ -121,11 +121,11 @@ def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:
     log.append("ada", "POST /verify", {})
     with log.path.open("ab") as stream:
         stream.write(b'{"time": "2026')
-    result = run("gallery", "audit", str(log.path), "--verify")
+    result = run("gallery", "audit", "verify", str(log.path))
     assert (result.exit_code, result.stdout) == (2, "")
     assert "line 2 is damaged" in result.stderr
     log.append("ada", "POST /verify", {})
-    result = run("gallery", "audit", str(log.path), "--verify")
+    result = run("gallery", "audit", "verify", str(log.path))
     assert result.exit_code == 0
     assert "4 events" in result.stdout
     assert result.stderr == (
@@ -134,25 +134,25 @@ def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:
 
 
 def test_it_ends_with_a_confirmation_only(gallery: str, run: Any) -> None:
-    result = run("gallery", "audit", gallery, "--off")
+    result = run("gallery", "audit", "switch", gallery, "off")
     assert result.exit_code == 2
     assert "add --yes" in result.stderr
-    assert run("gallery", "audit", gallery, "--off", "--yes").exit_code == 0
-    assert "as it was before" in run("gallery", "audit", gallery, "--off", "--yes").stdout
+    assert run("gallery", "audit", "switch", gallery, "off", "--yes").exit_code == 0
+    assert "as it was before" in run("gallery", "audit", "switch", gallery, "off", "--yes").stdout
     run("gallery", "remove", gallery, "1")
-    assert actions(run("gallery", "audit", gallery, "--json"))[-1] == "audit off"
-    assert run("gallery", "audit", gallery, "--verify").exit_code == 0
+    assert actions(run("gallery", "audit", "show", gallery, "--json"))[-1] == "audit off"
+    assert run("gallery", "audit", "verify", gallery).exit_code == 0
 
 
 def test_enrol_turns_it_on_and_searches_are_events(run: Any, tmp_path: Path, prints: Path) -> None:
     where = str(tmp_path / "own.db")
     result = run("enrol", where, prints / "1_1.png", "--audit", "--workers", "1")
     assert result.exit_code == 0, result.stderr
-    assert actions(run("gallery", "audit", where, "--json")) == ["audit on", "enrol"]
+    assert actions(run("gallery", "audit", "show", where, "--json")) == ["audit on", "enrol"]
     probe = prints / "1_2.png"
     assert run("identify", where, probe, "--workers", "1").exit_code == 0
     assert run("verify", "--gallery", where, "--subject", "1", probe).exit_code == 0
-    found = json.loads(run("gallery", "audit", where, "--json").stdout)[2:]
+    found = json.loads(run("gallery", "audit", "show", where, "--json").stdout)[2:]
     assert [event["action"] for event in found] == ["identify", "verify"]
     assert found[0]["probe"] == hashlib.sha256(probe.read_bytes()).hexdigest()
     assert found[0]["candidates"] == [1]
@@ -163,28 +163,28 @@ def test_a_batch_and_an_evaluation_are_events(gallery: str, run: Any, tmp_path: 
     out = tmp_path / "scores.csv"
     words = ("score", "--references", gallery, "--probes", gallery, "-o", out, "--workers", "1")
     assert run(*words).exit_code == 0
-    found = json.loads(run("gallery", "audit", gallery, "--json").stdout)[3:]
+    found = json.loads(run("gallery", "audit", "show", gallery, "--json").stdout)[3:]
     assert {(event["action"], event["entries"]) for event in found} == {("read templates", "1-2")}
     before = len(found)
     run("evaluate", gallery, "--workers", "1")
-    found = json.loads(run("gallery", "audit", gallery, "--json").stdout)[3:]
+    found = json.loads(run("gallery", "audit", "show", gallery, "--json").stdout)[3:]
     assert len(found) > before
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--expect", "3"), "is not of the form NUMBER:HASH"),
-        (("--expect", f"٣:{'0' * 64}"), "is not of the form NUMBER:HASH"),
-        (("--expect", f"{'9' * 5000}:{'0' * 64}"), "has 3 lines"),
-        (("--yes",), "--yes confirms --off"),
-        (("--since", "yesterday"), "does not match the formats"),
+        (("verify", "--expect", "3"), "is not of the form NUMBER:HASH"),
+        (("verify", "--expect", f"٣:{'0' * 64}"), "is not of the form NUMBER:HASH"),
+        (("verify", "--expect", f"{'9' * 5000}:{'0' * 64}"), "has 3 lines"),
+        (("switch", "on", "--yes"), "--yes confirms off"),
+        (("show", "--since", "yesterday"), "does not match the formats"),
     ],
 )
 def test_bad_options_are_one_error(
     gallery: str, run: Any, options: tuple[str, ...], words: str
 ) -> None:
-    result = run("gallery", "audit", gallery, *options)
+    result = run("gallery", "audit", options[0], gallery, *options[1:])
     assert result.exit_code == 2
     assert words in " ".join(result.stderr.split())
 
@@ -192,18 +192,18 @@ def test_bad_options_are_one_error(
 def test_a_gallery_without_and_a_file_that_is_none(run: Any, tmp_path: Path) -> None:
     with open_gallery(tmp_path / "plain.db", create=True):
         pass
-    result = run("gallery", "audit", str(tmp_path / "plain.db"))
+    result = run("gallery", "audit", "show", str(tmp_path / "plain.db"))
     assert result.exit_code == 2
     assert "keeps no audit" in result.stderr
     for name in ("missing.jsonl", "."):
-        result = run("gallery", "audit", str(tmp_path / name), "--verify")
+        result = run("gallery", "audit", "verify", str(tmp_path / name))
         assert result.exit_code == 2
         assert result.stderr.count("\n") == 1
     (tmp_path / "text.jsonl").write_bytes(b"\x1b[2Jhello\n" * 3)
-    for option in ((), ("--verify",), ("--lines",)):
-        result = run("gallery", "audit", str(tmp_path / "text.jsonl"), *option)
+    for words in (("show",), ("verify",), ("show", "--lines")):
+        result = run("gallery", "audit", *words, str(tmp_path / "text.jsonl"))
         assert "\x1b" not in result.stdout + result.stderr
     for name, why in (("text.jsonl", "not a gallery"), ("missing.db", "no such gallery")):
-        result = run("gallery", "audit", str(tmp_path / name), "--on")
+        result = run("gallery", "audit", "switch", str(tmp_path / name), "on")
         assert result.exit_code == 2
         assert why in result.stderr

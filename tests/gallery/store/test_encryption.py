@@ -127,7 +127,7 @@ def test_an_encrypted_gallery_has_a_version_of_its_own(encrypted, tmp_path):
     assert changed(tmp_path / "plain.db", "SELECT version FROM fpmatch_gallery") == [(3,)]
     tables = changed(tmp_path / "plain.db", "SELECT name FROM sqlite_master")
     assert ("fpmatch_encryption",) not in tables
-    with pytest.raises(GalleryError, match="gallery rotate"):
+    with pytest.raises(GalleryError, match="gallery rewrite --encrypt"):
         open_gallery(tmp_path / "plain.db", encrypt=True)
 
 

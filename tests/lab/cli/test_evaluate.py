@@ -1,17 +1,14 @@
 import importlib
 import json
-import shutil
 
-import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.formats.files import save_template
+from fpmatch.image.io.grey import RawSize
 from fpmatch.lab.evaluation import cropping
 from fpmatch.lab.evaluation import run as work
 from fpmatch.lab.evaluation.databases import comparison, extraction
 from fpmatch.matching.calibration import Calibration
-from fpmatch.templates.minutiae import Minutiae, Template
 from tests.conftest import assert_refused, copied, rows_of
 
 KEYS = ["matcher", "sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
@@ -127,6 +124,28 @@ def test_a_baseline_is_compared_pair_by_pair(evaluate, database, tmp_path):
     assert (other.exit_code, "other; Five fingers\n" in other.stderr) == (2, True)
 
 
+@pytest.mark.parametrize("words", ["evaluate", "evaluate-identification --fingers 1"])
+def test_the_options_of_reading_come_before_dataset_toml(
+    run, make_database, bench, monkeypatch, words
+):
+    asked = set()
+
+    def extractor_of(enhance, reader, **_):
+        def extract(path, dpi):
+            asked.add((dpi, reader.folders[path.parent], reader.reader.raw_sizes))
+            return bench.extractor(path, dpi)
+
+        return extract
+
+    monkeypatch.setattr(extraction, "extractor_of", extractor_of)
+    place = make_database("prints", toml='dpi = 569\npolarity = "dark"\n')
+    words = (*words.split(), place, "--bootstrap", 0, "--workers", 1)
+    options = ("--dpi", 1000, "--polarity", "white", "--raw", "9x8")
+    for given in ((), options):
+        run(*words, *given)
+    assert asked == {(569.0, "dark", ()), (1000.0, "white", (RawSize(9, 8),))}
+
+
 @pytest.mark.usefixtures("known_answers")
 def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkeypatch):
     class Blind(bench.Fake):  # to all but the first finger
@@ -136,7 +155,7 @@ def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkey
             return min(super().prepare(template), 150.0)
 
     named = {"fake": bench.MATCHER, "blind": Blind()}
-    command = importlib.import_module("fpmatch.lab.cli.evaluate")
+    command = importlib.import_module("fpmatch.lab.cli.matchers")
     monkeypatch.setattr(work, "get_matcher", named.__getitem__)
     monkeypatch.setattr(command, "matcher_names", lambda: list(named))
     path = tmp_path / "scores.csv"
@@ -186,8 +205,7 @@ def truth(database):
 def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
     tables = evaluate(database, "--ground-truth", "--bootstrap", 0).stdout.split("\n\n")
     assert [table.split()[0] for table in tables[1:]] == ["minutiae", "false", "transforms"]
-    # by the names of the options in 0.1.0
-    document = json.loads(evaluate(database, "--minutiae", "--resamples", 9, "--json").stdout)
+    document = json.loads(evaluate(database, "--ground-truth", "--bootstrap", 9, "--json").stdout)
     assert list(document) == [*KEYS, "ground_truth"]
     assert document["intervals"]["bootstrap"] == 9
     pooled = document["ground_truth"]["pooled"]
@@ -197,11 +215,11 @@ def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_written_scores_give_the_same_rates_without_images(evaluate, database, tmp_path):
+def test_written_scores_give_the_same_rates_without_images(evaluate, run, database, tmp_path):
     scores = tmp_path / "Five fingers.csv"  # named as the database
     options = ("--fmr", 0.05, "--bootstrap", 100, "--json")
     first = json.loads(evaluate(database, "--scores", scores, *options).stdout)
-    result = json.loads(evaluate("--scores-in", scores, *options).stdout)
+    result = json.loads(run("rates", scores, *options).stdout)
     for document in (first, result):
         for row in (*document["sets"], document["mean"]):
             del row["extract_ms"], row["match_us"]
@@ -210,99 +228,6 @@ def test_written_scores_give_the_same_rates_without_images(evaluate, database, t
         assert result[key] == first[key]
     (note,) = result["notes"]
     assert (note["matcher"], note["note"].partition(" of")[0]) == ("fake", "19")
-
-
-def test_scores_of_other_matchers_stand_side_by_side(evaluate, tmp_path):
-    rng = np.random.default_rng(4)
-    for name, shift in (("good", 3.0), ("poor", 1.0)):
-        lines = [
-            f"{a // 4}_{a} {b // 4}_{b} {rng.normal(shift * (a // 4 == b // 4), 1):.6f}\n"
-            for a in range(32)
-            for b in range(a)
-        ]
-        (tmp_path / f"{name}.txt").write_text("".join(lines))
-    files = ("--scores-in", tmp_path / "good.txt", "--scores-in", tmp_path / "poor.txt")
-    result = evaluate(*files, "--bootstrap", 100)
-    assert result.exit_code == 0
-    assert "poor compared with good: 496 pairs" in result.stdout
-    document = json.loads(evaluate(*files, "--bootstrap", 0, "--json").stdout)
-    eers = [one["pooled"]["eer"] for one in document["matchers"]]
-    assert eers[0] < eers[1]
-    assert "lower" in evaluate(*files, "--distances").stderr
-    assert_refused(evaluate(*files, "--scores-in", tmp_path / "good.txt"), "same name: good")
-
-
-def test_a_report_of_scores_names_the_hardest_pairs_where_they_have_names(evaluate, tmp_path):
-    pytest.importorskip("matplotlib")
-    path, page = tmp_path / "theirs.csv", tmp_path / "report" / "index.html"
-    for text, shown in (
-        ("probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\n", True),
-        ("genuine,impostor\n0.9,0.1\n0.8,0.2\n", False),
-    ):
-        path.write_text(text)
-        assert evaluate("--scores-in", path, "--report", page.parent).exit_code == 0
-        assert ("ann&lt;1&gt; and ann 2" in page.read_text(encoding="utf-8")) == shown
-
-
-@pytest.fixture
-def searched(tmp_path):
-    """Return a folder of templates of six fingers, four of each, one of which is broken."""
-    folder = tmp_path / "searched"
-    folder.mkdir()
-    for finger in range(1, 7):
-        place = np.random.default_rng(finger).uniform(20, 280, (2, 15))
-        for impression in range(1, 5):
-            noise = np.random.default_rng([finger, impression]).normal(0, 2, (2, 15))
-            x, y = place + noise
-            template = Template(Minutiae(x, y, np.linspace(0, 6, 15)), 300, 300)
-            save_template(folder / f"{finger}_{impression}.xyt", template)
-    (folder / "3_3.xyt").write_text("broken")
-    return folder
-
-
-def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
-    words = (searched, "--protocol", "identification", "--fpir", "0.1", "--fpir", "0.2")
-    outputs = ("--curves", tmp_path / "curves", "--det", tmp_path / "det.svg")
-    result = evaluate(*words, "--fingers", 2, *outputs)
-    assert result.exit_code == 1, result.output
-    one, rates, _, _, two, *_ = result.stdout.split("\n\n")
-    assert (one[0], two[0]) == ("1", "2")
-    assert rates.splitlines()[1].split()[:3] == ["searched", "72", "144"]
-    assert "no template" in result.stderr
-    head, *rows = (tmp_path / "curves" / "identification_rank.csv").read_text().splitlines()
-    assert head == "matcher,set,fingers,rank,fnir,fnir_low,fnir_high"
-    assert len(rows) == 200
-    assert (tmp_path / "curves" / "identification_det.csv").exists()
-    assert "FPIR, %" in (tmp_path / "det.svg").read_text()
-    document = json.loads(evaluate(*words, "--json").stdout)
-    assert document["protocol"] == "identification"
-    (test,) = document["tests"]
-    assert [p["fpir"] for p in test["sets"][0]["fnir_at_fpir"]] == [0.1, 0.2]
-    assert test["pooled"]["mated"] == 72
-
-
-def test_the_background_contains_no_print_that_is_searched_for(evaluate, run, searched, tmp_path):
-    gallery = tmp_path / "prints.db"
-    run("enrol", gallery, searched, "--workers", 1)
-    for background in (searched, gallery):
-        words = (searched, "--protocol", "identification", "--background", background)
-        result = evaluate(*words)
-        assert (result.exit_code, result.stdout) == (2, "")
-        assert "searched for" in result.stderr
-
-
-def test_identification_without_intervals_and_with_a_background(evaluate, searched, tmp_path):
-    others = tmp_path / "others"
-    shutil.copytree(searched, others)
-    (others / "3_3.xyt").unlink()
-    words = (searched, "--protocol", "identification", "--fpir", "0.1", "--bootstrap", 0)
-    result = evaluate(*words, "--background", others)
-    assert (result.exit_code, "95 %" in result.stdout) == (1, False)
-    assert "6 of them background" in result.stdout
-    for path in searched.iterdir():
-        path.write_text("broken")
-    result = evaluate(*words)
-    assert (result.exit_code, "100.00 %" in result.stdout) == (1, True)
 
 
 def test_pairs_of_identical_prints_are_counted_and_named(run, prints, tmp_path):

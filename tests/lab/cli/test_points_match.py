@@ -49,10 +49,27 @@ def match(run):
     """Return a function that runs the command and returns its result and its JSON."""
 
     def run_match(*words, **options):
-        result = run("points", "match", *words, **options)
+        result = run("points", "match", *words, "--json", **options)
         return result, json.loads(result.stdout)
 
     return run_match
+
+
+def test_columns_of_other_names_and_decimal_commas(run, match, stars):
+    given, catalogue = match(*stars)[1], stars[1].read_text()
+    stars[1].write_text(catalogue.replace(".", ","))
+    assert match(*stars)[1] == given
+    for path, columns in zip(stars, ("ra{}dec", "lon{}lat"), strict=True):
+        separator = ",;"[path == stars[1]]
+        path.write_text(path.read_text().replace(f"x{separator}y", columns.format(separator), 1))
+    both = ("--columns", "ra,dec", "--columns", "LON, lat")
+    assert match(*stars, *both)[1] == given
+    assert_refused(
+        run("points", "match", *stars, *both[:2]), f"{stars[1]}, line 1: expected a header"
+    )
+    for wrong in ("ra", "ra,", "ra,dec,z", "ra,RA"):
+        assert "names of columns" in run("points", "match", *stars, "--columns", wrong).stderr
+    assert "once for each" in run("points", "match", *stars, *both, *both).stderr
 
 
 @pytest.mark.parametrize("matcher", POINT_MATCHERS)
@@ -89,7 +106,7 @@ def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
 
 
 def test_the_words_of_a_match_and_of_none(run, stars, unlike):
-    result, none = (run("points", "match", *files, "--text") for files in (stars, unlike))
+    result, none = (run("points", "match", *files) for files in (stars, unlike))
     assert (result.exit_code, none.exit_code) == (0, 1)
     names = [[line.split()[0] for line in one.stdout.splitlines()] for one in (result, none)]
     assert names[0] == ["MATCH", "Points", "Pairs", "Transform", "Residual", "Chance"]
@@ -133,7 +150,7 @@ def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
     assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])
     assert transform["mirrored"] is document["reflect"] is True
     np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
-    assert " mirrored (" in run("points", "match", *words, "--reflect", "--text").stdout
+    assert " mirrored (" in run("points", "match", *words, "--reflect").stdout
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -156,7 +173,7 @@ def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored
     assert document["pairs"] == [[i, i - 2] for i in range(2, 30)]
     rows = rows_of(tmp_path / "pairs.csv")
     assert max(float(row["distance"]) for row in rows) < 1e-6
-    text = run("points", "match", *words, "--text").stdout
+    text = run("points", "match", *words).stdout
     assert "scale 3 along x and 1.2 along y, shear 0.5\n" in text
     assert ("  Stretch     mirrored " in text) == mirrored
 

@@ -59,7 +59,10 @@ def test_options_reach_the_database(run, tmp_path, asked):
 
 
 def test_help_tells_of_every_preset_and_sensor_in_words(run):
-    text, module = run("synth", "--help").output, importlib.import_module("fpmatch.lab.cli.synth")
+    text, module = (
+        run("synth", "--help-all").output,
+        importlib.import_module("fpmatch.lab.cli.synth"),
+    )
     assert (set(module._PRESETS), set(module._SENSORS)) == (set(PRESETS), set(SENSORS))
     for name, words in (module._PRESETS | module._SENSORS).items():
         assert f"  {name}  " in text

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.lab.evaluation import impostors
 from fpmatch.lab.evaluation.impostors import gather_impostors, impostors_of_report
 from fpmatch.lab.evaluation.report.score_rows import write_scores
 
@@ -30,3 +31,17 @@ def test_unusable_sources(options, tmp_path):
         gather_impostors([tmp_path / "nowhere"], **options)
     with pytest.raises(MatcherError, match="unknown matcher 'nobody'"):
         gather_impostors([tmp_path], matcher="nobody")
+
+
+def test_dpi_and_polarity_of_the_prints_may_be_given(make_database, options, monkeypatch):
+    asked = set()
+
+    def extract(path, dpi, reader):
+        asked.add((dpi, reader.folders[path.parent]))
+        return options["extractor"](path, dpi)
+
+    monkeypatch.setattr(impostors, "extract_image", extract)
+    place = make_database("prints", toml="dpi = 569\n")
+    given = {name: options[name] for name in ("matcher", "workers")}
+    gather_impostors([place], **given, dpi=1000, reading={"polarity": "white"})
+    assert asked == {(1000.0, "white")}

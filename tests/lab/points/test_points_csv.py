@@ -76,6 +76,9 @@ def test_two_columns_need_no_header(points, delimiter):
         'x,y,note\n1.5,2,"a; b, and\n\n# c, ""d"""\n-3,400,5 "\n',
         "+1.5,2.\n-3.0,4E+02\n",
         "x;y;note\n1.5;2;1,5\n-3;400;\n",
+        "x;y\n1,5;2,0\n-3;4,0e2\n",
+        "1,50\t2\n-3\t400,0\n",
+        "1,5 2\n-3 400\n",
         "1.500e+00 2.000e+00\n-3.000e+00 4.000e+02\n",
         "# x y\n  1.5   2\n -3  400 \n",
         "x y\n1.5 2\n-3 400\n",
@@ -84,6 +87,19 @@ def test_two_columns_need_no_header(points, delimiter):
 )
 def test_every_form_of_the_same_points(text):
     assert decode_points(text.encode()).tolist() == TWO
+
+
+def test_columns_of_other_names():
+    table = b"x;RA ;y;dec\n0;1,5;0;2\n0;-3;0;400\n"
+    assert decode_points(table, columns=("ra", "Dec")).tolist() == TWO
+    for text, reason in (
+        ("ra,x,y\n1,2,3\n", "line 1: expected a header with columns 'ra' and 'dec', separated"),
+        ("1,2\n3,4\n", "line 1: expected a header with columns 'ra' and 'dec', separated"),
+        ("ra,dec,ra\n1,2,3\n", "line 1: more than one column ra"),
+        ("ra,dec\n1,b\n", "line 2: expected a number for dec, not 'b'"),
+    ):
+        with pytest.raises(PointSetError, match=reason):
+            decode_points(text.encode(), columns=("ra", "dec"))
 
 
 @pytest.mark.parametrize(
@@ -99,7 +115,10 @@ def test_every_form_of_the_same_points(text):
         ("1,2\n3,nan\n", ", line 2: expected a finite number for y, not 'nan'"),
         ("-inf,2\n3,4\n", ", line 1: expected a finite number for x, not '-inf'"),
         ("1,2\n3,1e999\n", ", line 2: expected a finite number for y, not '1e999'"),
-        ("x;y\n1,5;2\n", ", line 2: expected a number for x, not '1,5'; decimals take a point"),
+        ('x,y\n"1,5",2\n', ", line 2: expected a number for x, not '1,5'; where commas separate"),
+        ("x;y\n1,5;2.5\n", ", line 2: decimal commas and decimal points in one table"),
+        ("x;y\n1,5;2\n3.5;2\n", ", line 3: decimal commas and decimal points in one table"),
+        ("x;y\n1,500,2;2\n", ", line 2: expected a number for x, not '1,500,2'"),
         ("x,y\n1_0,2\n", ", line 2: expected a number for x, not '1_0'"),
         (f"x,y\n1,{'a' * 99}\n", f", line 2: expected a number for y, not '{'a' * 20}…'"),
         ('x,y,n\n1,2,"a\nb"\n3,d\n', ", line 4: expected a number for y, not 'd'"),
@@ -113,7 +132,7 @@ def test_every_form_of_the_same_points(text):
         ("x,z\n1,2\n", "found 'x', 'z'"),
         ("1,2,3,4,5,6\n", "found '1', '2', '3', '4', '5', …"),
         ("1.0|2.0\n", "separated by comma, semicolon, tab or spaces; found '1.0|2.0'"),
-        ("1;2,3\n", ", line 1: expected a header"),
+        ("1;2,3.5\n", ", line 1: expected a header"),
         ("", ": the file is empty"),
         ("\n# a\n\n", ": no points, only blank lines and comments"),
     ],

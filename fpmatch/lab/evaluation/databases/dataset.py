@@ -23,6 +23,7 @@ from fpmatch.gallery.listing.print_file import number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.databases.protocol import Impression, listed_impressions
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -58,6 +59,13 @@ class Dataset:
     def in_gallery(self) -> bool:
         """Whether the prints are templates in a gallery."""
         return self.impressions[0].entry is not None
+
+    def at(self, dpi: float | None) -> Dataset:
+        """Return the database with all prints at `dpi`, unless that is None."""
+        if dpi is None:
+            return self
+        impressions = tuple(replace(one, dpi=None) for one in self.impressions)
+        return replace(self, dpi=check_dpi(dpi), impressions=impressions)
 
 
 def load_dataset(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.polarity import Polarity
     from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.templates.minutiae import Template
@@ -138,16 +139,20 @@ def dataset_reader(
     datasets: Sequence[Dataset],
     reader: Callable[..., GreyImage | TemplateRecord] = _READER,
     engine: Engine | None = None,
+    *,
+    polarity: Polarity = "auto",
 ) -> PolarityReader[GreyImage | TemplateRecord]:
     """Return a reader of the prints of some databases, the images of a folder with one polarity.
 
-    An `engine` looks at the images (default: this process).
+    It is `polarity`, unless that is "auto"; an `engine` looks at the images (default: this
+    process).
     """
     files = [dataset for dataset in datasets if not dataset.in_gallery]
     paths = [impression.path for dataset in files for impression in dataset.impressions]
     each = map if engine is None else partial(results_of_each, engine)
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
-    polarities = find_polarities(paths, reader=reader, each=each, places=places)
+    how: dict[str, Any] = {"polarity": polarity, "reader": reader, "each": each, "places": places}
+    polarities = find_polarities(paths, **how)
     return PolarityReader(reader, polarities)
 
 

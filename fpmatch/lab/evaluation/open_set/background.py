@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from fpmatch.lab.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.lab.evaluation.open_set.searches import Background
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Sequence
+    from collections.abc import Hashable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -77,13 +78,16 @@ def load_background(
     progress: Progress = no_progress,
     enhance: str = "",
     apart_from: Sequence[Dataset] = (),
+    dpi: float | None = None,
+    reading: Mapping[str, Any] = MappingProxyType({}),
     **labels: Any,
 ) -> BackgroundPrints:
     """Load the prints of a gallery, which is not changed, or of a folder or manifest.
 
     Prints that cannot be read are left out. None may be of the databases `apart_from`. `labels` are
-    the parameters `pattern` and `by_folder` of `load_dataset`; `enhance` names the ridge
-    enhancement of images, as for `extract_image`. The stages of `progress` are "extract
+    the parameters `pattern` and `by_folder` of `load_dataset`, `reading` further ones of
+    `dataset_reader`; `dpi` is the resolution of all images, and `enhance` names the ridge
+    enhancement, as for `extract_image`. The stages of `progress` are "extract
     background", and "prepare" for a gallery. Raises a `DatasetError` or a `GalleryError` if there
     is no such place, it cannot be read, or a print is one that is searched for; a `TemplateError`
     if a gallery cannot store a template.
@@ -102,10 +106,10 @@ def load_background(
         codes = {finger: code for code, finger in enumerate(dict.fromkeys(fingers))}
         numbered = np.array([codes[finger] for finger in fingers], np.intp)
         return BackgroundPrints(search, numbered, [finger.subject for finger in codes])
-    dataset = load_dataset(place, **labels)
+    dataset = load_dataset(place, **labels).at(dpi)
     for one in dataset.impressions:
         _check_apart(place, os.path.realpath(one.path), probes)
-    extractor = extractor_of(enhance, dataset_reader([dataset], engine=engine))
+    extractor = extractor_of(enhance, dataset_reader([dataset], engine=engine, **reading))
     how |= {"extractor": extractor, "stage": "extract background"}
     (extracted,) = extract_datasets([dataset], **how)
     templates = [one.template for one in extracted.extractions]

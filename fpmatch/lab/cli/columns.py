@@ -1,8 +1,8 @@
-"""What `fpmatch evaluate --help` prints below the options: columns, examples, exit status."""
+"""Columns of the tables of rates, for the help of the commands that print them."""
 
 from typing import Final
 
-EPILOG: Final = """\b
+RATES: Final = """\b
 Columns:
   EER       equal error rate
   FMR100    false non-match rate where one impostor in 100 matches
@@ -24,9 +24,11 @@ would scatter with other fingers. A rate of 0 or 100 % has one limit, for which 
 trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; about 3 / n (rule of
 3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
 depend on one score, have no interval.
+"""
 
+GROUND_TRUTH: Final = """
 \b
-Columns with --ground-truth:
+Columns with --ground-truth, of the first matcher:
   within    tolerance of distance (at 500 dpi) and direction
   visible   true minutiae that are visible
   TP        true positives: extracted minutiae that are one of these, one to one
@@ -39,9 +41,10 @@ Columns with --ground-truth:
   rotation  median error and 95th percentile; also of shift (of the overlap's middle) and scale
   residual  median distance in the overlap between mapped and true positions;
             at best: that of the best similarity, because skin stretches
+"""
 
-\b
-Columns with --protocol identification:
+IDENTIFICATION: Final = """\b
+Columns:
   FNIR      false negative identification rate: share of the searches with a mate in the gallery
             that do not return it: at rank R among the first R, without a threshold; at an FPIR with
             a score above the threshold of that FPIR
@@ -49,28 +52,4 @@ Columns with --protocol identification:
             candidate above the threshold
   1:1 predicts  the threshold at which as many independent 1:1 comparisons give this FPIR by their
             calibrated scores, and the share of the genuine ones below it
-
-\b
-Examples:
-  fpmatch evaluate fvc2002/DB1_B
-  fpmatch evaluate fvc2002/DB*_B --matcher all --json
-  fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
-  fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
-  fpmatch evaluate fvc2002/DB*_B --report report
-  fpmatch evaluate fvc2002/DB*_B --enhance filters
-  fpmatch evaluate sample_data --ground-truth
-  fpmatch evaluate fvc2002/DB1_B --crop 160
-  fpmatch evaluate manifest.csv
-  fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
-  fpmatch evaluate fvc2002/DB1_B --pairs list.csv
-  fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
-  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
-  fpmatch evaluate fvc2002/DB*_B --matcher paper --matcher unit-circle --det det.pdf --table r.tex
-  fpmatch evaluate fvc2002/DB*_B --protocol identification --fingers 2
-  fpmatch evaluate fvc2002/DB1_B --protocol identification --background prints.db --det det.svg
-  fpmatch evaluate --scores-in scores.csv --scores-in theirs.txt --report report
-  fpmatch evaluate --genuine-scores genuine.txt --impostor-scores impostor.txt --distances
-
-Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
-not (a note on stderr names each), 2 when the run could not be done.
 """

@@ -1,4 +1,4 @@
-"""`fpmatch evaluate --scores-in`: error rates of scores that are already there."""
+"""`fpmatch rates`: error rates of scores that are already there, of any matcher."""
 
 from __future__ import annotations
 
@@ -6,41 +6,31 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show
-from fpmatch.cli.options import file_option, old_option
+from fpmatch.cli.options import file_option, files_argument
+from fpmatch.gallery.cli.options import FROM_0, pattern_option
+from fpmatch.lab.cli.columns import RATES
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.analysis import Report
 
-_GO_WITH_SCORES: Final = frozenset(
-    {"scores_in", "genuine_scores", "impostor_scores", "distances", "report_folder", "curves"}
-    | {"det", "table"}
-    | {"baseline", "bootstrap", "seed", "fmrs", "as_json", "workers", "pattern"}
+_BOOTSTRAP: Final = (
+    click.option(
+        "--bootstrap",
+        metavar="N",
+        type=FROM_0,
+        default=1000,
+        hidden=True,
+        help="Bootstrap replicates for the 95 % intervals; 0 for none.",
+    ),
+    click.option("--seed", type=FROM_0, default=0, hidden=True, help="Seed of their draws."),
 )
 _OPTIONS: Final = (
-    file_option(
-        "--scores-in",
-        metavar="FILE",
-        multiple=True,
-        help="Evaluate the scores in a file, of fpmatch or of any other matcher, instead of DIR; "
-        "repeatable, to compare several matchers.",
-    ),
-    file_option(
-        "--genuine-scores",
-        metavar="FILE",
-        multiple=True,
-        help="The same with a file of genuine scores alone; needs --impostor-scores.",
-    ),
-    file_option(
-        "--impostor-scores", metavar="FILE", multiple=True, help="Impostor scores of that matcher."
-    ),
-    click.option(
-        "--distances", is_flag=True, help="Their scores are distances: lower is more similar."
-    ),
     click.option(
         "--fmr",
         "fmrs",
@@ -50,21 +40,36 @@ _OPTIONS: Final = (
         help="Report the FNMR at this false match rate, with its interval; repeatable.",
     ),
     file_option(
+        "--report",
+        "report_folder",
+        metavar="DIR",
+        help="Write a page there: tables, DET and other curves, drawings of the hardest pairs.",
+    ),
+    file_option(
+        "--baseline",
+        metavar="SCORES.csv",
+        help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
+        "score.",
+    ),
+    file_option(
         "--curves",
         metavar="DIR",
+        hidden=True,
         help="Write the points of the curves there: det.csv, histogram.csv, discard.csv.",
     ),
     file_option(
         "--det",
         metavar="FILE",
-        help="Draw the DET curves into a .pdf, .svg or .png; with --protocol identification FNIR "
-        "against FPIR and rank.",
+        help="Draw the DET curves into a .pdf, .svg or .png.",
     ),
-    old_option("--plot", "--det {}"),
     file_option(
         "--table",
         metavar="FILE",
-        help="Write the table of rates of all matchers and databases as .tex (LaTeX) or .csv.",
+        help="Write the table of rates as .tex (LaTeX) or .csv.",
+    ),
+    *_BOOTSTRAP,
+    click.option(
+        "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
     ),
 )
 
@@ -76,25 +81,66 @@ def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable
     return command
 
 
-def scores_in_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of scores that are already there, and of what is made of scores."""
+def bootstrap_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options about the 95 % intervals."""
+    return add_options(command, _BOOTSTRAP)
+
+
+def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options about what is made of scores."""
     return add_options(command, _OPTIONS)
 
 
-def evaluate_given_scores(
-    baseline: Path | None,
-    *,
-    files: Mapping[str, Path | None],
-    pattern: str | None,
-    scores_in: Sequence[Path],
-    genuine_scores: Sequence[Path],
-    impostor_scores: Sequence[Path],
+@click.command(
+    cls=Command,
+    details=RATES,
+    epilog="""\b
+Examples:
+  fpmatch rates scores.csv
+  fpmatch rates scores.csv theirs.txt --report report
+  fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
+  fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
+
+Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
+""",
+)
+@files_argument("scores", metavar="[SCORES]...", required=False)
+@file_option(
+    "--genuine-scores",
+    metavar="FILE",
+    multiple=True,
+    help="A file of genuine scores alone, in place of SCORES; needs --impostor-scores.",
+)
+@file_option(
+    "--impostor-scores",
+    metavar="FILE",
+    multiple=True,
+    help="Impostor scores of that matcher.",
+)
+@click.option("--distances", is_flag=True, help="The scores are distances: lower is more similar.")
+@pattern_option
+@rate_options
+def rates(
+    scores: tuple[Path, ...],
+    genuine_scores: tuple[Path, ...],
+    impostor_scores: tuple[Path, ...],
     distances: bool,
+    pattern: str | None,
+    report_folder: Path | None,
+    baseline: Path | None,
+    curves: Path | None,
+    det: Path | None,
+    table: Path | None,
     as_json: bool,
     **draws: Any,
-) -> int:
-    """Run the command with scores that are already there; `draws` are for `Report.of`."""
-    refuse_others(_GO_WITH_SCORES, "scores that are already there go without {}")
+) -> None:
+    """Compute error rates of the SCORES of fpmatch or of any other matcher.
+
+    SCORES are files of fpmatch evaluate --scores or fpmatch score, or tables of the scores of
+    another matcher. Several files are compared side by side.
+    """
+    if not (scores or genuine_scores or impostor_scores):
+        raise click.UsageError("Missing argument 'SCORES...'.")
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import read_scores
@@ -105,12 +151,13 @@ def evaluate_given_scores(
         notes_on,
     )
 
+    files = {"report_folder": report_folder, "curves": curves, "det": det, "table": table}
     prepare_outputs(**files)
     how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
     earlier = None if baseline is None else read_scores(baseline, **how)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
     results = evaluate_scores(
-        scores_in, genuine_and_impostor=pairs, distances=distances, pattern=pattern
+        scores, genuine_and_impostor=pairs, distances=distances, pattern=pattern
     )
     noted = {one.matcher: notes_on(one) for one in results}
     for matcher, notes in noted.items():
@@ -123,7 +170,6 @@ def evaluate_given_scores(
         {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
     ]
     show(json_text(document) if as_json else report.as_text())
-    return 0
 
 
 def prepare_outputs(
@@ -172,13 +218,3 @@ def write_outputs(
 
         files = write_curves(curves, report.analyses)
         say_note(f"curves: {', '.join(map(str, files))}")
-
-
-def refuse_others(allowed: Collection[str], words: str) -> None:
-    """Raise a UsageError with these words if a parameter was given that is not allowed."""
-    context = click.get_current_context()
-    given = click.core.ParameterSource.COMMANDLINE
-    for parameter in context.command.params:
-        name = parameter.name or ""
-        if context.get_parameter_source(name) is given and name not in allowed:
-            raise click.UsageError(words.format("DIR" if name == "places" else parameter.opts[0]))

@@ -1,0 +1,31 @@
+"""The option that names several matchers."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import click
+
+from fpmatch.cli.notes import say_note
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_failures, matcher_names
+
+matchers_option: Final = click.option(
+    "--matcher",
+    "matchers",
+    multiple=True,
+    default=[DEFAULT_MATCHER],
+    metavar="NAME",
+    help="Matcher to evaluate, by its name or its place, package.module:OBJECT, perhaps "
+    "with parameters, as in unit-circle:rounds=5; repeatable, or all.",
+)
+
+
+def chosen_matchers(names: tuple[str, ...]) -> list[str]:
+    """Return the requested matchers, each once; "all" means every matcher that can be loaded."""
+    known = matcher_names()
+    if "all" in names:
+        for name, why in matcher_failures().items():
+            known.remove(name)
+            say_note(f"matcher {name} is left out: {why}")
+    every = [name for given in names for name in (known if given == "all" else [given])]
+    return list(dict.fromkeys(every))

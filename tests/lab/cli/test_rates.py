@@ -1,0 +1,59 @@
+"""`fpmatch rates`: error rates of scores that are already there."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.conftest import assert_refused
+
+
+def test_scores_of_other_matchers_stand_side_by_side(run, tmp_path):
+    rng = np.random.default_rng(4)
+    for name, shift in (("good", 3.0), ("poor", 1.0)):
+        lines = [
+            f"{a // 4}_{a} {b // 4}_{b} {rng.normal(shift * (a // 4 == b // 4), 1):.6f}\n"
+            for a in range(32)
+            for b in range(a)
+        ]
+        (tmp_path / f"{name}.txt").write_text("".join(lines))
+    files = (tmp_path / "good.txt", tmp_path / "poor.txt")
+    result = run("rates", *files, "--bootstrap", 100)
+    assert result.exit_code == 0
+    assert "poor compared with good: 496 pairs" in result.stdout
+    document = json.loads(run("rates", *files, "--bootstrap", 0, "--json").stdout)
+    eers = [one["pooled"]["eer"] for one in document["matchers"]]
+    assert eers[0] < eers[1]
+    assert "lower" in run("rates", *files, "--distances").stderr
+    assert_refused(run("rates", *files, tmp_path / "good.txt"), "same name: good")
+
+
+def test_a_report_of_scores_names_the_hardest_pairs_where_they_have_names(run, tmp_path):
+    pytest.importorskip("matplotlib")
+    path, page = tmp_path / "theirs.csv", tmp_path / "report" / "index.html"
+    for text, shown in (
+        ("probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\n", True),
+        ("genuine,impostor\n0.9,0.1\n0.8,0.2\n", False),
+    ):
+        path.write_text(text)
+        assert run("rates", path, "--report", page.parent).exit_code == 0
+        assert ("ann&lt;1&gt; and ann 2" in page.read_text(encoding="utf-8")) == shown
+
+
+def test_imposters_are_impostors(run, tmp_path):
+    texts = {
+        "label.csv": "probe,reference,label,score\na,b,genuine,0.9\na,c,{},0.1\nb,c,{},0.3\n",
+        "columns.csv": "genuine,{}\n0.9,0.1\n,0.3\n",
+    }
+    for name, text in texts.items():
+        rates = []
+        for word in ("impostor", "imposter"):
+            (tmp_path / name).write_text(text.format(word, word))
+            result = run("rates", tmp_path / name, "--json", "--bootstrap", 0)
+            assert result.exit_code == 0, result.stderr
+            rates.append(json.loads(result.stdout)["pooled"])
+        assert rates[0] == rates[1]
+    (tmp_path / "genuine.txt").write_text("0.9\n")
+    (tmp_path / "other.txt").write_text("0.1\n0.3\n")
+    files = ("--genuine-scores", tmp_path / "genuine.txt", "--imposter-scores")
+    assert run("rates", *files, tmp_path / "other.txt").exit_code == 0

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import click
 
+from fpmatch.cli.notes import show
 from fpmatch.cli.wings import registered
 from fpmatch.errors import FpmatchError, did_you_mean
 
@@ -63,7 +64,7 @@ def _old_spellings_answered(ctx: click.Context, args: list[str]) -> Iterator[Non
 def _show_everything(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
     if requested and not ctx.resilient_parsing:
         ctx.meta[_EVERYTHING] = True
-        click.echo(ctx.get_help(), color=ctx.color)
+        show(ctx.get_help())
         ctx.exit()
 
 

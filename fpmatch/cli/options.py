@@ -136,8 +136,8 @@ matcher_option: Final = click.option(
     "--matcher",
     metavar="NAME",
     default=DEFAULT_MATCHER,
-    help="Matcher to use, by its name or its place, package.module:OBJECT, perhaps with "
-    "parameters, as in unit-circle:rounds=5,reach_px=12: see fpmatch doctor --matchers.",
+    help="Matcher to use, perhaps with parameters, as in unit-circle:rounds=5: see fpmatch doctor "
+    "--matchers.",
 )
 angles_option: Final = click.option(
     "--angles",

@@ -18,7 +18,7 @@ PARAMETERS: Final = "fpmatch/matching/pipeline/parameters.py"
 MESH: Final = "fpmatch/matching/pipeline/_kernels/_pair_mesh_kernel.py"
 RING: Final = "fpmatch/pointset/paper/_one_ring_kernel.py"
 EVIDENCE: Final = "fpmatch/matching/pipeline/_kernels/_evidence_kernel.py"
-SCORE: Final = "fpmatch/matching/pipeline/evidence.py"
+SCORE: Final = "fpmatch/matching/pipeline/parameters.py"
 PIPELINE: Final = "fpmatch/matching/pipeline/_kernels/_pipeline_kernel.py"
 AMOUNT: Final = "fpmatch/matching/pipeline/_kernels/_amount_kernel.py"
 BOUND: Final = (
@@ -26,7 +26,7 @@ BOUND: Final = (
     "(2.0 + (total - low) / high)",
 )
 SEARCH: Final = ("if doubtful and not self._is_confident(best):", "if False:")
-BEYOND: Final = ("beyond_from: float = 2.0", "beyond_from: float = 1e9")
+BEYOND: Final = ('0.8, "share of the rarity', '0.0, "share of the rarity')
 RAISED: Final = ("least / squares if 0.0 < squares < least else 1.0", "1.0")
 NOISE_OF_PLACES: Final = (
     "            self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b\n",

@@ -166,9 +166,9 @@ def evaluate(
 ) -> int:
     """Measure error rates on databases of prints.
 
-    Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M; other formats
-    too), or named by --pattern, or in folders, one a finger; it may contain a dataset.toml with
-    name, dpi and sensor. A MANIFEST is as for fpmatch enrol.
+    Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M), or named by
+    --pattern, or in folders, one a finger; perhaps a dataset.toml with name, dpi and sensor. A
+    MANIFEST is as for fpmatch enrol.
     """
     if crop is not None and (ground_truth or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --ground-truth")

@@ -15,8 +15,7 @@ matchers_option: Final = click.option(
     multiple=True,
     default=[DEFAULT_MATCHER],
     metavar="NAME",
-    help="Matcher to evaluate, by its name or its place, package.module:OBJECT, perhaps "
-    "with parameters, as in unit-circle:rounds=5; repeatable, or all.",
+    help="Matcher to evaluate, see fpmatch doctor --matchers; repeatable, or all.",
 )
 
 

@@ -174,7 +174,7 @@ class _Search:
         self.proposals = Proposals(parameters, m, n)
         self.screening = Screening(p.points, target, self.proposals)
         self._partner, self._owner = np.full(m, -1, np.int32), np.full(n, -1, np.int32)
-        self._distance2 = np.empty(m)
+        self._distance2 = np.zeros(m)  # unpaired points keep a finite one
 
     def run(self) -> bool:
         """Search until a proposal is accepted; return whether one was."""

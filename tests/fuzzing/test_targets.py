@@ -41,6 +41,7 @@ def test_the_targets_of_readers_are_there():
     assert named <= set(TARGETS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(TARGETS))
 def test_a_target_reads_its_good_files_and_some_damaged_ones(name):
     target = TARGETS[name]

@@ -75,6 +75,7 @@ def test_it_is_found_by_its_name_and_by_its_place(counted):
         verify(p, q, matcher="counted")
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_guide_work_in_several_processes(site, counted, few_prints):
     commands = shown_commands(GUIDE)
     assert [words[-1] for words in commands] == ["counted", "all"]

@@ -121,6 +121,7 @@ def send_until_closed(one: socket.socket, data: bytes) -> None:
     assert time.monotonic() < end
 
 
+@pytest.mark.slow
 def test_a_header_that_does_not_come_is_waited_for_no_longer_than_the_limit():
     with serving() as served:
         silent, half = served.connect(), served.connect(HEAD + b"x-a: ")
@@ -144,6 +145,7 @@ def test_a_connection_may_be_used_again_and_again():
         assert not served.app.closed("header too late")
 
 
+@pytest.mark.slow
 def test_slow_bodies_take_no_place_from_others_and_end():
     with serving() as served:
         slow = [served.connect(POST % 1000 + b"x") for _ in range(20)]
@@ -184,6 +186,7 @@ def wait_until(condition) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_answers_that_are_not_read_are_dropped():
     with serving(stalled_seconds=1.0) as served:
         for _ in range(5):
@@ -192,6 +195,7 @@ def test_answers_that_are_not_read_are_dropped():
         assert served.number == 0
 
 
+@pytest.mark.slow
 def test_many_answers_that_are_not_read_are_dropped_before_their_time():
     with serving(stalled_seconds=60.0, unread_megabytes=8.0) as served:
         for _ in range(6):

@@ -57,6 +57,7 @@ def test_a_server_with_the_key_enrols_searches_and_opens_no_template_of_a_client
     assert template not in gallery.read_bytes()
 
 
+@pytest.mark.slow
 def test_a_key_file_that_is_replaced_meanwhile_is_read_again(
     source: str, gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -45,6 +45,7 @@ def test_work_is_done_in_another_process_and_its_errors_come_through():
     assert run(test) != os.getpid()
 
 
+@pytest.mark.slow
 def test_work_stops_when_its_client_hangs_up(tmp_path):
     file = tmp_path / "late"
 
@@ -77,6 +78,7 @@ def test_work_that_waits_for_its_turn_is_dropped(tmp_path):
     assert not file.exists()
 
 
+@pytest.mark.slow
 def test_work_that_takes_too_long_is_stopped(tmp_path):
     file = tmp_path / "late"
 

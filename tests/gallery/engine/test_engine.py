@@ -184,6 +184,7 @@ def _is_there(process):
     return True
 
 
+@pytest.mark.slow
 def test_workers_end_with_the_process_that_started_them(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(

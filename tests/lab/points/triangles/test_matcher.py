@@ -77,6 +77,7 @@ def test_half_the_points_are_enough_in_large_sets(n, seed, move):
     match_half(n, seed, move, 0.1)
 
 
+@pytest.mark.slow
 @needs_compiled_kernels
 def test_half_of_a_hundred_thousand_points_are_enough():
     match_half(100_000, 1, Similarity(1.7, 0.7, 3.0, -2.0), 0.02)

@@ -221,7 +221,7 @@ def _escaped(line: str) -> str:
     if words.startswith(_REQUIRED):
         start, words = _REQUIRED, words.removeprefix(_REQUIRED)
     parts = re.split(r"`([^`]+)`", words)
-    parts[::2] = [re.sub(r"([\\*_|`])", r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [re.sub(r"([\\*_|`]|(?<=\bfile):)", r"\\\1", part) for part in parts[::2]]
     parts[1::2] = [f"``{part}``" for part in parts[1::2]]
     return f"{indent}{start}{''.join(parts)}"
 

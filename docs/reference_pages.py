@@ -43,10 +43,10 @@ def write_python_pages() -> None:
         section = line.removeprefix("## ") if line.startswith("## ") else section
         if name := re.fullmatch(r"   (fpmatch\.[\w.]+)", line):
             module = name[1].rpartition(".")[0]
-            title = section if module == "fpmatch" else module
-            head = f"{title}\n{'=' * len(title)}\n"
+            title, shown = (section,) * 2 if module == "fpmatch" else (module, f"``{module}``")
+            head = f"{shown}\n{'=' * len(shown)}\n"
             pages[title] = f"{pages.get(title, head)}\n{_described(name[1])}"
-    _write("python", {title.replace(" ", "_").lower(): text for title, text in pages.items()})
+    _write("python", pages)
 
 
 def _command_page(name: str) -> str:
@@ -63,7 +63,7 @@ def _described(name: str) -> str:
     if isinstance(thing, ModuleType):
         classes = [key for key, of in vars(thing).items() if isinstance(of, type)]
         own = [key for key in classes if vars(thing)[key].__module__ == name]
-        members = ", ".join(key for key in own if key not in fpmatch.__all__)
+        members = ", ".join(key for key in own if not hasattr(fpmatch, key))
         return f".. automodule:: {name}\n   :members: {members}\n   :show-inheritance:\n"
     if not isinstance(thing, type):
         return f".. autofunction:: {name}\n"
@@ -74,13 +74,15 @@ def _described(name: str) -> str:
 
 
 def _write(folder: str, pages: Mapping[str, str], index: str = "") -> None:
-    """Write pages and what their index includes: a text, and where the pages lie."""
+    """Write pages by title, and what their index includes: a text, and where the pages lie."""
     target = GENERATED / folder
     target.mkdir(parents=True, exist_ok=True)
     for old in target.iterdir():
         old.unlink()
-    for name, text in pages.items():
+    tree = ""
+    for title, text in pages.items():
+        name, short = title.replace(" ", "_").lower(), ".".join(title.split(".")[-2:])
         (target / f"{name}.rst").write_text(text, encoding="utf-8")
-    tree = "".join(f"   /generated/{folder}/{name}\n" for name in pages)
+        tree += f"   {short} </generated/{folder}/{name}>\n"
     text = f"{index}\n.. toctree::\n   :hidden:\n\n{tree}"
     (target / "index.txt").write_text(text, encoding="utf-8")

@@ -23,6 +23,7 @@ from fpmatch.cli.group import fpmatch as main
 from fpmatch.drawing.stages.sheet import write_stages
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import reference_pages
 import verify_walk
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ version = release = __version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.doctest",
     "numpydoc",
     "sphinx_click",
@@ -88,12 +90,14 @@ _REQUIRED: Final = "**Required** "
 _OWN_MARKUP: Final = (".. ", ":default:", ":options:")
 
 
-def draw_pictures(app: Sphinx) -> None:
-    """Draw the pictures of the pages by the code as it is; to run examples, once is enough."""
+def make_from_code(app: Sphinx) -> None:
+    """Make pictures and pages of the code as it is; to run examples, once is enough."""
     if app.builder.name != "doctest" or not (WALK / "rooms.svg").exists():
         draw_stages()
         draw_explanations()
         draw_verification()
+        reference_pages.write_command_pages()
+        reference_pages.write_python_pages()
 
 
 def draw_stages() -> None:
@@ -136,17 +140,17 @@ def check_assets(app: Sphinx, exception: Exception | None) -> None:
 
 
 def check_commands(app: Sphinx, exception: Exception | None) -> None:
-    """Fail where the page of the commands lacks one."""
+    """Fail where a command is not on its page."""
     if exception is not None or app.builder.format != "html":
         return
-    page = Path(app.outdir, "reference", "commands.html").read_text(encoding="utf-8")
-    for name, _ in _commands(main, "fpmatch"):
-        if f'id="{name.replace(" ", "-")}"' not in page:
-            raise ExtensionError(f"reference/commands.html: {name} is missing")
+    for name, _ in list(_commands(main, "fpmatch"))[1:]:
+        page = Path(app.outdir, "generated", "commands", f"{name.split()[1]}.html")
+        if f'id="{name.replace(" ", "-")}"' not in page.read_text(encoding="utf-8"):
+            raise ExtensionError(f"{page.relative_to(app.outdir)}: {name} is missing")
 
 
 def show_rare_options(app: Sphinx) -> None:
-    """Show all that ``--help-all`` shows on the page of the commands."""
+    """Show all that ``--help-all`` shows on the pages of the commands."""
     for _, command in _commands(main, "fpmatch"):
         for param in command.params:
             param.hidden = False
@@ -217,14 +221,14 @@ def _escaped(line: str) -> str:
     if words.startswith(_REQUIRED):
         start, words = _REQUIRED, words.removeprefix(_REQUIRED)
     parts = re.split(r"`([^`]+)`", words)
-    parts[::2] = [re.sub(r"([\\*_|`])", r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [re.sub(r"([\\*_|`]|(?<=\bfile):)", r"\\\1", part) for part in parts[::2]]
     parts[1::2] = [f"``{part}``" for part in parts[1::2]]
     return f"{indent}{start}{''.join(parts)}"
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Draw before reading; put the help of the commands into words."""
-    app.connect("builder-inited", draw_pictures)
+    """Make pictures and pages before reading; put the help of the commands into words."""
+    app.connect("builder-inited", make_from_code)
     app.connect("builder-inited", show_rare_options)
     app.connect("source-read", without_folders)
     app.connect("build-finished", check_assets)

@@ -33,7 +33,7 @@ from research.marked_blocks import write_marked_block
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-PAGE: Final = ROOT / "docs" / "explanation" / "accuracy.md"
+PAGE: Final = ROOT / "docs" / "tables" / "accuracy.md"
 TOUCHES: Final = (1, 2, 5, 10, 20)
 WAYS: Final = ("best", "fused", "consolidated", "finger")
 DRAWS: Final = 5
@@ -154,7 +154,7 @@ def table(folders: Sequence[Path], data: Path, fingers: int, workers: int | None
 @click.option("--fingers", default=30, show_default=True, help="Synthetic fingers.")
 @click.option("--data", type=PATH, help="Folder where synthetic databases are kept.")
 @workers
-@click.option("--page", is_flag=True, help="Write the table to docs/explanation/accuracy.md.")
+@click.option("--page", is_flag=True, help="Write the table to docs/tables/accuracy.md.")
 def main(
     folders: tuple[Path, ...], fingers: int, data: Path | None, workers: int | None, page: bool
 ) -> None:
@@ -172,7 +172,7 @@ def main(
     each DIR, an FVC-style folder of a small sensor, twice: with the first touches enrolled, and
     with some drawn at random, five draws together. Impostors of a DIR are its other fingers and
     synthetic prints. One core takes about twelve minutes. --page puts the tables between the
-    marks in docs/explanation/accuracy.md.
+    marks in docs/tables/accuracy.md.
     """
     with tempfile.TemporaryDirectory() as folder:
         text = table(folders, data or Path(folder), fingers, workers)

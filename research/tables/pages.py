@@ -93,6 +93,10 @@ def _explanation(name: str) -> Path:
     return DOCS / "explanation" / name
 
 
+def _tables(name: str) -> Path:
+    return DOCS / "tables" / name
+
+
 def _paper_choice(part: str, results: Mapping[str, Any]) -> str:
     return format_paper_choices(results["choices"])[part]
 
@@ -143,7 +147,7 @@ PAGES: Final = {
             ),
         },
         {
-            (_explanation("accuracy.md"), "measured"): format_accuracy,
+            (_tables("accuracy.md"), "measured"): format_accuracy,
             (_explanation("accuracy.md"), "databases"): format_databases,
         },
     ),
@@ -186,7 +190,7 @@ PAGES: Final = {
             ),
         },
         {
-            (_explanation("point_sets.md"), "measured"): lambda results: format_bench_markdown(
+            (_tables("point_sets.md"), "measured"): lambda results: format_bench_markdown(
                 results["bench"]
             ),
             **{
@@ -244,7 +248,7 @@ PAGES: Final = {
             ),
         },
         {
-            (_explanation("searching.md"), "measured"): lambda results: format_searching(
+            (_tables("searching.md"), "measured"): lambda results: format_searching(
                 results["large"]
             ),
             (_explanation("searching.md"), "stored"): lambda results: format_stored(

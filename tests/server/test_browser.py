@@ -130,16 +130,15 @@ def test_what_is_exported_is_what_was_shown(page, downloads):
     page.one("#warp").click()
     page.until(lambda: "warped" in page.text("#drawn"))
     for name in ("overlay.png", "overlay.svg", "result.json"):
-        (downloads / name).unlink(missing_ok=True)
         page.one(f"#export-{name.partition('.')[2]}").click()
-        page.until((downloads / name).exists)
+        page.until((downloads / f"101_1-101_2-{name}").exists)
         page.until(lambda: not list(downloads.glob("*.crdownload")))
-    with Image.open(downloads / "overlay.png") as picture:
+    with Image.open(downloads / "101_1-101_2-overlay.png") as picture:
         assert picture.size[0] >= 800
-    drawing = (downloads / "overlay.svg").read_text(encoding="utf-8")
+    drawing = (downloads / "101_1-101_2-overlay.svg").read_text(encoding="utf-8")
     assert drawing.startswith("<svg")
     assert "for looking, not for measuring" in drawing
-    result = json.loads((downloads / "result.json").read_text(encoding="utf-8"))
+    result = json.loads((downloads / "101_1-101_2-result.json").read_text(encoding="utf-8"))
     assert result["match"]
     assert f"{result['score']:.1f}" == page.text("#score")
     assert (result["probe"], result["reference"]) == ("101_1.tif", "101_2.tif")

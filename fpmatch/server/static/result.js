@@ -5,7 +5,7 @@ import { Examination } from "./examination.js";
 import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
 import { aboutRidges, bent, bentInk, bentPlace, cells, scale } from "./views.js";
-import { count, minutia, odds, place } from "./words.js";
+import { count, minutia, odds, place, stem } from "./words.js";
 
 const ALWAYS_MISSING = ["no ridges", "unknown resolution"]; // at any threshold
 const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
@@ -119,11 +119,11 @@ class ResultView {
       button("Overlay PNG", "export-png", () => this.#overlay("png")),
       button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
       ...(this.source.report ? [button("Case report", "export-report", async () => {
-        save(await this.source.report(this.threshold, this.examination, this.warped), "case.html");
+        this.#save(await this.source.report(this.threshold, this.examination, this.warped), "case.html");
       })] : []),
       button("Result JSON", "export-json", async () => {
         const result = await this.source.verify(this.threshold);
-        save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");
+        this.#save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");
       }),
     );
     return el("div", { class: "card evidence" }, facts, ...(shown.pairs.length ? [pairs] : []), this.examination.element, exports);
@@ -132,7 +132,13 @@ class ResultView {
   async #overlay(format) {
     const over = this.view === "over";
     const view = { side_by_side: this.apart, ridges: this.view === "ridges", warp: over && this.warped };
-    save(await this.source.overlay(format, view, this.threshold), `overlay.${format}`);
+    this.#save(await this.source.overlay(format, view, this.threshold), `overlay.${format}`);
+  }
+
+  // A download bears the names of both prints.
+  #save(blob, name) {
+    const { probe, reference } = this.shown;
+    save(blob, [stem(probe.name), stem(reference.name), name].join("-"));
   }
 
   async #export(button, does) {

@@ -78,6 +78,16 @@ def test_a_pair_is_lit_on_both_prints_at_once(page):
     page.until(lambda: page.text(".pair-info").startswith("Pair 1: "))
 
 
+def test_minutiae_are_rings_that_hide_no_ridge_in_both_prints(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    for view in ("over", "beside"):
+        page.one(f"#view-{view}").click()
+        for side in ("probe", "reference"):
+            shapes = page.all(f".viewer .mark.paired.{side} g > :not(line)")
+            assert len(shapes) > 10
+            assert {shape.value_of_css_property("fill") for shape in shapes} == {"none"}
+
+
 def test_a_chosen_pair_stays_lit_in_every_view(page):
     compare(page, "101_1.tif", "101_3.tif")
     page.one(".pair-list summary").click()

@@ -162,7 +162,10 @@ def test_enrol_and_identify(page, tmp_path):
     nameless = tmp_path / "nameless.tif"
     nameless.write_bytes(b"x")
     names = ("101_2.tif", "101_3.tif", "102_1.tif", "102_2.tif", "103_1.tif")
+    assert not page.one("#enrol-start").is_enabled()
     page.give("enrol", *(SAMPLES / name for name in names), nameless)
+    assert not page.shown("#enrol-run")  # nothing is enrolled before the button is pressed
+    page.one("#enrol-start").click()
     page.until(lambda: page.text("#enrol-words").startswith("6 of 6"))
     page.until(page.idle)
     assert page.text("#enrol-words") == "6 of 6 files: 5 enrolled, 1 failed"
@@ -198,6 +201,7 @@ def test_templates_without_ridges_are_shown_by_their_minutiae(page, tmp_path):
 
     page.one("#tab-enrol").click()
     page.give("enrol", path)
+    page.one("#enrol-start").click()
     page.until(lambda: page.text("#enrol-words").startswith("1 of 1"))
     page.until(page.idle)
     page.one("#tab-identify").click()

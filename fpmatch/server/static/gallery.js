@@ -91,6 +91,7 @@ export async function enrol(slot, signal) {
   list.replaceChildren();
   byId("enrol-run").hidden = false;
   byId("enrol-stop").hidden = false;
+  byId("enrol-start").disabled = true;
   bar.max = files.length;
   bar.value = 0;
   const tally = { enrolled: 0, known: 0, failed: 0 };
@@ -125,6 +126,7 @@ export async function enrol(slot, signal) {
     say(`Stopped. ${words()}.`);
   } finally {
     byId("enrol-stop").hidden = true;
+    byId("enrol-start").disabled = false;
     await describeGallery();
   }
 }

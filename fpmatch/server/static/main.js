@@ -117,10 +117,13 @@ function makeSlots() {
   });
   const added = new Slot(byId("enrol-slot"), {
     ...shared, title: "Prints to enrol", hint: "Drop images or templates, or choose files", multiple: true,
-    changed: () => run((signal) => enrol(added, signal)),
+    changed: () => { byId("enrol-start").disabled = false; },
   });
   byId("enrol-stop").addEventListener("click", () => running.abort());
-  byId("enrol-labels").addEventListener("submit", (event) => event.preventDefault());
+  byId("enrol-labels").addEventListener("submit", (event) => {
+    event.preventDefault();
+    run((signal) => enrol(added, signal));
+  });
 
   // A file that misses its place is not opened by the browser in place of this page.
   const active = { compare: probe, identify: wanted, enrol: added };

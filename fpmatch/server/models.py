@@ -216,6 +216,7 @@ class About(BaseModel):
     version: str
     gallery: str | None
     matchers: list[str]
+    role: str = Field(description="of the client that asks: read, verify, enrol or admin")
     file_megabytes: float
     seconds: float
 

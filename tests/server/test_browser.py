@@ -22,8 +22,8 @@ from fpmatch import extract, read_image, save_template
 from fpmatch.server.app import make_app
 from fpmatch.server.settings import Client, Role, Settings, digest_of
 
-from .conftest import png, served
-from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, compare
+from .conftest import png, served, served_gallery
+from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, Page, compare
 
 pytestmark = [
     pytest.mark.slow,
@@ -281,3 +281,24 @@ def test_a_token_is_asked_for(browser, screenshots):
         browser.get(f"{address}#token={token}")
         wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, "#probe-slot .drop"))
         assert token not in browser.current_url
+
+
+@pytest.mark.parametrize(
+    ("role", "tabs"),
+    [
+        (Role.READ, []),
+        (Role.VERIFY, ["Compare", "Identify"]),
+        (Role.ADMIN, ["Compare", "Identify", "Enrol"]),
+    ],
+)
+def test_a_role_sees_what_it_may_do(browser, gallery, screenshots, role, tabs):
+    token = "a-long-enough-token"
+    with served_gallery(gallery, clients={digest_of(token): Client("ada", role)}) as client:
+        ready = "#probe-slot .drop" if tabs else "#status"
+        page = Page(browser, f"{client.base_url}/#token={token}", screenshots, ready)
+        assert page.text("#about").endswith(f", role {role.name.lower()}")
+        assert [tab.text for tab in page.all("[role=tab]") if tab.is_displayed()] == tabs
+        assert page.shown("#panel-compare") == bool(tabs)
+        if not tabs:
+            assert "compares no prints. prints.db holds 0 impressions" in page.text("#status")
+        page.keep(f"role_{role.name.lower()}")

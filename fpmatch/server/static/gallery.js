@@ -10,6 +10,7 @@ export async function describeGallery() {
   const found = await (await ask("gallery")).json();
   const words = `${found.gallery} holds ${count(found.impressions, "impression")} of ${count(found.subjects, "subject")}.`;
   for (const id of ["identify-gallery", "enrol-gallery"]) byId(id).textContent = words;
+  return words;
 }
 
 const called = ({ subject, finger, impression }) => [subject, finger, impression].filter(Boolean).join("_");

@@ -8,6 +8,8 @@ import { Slot } from "./slot.js";
 import { lookThrough } from "./stages.js";
 
 const PANELS = ["compare", "identify", "enrol"];
+const OPEN_TO = { read: 0, verify: 2, enrol: 3, admin: 3 }; // how many of them
+let panels = []; // open to the role of the client, and shown
 let about = null;
 let running = new AbortController();
 const kept = { compare: null, identify: null, enrol: null }; // what each panel's result was
@@ -158,8 +160,8 @@ for (const name of PANELS) byId(`tab-${name}`).addEventListener("click", () => c
 byId("tabs").addEventListener("keydown", (event) => {
   const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (!step) return;
-  const now = PANELS.findIndex((name) => byId(`tab-${name}`).getAttribute("aria-selected") === "true");
-  const next = PANELS[(now + step + PANELS.length) % PANELS.length];
+  const now = panels.findIndex((name) => byId(`tab-${name}`).getAttribute("aria-selected") === "true");
+  const next = panels[(now + step + panels.length) % panels.length];
   choose(next);
   byId(`tab-${next}`).focus();
 });
@@ -184,13 +186,16 @@ async function open() {
     return;
   }
   byId("token-form").hidden = true;
-  byId("about").textContent = `version ${about.version}`;
-  makeSlots();
-  choose("compare");
-  if (about.gallery !== null) {
-    byId("tabs").hidden = false;
-    await describeGallery();
+  byId("about").textContent = `version ${about.version}${hasToken() ? `, role ${about.role}` : ""}`;
+  panels = PANELS.slice(0, Math.min(OPEN_TO[about.role], about.gallery === null ? 1 : PANELS.length));
+  byId("tabs").hidden = panels.length < 2;
+  for (const name of PANELS) byId(`tab-${name}`).hidden = !panels.includes(name);
+  if (panels.length) {
+    makeSlots();
+    choose("compare");
   }
+  const gallery = about.gallery === null ? "" : await describeGallery();
+  if (!panels.length) say(`The role of this token is read: it compares no prints. ${gallery}`);
 }
 
 open();

@@ -18,6 +18,7 @@ function failed(error) {
   if (error.name === "AbortError") return;
   say("");
   complain(error.message);
+  byId("main").classList.remove("pictured");
   if (error instanceof ApiError && error.status === 401) {
     if (!hasToken()) complain(""); // nothing has gone wrong yet
     askForToken();
@@ -145,6 +146,7 @@ function choose(name) {
     kept[before] = [...byId("result").childNodes];
     byId("result").replaceChildren(...(kept[name] ?? []));
     byId("result").hidden = !kept[name]?.length;
+    byId("main").classList.toggle("pictured", !byId("result").hidden);
     say("");
     complain("");
   }

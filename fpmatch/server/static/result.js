@@ -15,6 +15,7 @@ const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]]
 export function showResult(shown, source) {
   const view = new ResultView(shown, source);
   const root = byId("result");
+  byId("main").classList.add("pictured");
   root.replaceChildren(view.verdict, view.evidence, view.stage);
   root.hidden = false;
   view.start();
@@ -201,7 +202,11 @@ class ResultView {
     this.linker = el("label", { class: "tick", title: "Both prints show the same place, as large, and stand alike" }, this.link, "Linked");
     this.marking = el("button", { type: "button", id: "mark", "aria-pressed": "false", title: "Then click on a print" }, "Mark");
     this.marking.addEventListener("click", () => this.#mark(this.marking.getAttribute("aria-pressed") !== "true"));
-    this.picture = this.#pictureTools();
+    this.ofView = {
+      over: el("div", {}, this.fader, this.bender), beside: el("div", {}, this.linker, this.#pictureTools()), ridges: this.scale,
+    };
+    const full = el("button", { type: "button", id: "full", "aria-pressed": "false", hidden: !document.fullscreenEnabled }, "Full screen");
+    full.addEventListener("click", () => (document.fullscreenElement ? document.exitFullscreen() : this.stage.requestFullscreen()));
     for (const root of [this.panes, this.evidence]) root.addEventListener("click", (e) => this.#pin(e.target));
     for (const event of ["pointerover", "focusin"]) {
       this.panes.addEventListener(event, (e) => this.#light(e.target));
@@ -211,24 +216,21 @@ class ResultView {
     this.evidence.addEventListener("pointerleave", () => this.#light(null));
     return el(
       "div",
-      { class: "stage" },
+      { class: "stage", onfullscreenchange: () => full.setAttribute("aria-pressed", String(document.fullscreenElement !== null)) },
       el(
         "div",
         { class: "tools", role: "toolbar", "aria-label": "View" },
         el("div", { class: "choice" }, ...Object.values(this.choices)),
-        this.fader,
-        this.scale,
-        this.linker,
-        this.picture,
-        el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
-        this.bender,
-        this.marking,
         el("div", { class: "zooms" },
           tool("−", "Zoom out", (viewer) => viewer.zoom(1 / 1.5)),
           tool("+", "Zoom in", (viewer) => viewer.zoom(1.5)),
           tool("⟲", "Rotate to the left", (viewer) => viewer.turn(-15)),
           tool("⟳", "Rotate to the right", (viewer) => viewer.turn(15)),
           tool("Fit", "Show all", (viewer) => viewer.fit())),
+        this.marking,
+        full,
+        el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
+        el("div", { class: "of-view" }, ...Object.values(this.ofView)),
       ),
       this.panes,
       el("div", { class: "below" }, this.drawn, this.info),
@@ -290,9 +292,7 @@ class ResultView {
     this.view = view;
     const { apart } = this;
     for (const [name, made] of Object.entries(this.choices)) made.setAttribute("aria-pressed", String(name === view));
-    this.fader.hidden = this.bender.hidden = view !== "over";
-    this.scale.hidden = view !== "ridges";
-    this.linker.hidden = this.picture.hidden = !apart;
+    for (const [name, own] of Object.entries(this.ofView)) own.hidden = name !== view;
     this.panes.classList.toggle("apart", apart);
     if (!still) this.panes.replaceChildren(...this.viewers.map((viewer) => viewer.svg));
     const same = (point) => point;

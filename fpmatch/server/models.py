@@ -262,6 +262,8 @@ class FoundCandidate(BaseModel):
     fmr: float
     extrapolated: bool
     expected_false_matches: float
+    impressions: int = Field(description="of the finger, from which its score comes")
+    impression_score: float = Field(description="score of the most similar impression alone")
     transform: Transform | None
     pairs: int
     rms_px: float | None

@@ -177,7 +177,11 @@ def test_enrol_and_identify(page, tmp_path):
     page.until(lambda: page.shown("#badge") and page.idle())
     cards = page.all("#candidates li")
     assert len(cards) == 3  # a card for each finger
-    assert re.match(r"1\. 101_[23]\nscore ", cards[0].text)
+    assert page.shown("#identify-words")
+    words = r"1\. 101_[23]\nfinger: score .*\nmost similar of 2 impressions: score ([\d.]+)"
+    best = re.match(words, cards[0].text)
+    assert best
+    assert best[1] == page.text("#score")
     assert len(page.all("#candidates .thumb svg .ink.probe")) >= 2
     assert page.text("#badge") == "MATCH"
     page.keep("identify")

@@ -27,6 +27,7 @@ export async function identify(slot, signal) {
   say(best
     ? `${prints} compared in ${found.seconds.toFixed(2)} s; the best candidate is ${called(best)}, score ${best.score.toFixed(1)}.`
     : `${prints} compared; there is no candidate.`);
+  byId("identify-words").hidden = !best;
   const cards = found.candidates.map((candidate) => card(candidate, () => open(candidate)));
   list.replaceChildren(...cards.map(({ root }) => root));
 
@@ -61,12 +62,13 @@ export async function identify(slot, signal) {
 function card(candidate, open) {
   const thumb = el("span", { class: "thumb", "aria-hidden": "true" });
   const rate = `${odds(candidate.fmr)}${candidate.extrapolated ? " (extrapolated)" : ""}`;
-  const chance = candidate.expected_false_matches;
+  const { expected_false_matches: chance, impressions, impression_score: alone } = candidate;
   const words = el(
     "span",
     { class: "candidate-words" },
     el("strong", {}, `${candidate.rank}. ${called(candidate)}`),
-    el("span", {}, `score ${candidate.score.toFixed(1)}, FMR ${rate}`),
+    el("span", {}, `finger: score ${candidate.score.toFixed(1)}, FMR ${rate}`),
+    el("span", {}, `${impressions === 1 ? "its only impression" : `most similar of ${impressions} impressions`}: score ${alone.toFixed(1)}`),
     el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
   );
   const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, thumb, words);

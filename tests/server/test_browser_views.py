@@ -245,17 +245,49 @@ def test_marks_and_notes_stay_while_views_change(page):
     assert not page.all(".own-mark")
 
 
-def test_the_picture_is_above_the_fold(page):
-    size = {"width": 1360, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+def box(page, selector):
+    """Return the left, top, right and bottom of an element in the window."""
+    return page.browser.execute_script(
+        "const { left, top, right, bottom } = arguments[0].getBoundingClientRect();"
+        "return [left, top, right, bottom]",
+        page.one(selector),
+    )
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (1920, 1080)])
+def test_the_picture_fills_the_window_and_stays_with_its_tools(page, width, height):
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     compare(page, "101_1.tif", "101_3.tif")
-    for view in ("#view-over", "#view-beside", "#view-ridges"):
-        page.one(view).click()
+    places = []
+    for view in ("over", "beside", "ridges"):
+        page.one(f"#view-{view}").click()
         page.until(lambda: page.one(".stage").get_attribute("aria-busy") is None)
-        bottom = page.browser.execute_script(
-            "return document.querySelector('.below').getBoundingClientRect().bottom + scrollY"
-        )
-        assert bottom <= 900
+        shared = ("#view-over", ".zooms", "#mark", "#full", "#show-lone", ".panes", ".below")
+        places.append([box(page, selector) for selector in shared])
+        page.keep(f"{view}_{width}")
+    assert places[0] == places[1] == places[2]
+    left, top, right, bottom = box(page, ".panes")
+    assert (right - left) * (bottom - top) > 0.45 * width * height
+    assert box(page, ".below")[3] <= height
+    assert box(page, "#badge")[3] <= height
+    page.one(".pair-list summary").click()
+    page.one(".examination summary").click()
+    page.browser.execute_script("scrollTo(0, 1e6)")
+    assert box(page, "#export-json")[3] <= height
+    assert box(page, ".panes") == [left, top, right, bottom]
+    page.keep(f"scrolled_{width}")
+
+
+def test_the_picture_is_shown_on_the_full_screen(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    before = box(page, ".panes")
+    page.one("#full").click()
+    page.until(lambda: page.one("#full").get_attribute("aria-pressed") == "true")
+    page.until(lambda: box(page, ".panes")[2] > before[2] + 300)
+    page.keep("full_screen")
+    page.one("#full").click()
+    page.until(lambda: box(page, ".panes") == before)
 
 
 def test_the_case_report_contains_what_the_examiner_entered(page, downloads):

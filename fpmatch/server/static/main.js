@@ -176,7 +176,7 @@ function askForToken() {
 byId("token-form").addEventListener("submit", (event) => {
   event.preventDefault();
   setToken(byId("token").value.trim());
-  open();
+  location.reload();
 });
 
 async function open() {
@@ -187,7 +187,6 @@ async function open() {
     failed(error);
     return;
   }
-  byId("token-form").hidden = true;
   byId("about").textContent = `version ${about.version}${hasToken() ? `, role ${about.role}` : ""}`;
   panels = PANELS.slice(0, Math.min(OPEN_TO[about.role], about.gallery === null ? 1 : PANELS.length));
   byId("tabs").hidden = panels.length < 2;

@@ -178,7 +178,7 @@ def test_enrol_and_identify(page, tmp_path):
     cards = page.all("#candidates li")
     assert len(cards) == 3  # a card for each finger
     assert page.shown("#identify-words")
-    words = r"1\. 101_[23]\nfinger: score .*\nmost similar of 2 impressions: score ([\d.]+)"
+    words = r"1\. 101_[23]\nfinger: score .*\nbest of 2 impressions: score ([\d.]+)"
     best = re.match(words, cards[0].text)
     assert best
     assert best[1] == page.text("#score")

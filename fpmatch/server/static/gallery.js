@@ -68,7 +68,7 @@ function card(candidate, open) {
     { class: "candidate-words" },
     el("strong", {}, `${candidate.rank}. ${called(candidate)}`),
     el("span", {}, `finger: score ${candidate.score.toFixed(1)}, FMR ${rate}`),
-    el("span", {}, `${impressions === 1 ? "its only impression" : `most similar of ${impressions} impressions`}: score ${alone.toFixed(1)}`),
+    el("span", {}, `${impressions === 1 ? "its only impression" : `best of ${impressions} impressions`}: score ${alone.toFixed(1)}`),
     el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
   );
   const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, thumb, words);

@@ -99,7 +99,7 @@ class ServerClient:
         self._http.close()
 
     def about(self) -> dict[str, Any]:
-        """Return version, matchers and limits of the server."""
+        """Return version, matchers and limits of the server, and the role of this client."""
         return _document(self._request("GET", "/about"))
 
     def verify(self, probe: Print, reference: Print, **options: Any) -> dict[str, Any]:

@@ -116,8 +116,8 @@ class Guard:
         elif not is_public(scope):
             raise RefusedError(
                 401,
-                "the token is missing or wrong: open the address that the server printed, or send "
-                "the header Authorization: Bearer TOKEN",
+                "the token is missing or wrong: enter it on the page, or send the header "
+                "Authorization: Bearer TOKEN",
                 (b"www-authenticate", b"Bearer"),
             )
 

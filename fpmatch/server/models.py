@@ -216,6 +216,7 @@ class About(BaseModel):
     version: str
     gallery: str | None
     matchers: list[str]
+    role: str = Field(description="of the client that asks: read, verify, enrol or admin")
     file_megabytes: float
     seconds: float
 
@@ -261,6 +262,8 @@ class FoundCandidate(BaseModel):
     fmr: float
     extrapolated: bool
     expected_false_matches: float
+    impressions: int = Field(description="of the finger, from which its score comes")
+    impression_score: float = Field(description="score of the most similar impression alone")
     transform: Transform | None
     pairs: int
     rms_px: float | None

@@ -142,13 +142,17 @@ async def _settings(request: Request) -> Settings:
     return cast("Settings", request.app.state.settings)
 
 
-async def _run(request: Request) -> Callable[..., Awaitable[Any]]:
+async def _client(request: Request) -> Client:
+    return cast("Client", request.scope.get(CLIENT, LOCAL))
+
+
+async def _run(request: Request, client: Sender) -> Callable[..., Awaitable[Any]]:
     """Return the function that lets a worker process do some work, in the client's name."""
-    client = cast("Client", request.scope[CLIENT]) if CLIENT in request.scope else LOCAL
     return partial(request.app.state.pool.run, request, act_as, client.name)
 
 
 ServerSettings = Annotated[Settings, Depends(_settings)]
+Sender = Annotated[Client, Depends(_client)]
 Run = Annotated[Callable[..., Awaitable[Any]], Depends(_run)]
 Audit = Annotated[Callable[..., None], Depends(_audit)]
 Begin = Annotated[Callable[[], Awaitable[None]], Depends(_begin)]

@@ -31,6 +31,7 @@ from fpmatch.server.requests import (
     OneReading,
     Options,
     Run,
+    Sender,
     ServerSettings,
     UploadedFile,
     UploadedPair,
@@ -128,12 +129,13 @@ async def metrics(request: Request) -> Response:
     dependencies=_READ,
     responses=_ERRORS,
 )
-async def about(settings: ServerSettings) -> models.About:
-    """Return version, matchers and limits."""
+async def about(settings: ServerSettings, client: Sender) -> models.About:
+    """Return version, matchers and limits, and the role of the client."""
     return models.About(
         version=__version__,
         gallery=None if settings.gallery is None else gallery_work.short_name(settings.gallery),
         matchers=matcher_names(),
+        role=client.role.name.lower(),
         file_megabytes=settings.limits.file_megabytes,
         seconds=settings.limits.seconds,
     )

@@ -33,14 +33,14 @@ def start_browser(downloads):
 class Page:
     """The page, as hands and eyes have it."""
 
-    def __init__(self, browser, address, screenshots):
+    def __init__(self, browser, address, screenshots, ready="#probe-slot .drop"):
         self.browser = browser
         self._screenshots = screenshots
         browser.get_log("browser")
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
         browser.get(address)
-        self.until(lambda: self.shown("#probe-slot .drop"))
+        self.until(lambda: self.shown(ready))
 
     def until(self, done):
         return WebDriverWait(self.browser, PATIENCE_S, 0.05).until(lambda _: done())

@@ -22,8 +22,8 @@ from fpmatch import extract, read_image, save_template
 from fpmatch.server.app import make_app
 from fpmatch.server.settings import Client, Role, Settings, digest_of
 
-from .conftest import png, served
-from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, compare
+from .conftest import png, served, served_gallery
+from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, Page, compare
 
 pytestmark = [
     pytest.mark.slow,
@@ -130,16 +130,15 @@ def test_what_is_exported_is_what_was_shown(page, downloads):
     page.one("#warp").click()
     page.until(lambda: "warped" in page.text("#drawn"))
     for name in ("overlay.png", "overlay.svg", "result.json"):
-        (downloads / name).unlink(missing_ok=True)
         page.one(f"#export-{name.partition('.')[2]}").click()
-        page.until((downloads / name).exists)
+        page.until((downloads / f"101_1-101_2-{name}").exists)
         page.until(lambda: not list(downloads.glob("*.crdownload")))
-    with Image.open(downloads / "overlay.png") as picture:
+    with Image.open(downloads / "101_1-101_2-overlay.png") as picture:
         assert picture.size[0] >= 800
-    drawing = (downloads / "overlay.svg").read_text(encoding="utf-8")
+    drawing = (downloads / "101_1-101_2-overlay.svg").read_text(encoding="utf-8")
     assert drawing.startswith("<svg")
     assert "for looking, not for measuring" in drawing
-    result = json.loads((downloads / "result.json").read_text(encoding="utf-8"))
+    result = json.loads((downloads / "101_1-101_2-result.json").read_text(encoding="utf-8"))
     assert result["match"]
     assert f"{result['score']:.1f}" == page.text("#score")
     assert (result["probe"], result["reference"]) == ("101_1.tif", "101_2.tif")
@@ -163,7 +162,10 @@ def test_enrol_and_identify(page, tmp_path):
     nameless = tmp_path / "nameless.tif"
     nameless.write_bytes(b"x")
     names = ("101_2.tif", "101_3.tif", "102_1.tif", "102_2.tif", "103_1.tif")
+    assert not page.one("#enrol-start").is_enabled()
     page.give("enrol", *(SAMPLES / name for name in names), nameless)
+    assert not page.shown("#enrol-run")  # nothing is enrolled before the button is pressed
+    page.one("#enrol-start").click()
     page.until(lambda: page.text("#enrol-words").startswith("6 of 6"))
     page.until(page.idle)
     assert page.text("#enrol-words") == "6 of 6 files: 5 enrolled, 1 failed"
@@ -175,7 +177,11 @@ def test_enrol_and_identify(page, tmp_path):
     page.until(lambda: page.shown("#badge") and page.idle())
     cards = page.all("#candidates li")
     assert len(cards) == 3  # a card for each finger
-    assert re.match(r"1\. 101_[23]\nscore ", cards[0].text)
+    assert page.shown("#identify-words")
+    words = r"1\. 101_[23]\nfinger: score .*\nbest of 2 impressions: score ([\d.]+)"
+    best = re.match(words, cards[0].text)
+    assert best
+    assert best[1] == page.text("#score")
     assert len(page.all("#candidates .thumb svg .ink.probe")) >= 2
     assert page.text("#badge") == "MATCH"
     page.keep("identify")
@@ -199,6 +205,7 @@ def test_templates_without_ridges_are_shown_by_their_minutiae(page, tmp_path):
 
     page.one("#tab-enrol").click()
     page.give("enrol", path)
+    page.one("#enrol-start").click()
     page.until(lambda: page.text("#enrol-words").startswith("1 of 1"))
     page.until(page.idle)
     page.one("#tab-identify").click()
@@ -278,3 +285,24 @@ def test_a_token_is_asked_for(browser, screenshots):
         browser.get(f"{address}#token={token}")
         wait.until(lambda _: browser.find_elements(By.CSS_SELECTOR, "#probe-slot .drop"))
         assert token not in browser.current_url
+
+
+@pytest.mark.parametrize(
+    ("role", "tabs"),
+    [
+        (Role.READ, []),
+        (Role.VERIFY, ["Compare", "Identify"]),
+        (Role.ADMIN, ["Compare", "Identify", "Enrol"]),
+    ],
+)
+def test_a_role_sees_what_it_may_do(browser, gallery, screenshots, role, tabs):
+    token = "a-long-enough-token"
+    with served_gallery(gallery, clients={digest_of(token): Client("ada", role)}) as client:
+        ready = "#probe-slot .drop" if tabs else "#status"
+        page = Page(browser, f"{client.base_url}/#token={token}", screenshots, ready)
+        assert page.text("#about").endswith(f", role {role.name.lower()}")
+        assert [tab.text for tab in page.all("[role=tab]") if tab.is_displayed()] == tabs
+        assert page.shown("#panel-compare") == bool(tabs)
+        if not tabs:
+            assert "compares no prints. prints.db holds 0 impressions" in page.text("#status")
+        page.keep(f"role_{role.name.lower()}")

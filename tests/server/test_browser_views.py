@@ -78,6 +78,16 @@ def test_a_pair_is_lit_on_both_prints_at_once(page):
     page.until(lambda: page.text(".pair-info").startswith("Pair 1: "))
 
 
+def test_minutiae_are_rings_that_hide_no_ridge_in_both_prints(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    for view in ("over", "beside"):
+        page.one(f"#view-{view}").click()
+        for side in ("probe", "reference"):
+            shapes = page.all(f".viewer .mark.paired.{side} g > :not(line)")
+            assert len(shapes) > 10
+            assert {shape.value_of_css_property("fill") for shape in shapes} == {"none"}
+
+
 def test_a_chosen_pair_stays_lit_in_every_view(page):
     compare(page, "101_1.tif", "101_3.tif")
     page.one(".pair-list summary").click()
@@ -235,17 +245,51 @@ def test_marks_and_notes_stay_while_views_change(page):
     assert not page.all(".own-mark")
 
 
-def test_the_picture_is_above_the_fold(page):
-    size = {"width": 1360, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+def box(page, selector):
+    """Return the left, top, right and bottom of an element in the window."""
+    return page.browser.execute_script(
+        "const { left, top, right, bottom } = arguments[0].getBoundingClientRect();"
+        "return [left, top, right, bottom]",
+        page.one(selector),
+    )
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (1920, 1080)])
+def test_the_picture_fills_the_window_and_stays_with_its_tools(page, width, height):
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     compare(page, "101_1.tif", "101_3.tif")
-    for view in ("#view-over", "#view-beside", "#view-ridges"):
-        page.one(view).click()
+    places = []
+    for view in ("over", "beside", "ridges"):
+        page.one(f"#view-{view}").click()
         page.until(lambda: page.one(".stage").get_attribute("aria-busy") is None)
-        bottom = page.browser.execute_script(
-            "return document.querySelector('.below').getBoundingClientRect().bottom + scrollY"
-        )
-        assert bottom <= 900
+        shared = ("#view-over", ".zooms", "#mark", "#full", "#show-lone", ".panes", ".below")
+        places.append([box(page, selector) for selector in shared])
+        page.keep(f"{view}_{width}")
+    assert places[0] == places[1] == places[2]
+    left, top, right, bottom = box(page, ".panes")
+    assert (right - left) * (bottom - top) > 0.45 * width * height
+    assert box(page, ".below")[3] <= height
+    assert box(page, "#badge")[3] <= height
+    page.one(".pair-list summary").click()
+    page.one(".examination summary").click()
+    page.browser.execute_script("scrollTo(0, 1e6)")
+    assert box(page, "#export-json")[3] <= height
+    assert box(page, ".panes") == pytest.approx([left, top, right, bottom], abs=1)
+    page.keep(f"scrolled_{width}")
+
+
+def test_the_picture_is_shown_on_the_full_screen(page):
+    compare(page, "101_1.tif", "101_3.tif")
+    before = box(page, ".panes")
+    page.one("#full").click()
+    page.until(lambda: page.one("#full").get_attribute("aria-pressed") == "true")
+    width, height = page.browser.execute_script("return [innerWidth, innerHeight]")
+    page.until(lambda: box(page, ".panes")[2] > width - 20)
+    assert box(page, ".below")[3] <= height
+    page.keep("full_screen")
+    page.one("#full").click()
+    page.until(lambda: box(page, ".panes") == before)
 
 
 def test_the_case_report_contains_what_the_examiner_entered(page, downloads):
@@ -259,10 +303,10 @@ def test_the_case_report_contains_what_the_examiner_entered(page, downloads):
     letters = [one.text for one in page.all(".own-marks b")]
     page.one("#case-number").send_keys("2026-17")
     page.one("#notes").send_keys("a scar" + Keys.ENTER + "below the core")
-    (downloads / "case.html").unlink(missing_ok=True)
+    case = downloads / "101_1-101_3-case.html"
     page.one("#export-report").click()
-    page.until((downloads / "case.html").exists)
-    report = (downloads / "case.html").read_text("utf-8")
+    page.until(case.exists)
+    report = case.read_text("utf-8")
     assert re.findall(r"<tr><td><b>(\w+)</b>", report) == letters
     assert '<p class="notes">a scar\nbelow the core</p>' in report
     assert "<title>Case 2026-17: 101_1.tif and 101_3.tif</title>" in report

@@ -37,9 +37,9 @@ class _MissingExtraError(FpmatchError):
     cls=Command,
     details="""\b
 Token:
-  On a host that other machines can reach, every request needs a token. The address that is
-  printed contains it; programs send it in a header: Authorization: Bearer TOKEN. Requests are not
-  encrypted: use a TLS proxy or an SSH tunnel.
+  On a host that other machines can reach, and where tokens are given, every request needs one. The
+  address that is printed contains it, but those of clients; programs send it in a header:
+  Authorization: Bearer TOKEN. Requests are not encrypted: use a TLS proxy or an SSH tunnel.
 
 \b
 Clients:

@@ -36,7 +36,7 @@ export class Examination {
     this.marks.push({ side, x: Math.round(x), y: Math.round(y), note: "" });
     this.element.open = true;
     this.#show();
-    this.list.lastElementChild.querySelector("input").focus({ preventScroll: true });
+    if (!document.fullscreenElement) this.list.lastElementChild.querySelector("input").focus({ preventScroll: true });
   }
 
   #show() {

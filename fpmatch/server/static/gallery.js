@@ -10,6 +10,7 @@ export async function describeGallery() {
   const found = await (await ask("gallery")).json();
   const words = `${found.gallery} holds ${count(found.impressions, "impression")} of ${count(found.subjects, "subject")}.`;
   for (const id of ["identify-gallery", "enrol-gallery"]) byId(id).textContent = words;
+  return words;
 }
 
 const called = ({ subject, finger, impression }) => [subject, finger, impression].filter(Boolean).join("_");
@@ -26,6 +27,7 @@ export async function identify(slot, signal) {
   say(best
     ? `${prints} compared in ${found.seconds.toFixed(2)} s; the best candidate is ${called(best)}, score ${best.score.toFixed(1)}.`
     : `${prints} compared; there is no candidate.`);
+  byId("identify-words").hidden = !best;
   const cards = found.candidates.map((candidate) => card(candidate, () => open(candidate)));
   list.replaceChildren(...cards.map(({ root }) => root));
 
@@ -60,12 +62,13 @@ export async function identify(slot, signal) {
 function card(candidate, open) {
   const thumb = el("span", { class: "thumb", "aria-hidden": "true" });
   const rate = `${odds(candidate.fmr)}${candidate.extrapolated ? " (extrapolated)" : ""}`;
-  const chance = candidate.expected_false_matches;
+  const { expected_false_matches: chance, impressions, impression_score: alone } = candidate;
   const words = el(
     "span",
     { class: "candidate-words" },
     el("strong", {}, `${candidate.rank}. ${called(candidate)}`),
-    el("span", {}, `score ${candidate.score.toFixed(1)}, FMR ${rate}`),
+    el("span", {}, `finger: score ${candidate.score.toFixed(1)}, FMR ${rate}`),
+    el("span", {}, `${impressions === 1 ? "its only impression" : `best of ${impressions} impressions`}: score ${alone.toFixed(1)}`),
     el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
   );
   const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, thumb, words);
@@ -91,6 +94,7 @@ export async function enrol(slot, signal) {
   list.replaceChildren();
   byId("enrol-run").hidden = false;
   byId("enrol-stop").hidden = false;
+  byId("enrol-start").disabled = true;
   bar.max = files.length;
   bar.value = 0;
   const tally = { enrolled: 0, known: 0, failed: 0 };
@@ -125,6 +129,7 @@ export async function enrol(slot, signal) {
     say(`Stopped. ${words()}.`);
   } finally {
     byId("enrol-stop").hidden = true;
+    byId("enrol-start").disabled = false;
     await describeGallery();
   }
 }

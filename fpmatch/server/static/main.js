@@ -8,6 +8,8 @@ import { Slot } from "./slot.js";
 import { lookThrough } from "./stages.js";
 
 const PANELS = ["compare", "identify", "enrol"];
+const OPEN_TO = { read: 0, verify: 2, enrol: 3, admin: 3 }; // how many of them
+let panels = []; // open to the role of the client, and shown
 let about = null;
 let running = new AbortController();
 const kept = { compare: null, identify: null, enrol: null }; // what each panel's result was
@@ -16,6 +18,7 @@ function failed(error) {
   if (error.name === "AbortError") return;
   say("");
   complain(error.message);
+  byId("main").classList.remove("pictured");
   if (error instanceof ApiError && error.status === 401) {
     if (!hasToken()) complain(""); // nothing has gone wrong yet
     askForToken();
@@ -117,10 +120,13 @@ function makeSlots() {
   });
   const added = new Slot(byId("enrol-slot"), {
     ...shared, title: "Prints to enrol", hint: "Drop images or templates, or choose files", multiple: true,
-    changed: () => run((signal) => enrol(added, signal)),
+    changed: () => { byId("enrol-start").disabled = false; },
   });
   byId("enrol-stop").addEventListener("click", () => running.abort());
-  byId("enrol-labels").addEventListener("submit", (event) => event.preventDefault());
+  byId("enrol-labels").addEventListener("submit", (event) => {
+    event.preventDefault();
+    run((signal) => enrol(added, signal));
+  });
 
   // A file that misses its place is not opened by the browser in place of this page.
   const active = { compare: probe, identify: wanted, enrol: added };
@@ -140,6 +146,7 @@ function choose(name) {
     kept[before] = [...byId("result").childNodes];
     byId("result").replaceChildren(...(kept[name] ?? []));
     byId("result").hidden = !kept[name]?.length;
+    byId("main").classList.toggle("pictured", !byId("result").hidden);
     say("");
     complain("");
   }
@@ -155,8 +162,8 @@ for (const name of PANELS) byId(`tab-${name}`).addEventListener("click", () => c
 byId("tabs").addEventListener("keydown", (event) => {
   const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
   if (!step) return;
-  const now = PANELS.findIndex((name) => byId(`tab-${name}`).getAttribute("aria-selected") === "true");
-  const next = PANELS[(now + step + PANELS.length) % PANELS.length];
+  const now = panels.findIndex((name) => byId(`tab-${name}`).getAttribute("aria-selected") === "true");
+  const next = panels[(now + step + panels.length) % panels.length];
   choose(next);
   byId(`tab-${next}`).focus();
 });
@@ -169,7 +176,7 @@ function askForToken() {
 byId("token-form").addEventListener("submit", (event) => {
   event.preventDefault();
   setToken(byId("token").value.trim());
-  open();
+  location.reload();
 });
 
 async function open() {
@@ -180,14 +187,16 @@ async function open() {
     failed(error);
     return;
   }
-  byId("token-form").hidden = true;
-  byId("about").textContent = `version ${about.version}`;
-  makeSlots();
-  choose("compare");
-  if (about.gallery !== null) {
-    byId("tabs").hidden = false;
-    await describeGallery();
+  byId("about").textContent = `version ${about.version}${hasToken() ? `, role ${about.role}` : ""}`;
+  panels = PANELS.slice(0, Math.min(OPEN_TO[about.role], about.gallery === null ? 1 : PANELS.length));
+  byId("tabs").hidden = panels.length < 2;
+  for (const name of PANELS) byId(`tab-${name}`).hidden = !panels.includes(name);
+  if (panels.length) {
+    makeSlots();
+    choose("compare");
   }
+  const gallery = about.gallery === null ? "" : await describeGallery();
+  if (!panels.length) say(`The role of this token is read: it compares no prints. ${gallery}`);
 }
 
 open();

@@ -5,7 +5,7 @@ import { Examination } from "./examination.js";
 import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
 import { aboutRidges, bent, bentInk, bentPlace, cells, scale } from "./views.js";
-import { count, minutia, odds, place } from "./words.js";
+import { count, minutia, odds, place, stem } from "./words.js";
 
 const ALWAYS_MISSING = ["no ridges", "unknown resolution"]; // at any threshold
 const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
@@ -15,6 +15,7 @@ const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]]
 export function showResult(shown, source) {
   const view = new ResultView(shown, source);
   const root = byId("result");
+  byId("main").classList.add("pictured");
   root.replaceChildren(view.verdict, view.evidence, view.stage);
   root.hidden = false;
   view.start();
@@ -119,11 +120,11 @@ class ResultView {
       button("Overlay PNG", "export-png", () => this.#overlay("png")),
       button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
       ...(this.source.report ? [button("Case report", "export-report", async () => {
-        save(await this.source.report(this.threshold, this.examination, this.warped), "case.html");
+        this.#save(await this.source.report(this.threshold, this.examination, this.warped), "case.html");
       })] : []),
       button("Result JSON", "export-json", async () => {
         const result = await this.source.verify(this.threshold);
-        save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");
+        this.#save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");
       }),
     );
     return el("div", { class: "card evidence" }, facts, ...(shown.pairs.length ? [pairs] : []), this.examination.element, exports);
@@ -132,7 +133,13 @@ class ResultView {
   async #overlay(format) {
     const over = this.view === "over";
     const view = { side_by_side: this.apart, ridges: this.view === "ridges", warp: over && this.warped };
-    save(await this.source.overlay(format, view, this.threshold), `overlay.${format}`);
+    this.#save(await this.source.overlay(format, view, this.threshold), `overlay.${format}`);
+  }
+
+  // A download bears the names of both prints.
+  #save(blob, name) {
+    const { probe, reference } = this.shown;
+    save(blob, [stem(probe.name), stem(reference.name), name].join("-"));
   }
 
   async #export(button, does) {
@@ -195,7 +202,11 @@ class ResultView {
     this.linker = el("label", { class: "tick", title: "Both prints show the same place, as large, and stand alike" }, this.link, "Linked");
     this.marking = el("button", { type: "button", id: "mark", "aria-pressed": "false", title: "Then click on a print" }, "Mark");
     this.marking.addEventListener("click", () => this.#mark(this.marking.getAttribute("aria-pressed") !== "true"));
-    this.picture = this.#pictureTools();
+    this.ofView = {
+      over: el("div", {}, this.fader, this.bender), beside: el("div", {}, this.linker, this.#pictureTools()), ridges: this.scale,
+    };
+    const full = el("button", { type: "button", id: "full", "aria-pressed": "false", hidden: !document.fullscreenEnabled }, "Full screen");
+    full.addEventListener("click", () => (document.fullscreenElement ? document.exitFullscreen() : this.stage.requestFullscreen()));
     for (const root of [this.panes, this.evidence]) root.addEventListener("click", (e) => this.#pin(e.target));
     for (const event of ["pointerover", "focusin"]) {
       this.panes.addEventListener(event, (e) => this.#light(e.target));
@@ -205,24 +216,21 @@ class ResultView {
     this.evidence.addEventListener("pointerleave", () => this.#light(null));
     return el(
       "div",
-      { class: "stage" },
+      { class: "stage", onfullscreenchange: () => full.setAttribute("aria-pressed", String(document.fullscreenElement !== null)) },
       el(
         "div",
         { class: "tools", role: "toolbar", "aria-label": "View" },
         el("div", { class: "choice" }, ...Object.values(this.choices)),
-        this.fader,
-        this.scale,
-        this.linker,
-        this.picture,
-        el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
-        this.bender,
-        this.marking,
         el("div", { class: "zooms" },
           tool("−", "Zoom out", (viewer) => viewer.zoom(1 / 1.5)),
           tool("+", "Zoom in", (viewer) => viewer.zoom(1.5)),
           tool("⟲", "Rotate to the left", (viewer) => viewer.turn(-15)),
           tool("⟳", "Rotate to the right", (viewer) => viewer.turn(15)),
           tool("Fit", "Show all", (viewer) => viewer.fit())),
+        this.marking,
+        full,
+        el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
+        el("div", { class: "of-view" }, ...Object.values(this.ofView)),
       ),
       this.panes,
       el("div", { class: "below" }, this.drawn, this.info),
@@ -284,9 +292,7 @@ class ResultView {
     this.view = view;
     const { apart } = this;
     for (const [name, made] of Object.entries(this.choices)) made.setAttribute("aria-pressed", String(name === view));
-    this.fader.hidden = this.bender.hidden = view !== "over";
-    this.scale.hidden = view !== "ridges";
-    this.linker.hidden = this.picture.hidden = !apart;
+    for (const [name, own] of Object.entries(this.ofView)) own.hidden = name !== view;
     this.panes.classList.toggle("apart", apart);
     if (!still) this.panes.replaceChildren(...this.viewers.map((viewer) => viewer.svg));
     const same = (point) => point;

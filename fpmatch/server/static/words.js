@@ -21,6 +21,9 @@ export function size(bytes) {
   return bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
+// The name of a file without its ending, short enough for a part of another name.
+export const stem = (name) => name.replace(/\.[a-z]\w{1,4}$/i, "").slice(0, 60);
+
 const KINDS = ["minutia", "ending", "bifurcation"];
 
 export function minutia([x, y, angle, kind, quality]) {

@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -127,8 +128,9 @@ def test_a_process_that_was_killed_while_it_had_no_work_fails_no_request(pause):
 def wait_for_end(process):
     """Wait until a process has ended, though nobody has asked for its exit status yet."""
     state = Path(f"/proc/{process}/stat")
-    while state.exists() and state.read_text().rpartition(")")[2].split()[0] != "Z":
-        time.sleep(0.01)
+    with suppress(FileNotFoundError, ProcessLookupError):
+        while state.read_text().rpartition(")")[2].split()[0] != "Z":
+            time.sleep(0.01)
 
 
 def test_work_that_ends_its_process_is_not_done_again(tmp_path):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.two_prints import why_two_prints
+from fpmatch.templates.two_prints import best_minutiae, why_two_prints
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -44,8 +44,8 @@ def why_no_finger(template: Template) -> str:
     if field is not None and len(minutiae) >= ENOUGH_ON_RIDGES and _is_off(minutiae, field):
         return f"{NO_FINGER}: {OFF_RIDGES}"
     if len(minutiae) >= ENOUGH_MINUTIAE:
-        scale = STANDARD_DPI / template.dpi
-        if _coherence(minutiae.xy * scale, minutiae.angle) < LEAST_COHERENCE:
+        m, scale = best_minutiae(minutiae), STANDARD_DPI / template.dpi
+        if _coherence(m.xy * scale, m.angle) < LEAST_COHERENCE:
             return f"{NO_FINGER}: {DISORDERED}"
     return ""
 

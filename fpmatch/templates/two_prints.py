@@ -46,7 +46,7 @@ _CONTRARY: Final = 0.6  # of the angle between two minutiae
 _NEIGHBOUR_PX: Final = 48.0
 _MIN_GROUP: Final = 8  # minutiae
 _MOST_CELLS: Final = 8192  # of a field; of more, some are left out
-_MOST_COMPARED: Final = 400  # minutiae; of more, those of best quality
+MOST_COMPARED: Final = 400  # minutiae with each other; of more, the best
 
 
 class _Bits(NamedTuple):
@@ -154,16 +154,24 @@ def minutiae_across(m: Minutiae, field: RidgeField) -> tuple[int, float]:
     return count, count / (len(along) + _ADDED)
 
 
+def best_minutiae(m: Minutiae) -> Minutiae:
+    """Return the minutiae that are compared with each other: the best of very many."""
+    if len(m) <= MOST_COMPARED:
+        return m
+    best = np.argsort(-m.quality.astype(np.int64), kind="stable")[:MOST_COMPARED]
+    return m.take(np.sort(best))
+
+
 def contrary_share(m: Minutiae, px: float) -> float:
     """Return the share of minutiae with a neighbour whose direction is contrary to theirs.
 
     A pixel of the print has `px` pixels at 500 dpi.
     """
-    best = np.argsort(-m.quality.astype(np.int64), kind="stable")[:_MOST_COMPARED]
-    x, y, angle = (column[best].astype(np.float64) for column in (m.x, m.y, m.angle))
+    m = best_minutiae(m)
+    x, y, angle = (column.astype(np.float64) for column in (m.x, m.y, m.angle))
     near = np.hypot(x[:, None] - x, y[:, None] - y) * px < _NEIGHBOUR_PX
     contrary = np.sin(angle[:, None] - angle) ** 2 > _CONTRARY
-    return float(np.count_nonzero((near & contrary).any(axis=1)) / (len(best) + _ADDED))
+    return float(np.count_nonzero((near & contrary).any(axis=1)) / (len(m) + _ADDED))
 
 
 def widest_gap(m: Minutiae, px: float) -> float:

@@ -12,6 +12,7 @@ from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.prints.reading import make_given_print
+from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from fpmatch.templates.plausibility import (
     DISORDERED,
@@ -20,6 +21,7 @@ from fpmatch.templates.plausibility import (
     find_doubts,
     why_no_finger,
 )
+from fpmatch.templates.two_prints import best_minutiae
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 SEEDS = st.integers(0, 2**32 - 1)
@@ -41,6 +43,15 @@ def ridges(orientation=0.0, part=1.0):
 @given(SEEDS, st.integers(80, 150))
 def test_random_directions_are_those_of_no_finger(seed, size):
     assert why_no_finger(random_template(seed, size)) == f"{NO_FINGER}: {DISORDERED}"
+
+
+def test_of_very_many_minutiae_the_best_are_compared():
+    """All pairs of so many would take fifty gigabytes."""
+    many = random_template(3, MOST_MINUTIAE)
+    assert why_no_finger(many) == f"{NO_FINGER}: {DISORDERED}"
+    m = many.minutiae
+    graded = Minutiae(m.x, m.y, m.angle, quality=np.arange(MOST_MINUTIAE) >= MOST_MINUTIAE - 400)
+    assert np.array_equal(best_minutiae(graded).x, m.x[-400:])
 
 
 @given(SEEDS, st.integers(0, 9))

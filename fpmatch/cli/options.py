@@ -13,7 +13,7 @@ from fpmatch.errors import did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from fpmatch.formats.angles import AngleConvention
     from fpmatch.image.io.grey import RawSize
@@ -158,11 +158,16 @@ key_option: Final = click.option(
 )
 
 
-def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options about how files of prints are read: ``--dpi``, ``--polarity``, ``--raw``."""
-    for option in (_RAW, _POLARITY, _DPI):
+def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable[..., Any]:
+    """Add options to a command, in their order."""
+    for option in reversed(options):
         command = option(command)
     return command
+
+
+def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options about how files of prints are read: ``--dpi``, ``--polarity``, ``--raw``."""
+    return add_options(command, (_DPI, _POLARITY, _RAW))
 
 
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

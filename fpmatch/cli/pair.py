@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, fields
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -10,6 +11,7 @@ import click
 from fpmatch.cli.notes import say_note
 from fpmatch.cli.options import (
     FILE,
+    add_options,
     angles_option,
     enhance_option,
     file_option,
@@ -72,20 +74,12 @@ _VIEW_OPTIONS: Final = (
 def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
     """Return the decorator that gives a command PROBE, REFERENCE and the comparison's options."""
     reference = click.argument("reference", type=FILE, required=reference_required)
-
-    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed((click.argument("probe", type=FILE), reference, *_OPTIONS)):
-            command = option(command)
-        return command
-
-    return decorate
+    return partial(add_options, options=(click.argument("probe", type=FILE), reference, *_OPTIONS))
 
 
 def view_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options about what an overlay shows."""
-    for option in reversed(_VIEW_OPTIONS):
-        command = option(command)
-    return command
+    return add_options(command, _VIEW_OPTIONS)
 
 
 def save_view(target: Path, pair: ComparedPair, view: str | None, *, warp: bool) -> None:

@@ -12,9 +12,9 @@ from string import ascii_uppercase
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
+from fpmatch.base.html import page_templates
 from fpmatch.drawing.overlay.draw import View, panel_picture
 from fpmatch.drawing.overlay.marks import ExaminerMark
 from fpmatch.drawing.overlay.warp import pair_warp
@@ -165,41 +165,40 @@ def case_report(
         _Side(name, file, given, data_url(png_bytes(given.pixels), "png"))
         for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
     ]
-    environment = Environment(
-        loader=PackageLoader("fpmatch.drawing", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     scored = not math.isnan(v.score)
     bent, drawn = pair_warp(v) if warp and v.transform is not None else (None, "")
     title = f"{files[0].name} and {files[1].name}"
     title = printable(f"Case {case_number.strip()}: {title}" if case_number.strip() else title)
-    html = environment.get_template("case_report.html.j2").render(
-        title=title,
-        running=_css_string(title[:_LONGEST_HEADER] + "…" * (len(title) > _LONGEST_HEADER)),
-        made=(made or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC"),
-        version=__version__,
-        python=platform.python_version(),
-        numpy=np.__version__,
-        verdict=outcome(v),
-        decision=v.decision,
-        v=v,
-        scored=scored,
-        rarity=score_as_high(odds(v.fmr)) if scored else "",
-        largest=odds(v.smallest_measured_fmr) if scored else "",
-        rows=as_rows(v, pair.quality, identical=pair.identical),
-        settings=settings,
-        sides=sides,
-        overlay=_picture(pair, View(), own) if v.transform is not None else "",
-        warped=_picture(pair, View(warp=True), own) if bent else "",
-        drawn=drawn,
-        ridges=_picture(pair, View(ridges=True), own) if v.ridge_map is not None else "",
-        beside=_picture(pair, View(side_by_side=True), own),
-        pairs=_pairs(pair),
-        notes=_lines(notes),
-        marks=[(one.letter, mark, _lines(mark.note)) for one, mark in zip(own, marks, strict=True)],
+    html = (
+        page_templates("fpmatch.drawing")
+        .get_template("case_report.html.j2")
+        .render(
+            title=title,
+            running=_css_string(title[:_LONGEST_HEADER] + "…" * (len(title) > _LONGEST_HEADER)),
+            made=(made or datetime.now(UTC)).strftime("%Y-%m-%d %H:%M UTC"),
+            version=__version__,
+            python=platform.python_version(),
+            numpy=np.__version__,
+            verdict=outcome(v),
+            decision=v.decision,
+            v=v,
+            scored=scored,
+            rarity=score_as_high(odds(v.fmr)) if scored else "",
+            largest=odds(v.smallest_measured_fmr) if scored else "",
+            rows=as_rows(v, pair.quality, identical=pair.identical),
+            settings=settings,
+            sides=sides,
+            overlay=_picture(pair, View(), own) if v.transform is not None else "",
+            warped=_picture(pair, View(warp=True), own) if bent else "",
+            drawn=drawn,
+            ridges=_picture(pair, View(ridges=True), own) if v.ridge_map is not None else "",
+            beside=_picture(pair, View(side_by_side=True), own),
+            pairs=_pairs(pair),
+            notes=_lines(notes),
+            marks=[
+                (one.letter, mark, _lines(mark.note)) for one, mark in zip(own, marks, strict=True)
+            ],
+        )
     )
     return printable_lines(html.lstrip())
 

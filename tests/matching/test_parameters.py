@@ -121,3 +121,12 @@ def test_a_calibration_is_not_used_for_other_parameters():
     for name in ("unit-circle:rounds=5", "paper:rho=0.9,area_tolerance=0.2", "reference:rounds=5"):
         with pytest.raises(MatcherError, match="is for its usual parameters"):
             load_calibration(name)
+
+
+def test_calibrations_are_fitted_without_holding_pairs_against_chance():
+    for made in (MATCHER, UnitCircleMatcher(rounds=5, reach_px=12.5), ReferenceMatcher()):
+        own = parameters_of(made.parameters)
+        for name, one in parameters_of(made.calibrated.parameters).items():
+            assert one.value == (0.0 if name == "beyond_share" else own[name].value)
+        assert type(made.calibrated) is type(made)
+    assert UnitCircleMatcher(rounds=5).calibrated.name == "unit-circle:rounds=5,beyond_share=0"

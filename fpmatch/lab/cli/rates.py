@@ -8,13 +8,13 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show
-from fpmatch.cli.options import file_option, files_argument
+from fpmatch.cli.options import add_options, file_option, files_argument
 from fpmatch.gallery.cli.options import FROM_0, pattern_option
 from fpmatch.lab.cli.columns import RATES
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.analysis import Report
@@ -72,13 +72,6 @@ _OPTIONS: Final = (
         "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
     ),
 )
-
-
-def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable[..., Any]:
-    """Add options to a command, in their order."""
-    for option in reversed(options):
-        command = option(command)
-    return command
 
 
 def bootstrap_options(command: Callable[..., Any]) -> Callable[..., Any]:

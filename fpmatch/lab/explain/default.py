@@ -14,7 +14,7 @@ from fpmatch.lab.explain.steps import FRAME_NAME, Ring
 from fpmatch.matching import reference as method
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.neighbourhood import local_similarity
-from fpmatch.matching.reference.pair_mesh import FRAME
+from fpmatch.matching.reference.pair_mesh import FRAME, measure
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
@@ -163,15 +163,16 @@ class DefaultMethod:
 
     def measures(self, mesh: PairedMesh, chosen: int) -> RingMeasures:
         """Measure the ring of a pair as the matcher does."""
-        p, (i, j) = self.parameters.mesh, (int(of[chosen]) for of in self.paired)
-        ring, at = mesh.pairing.mesh[0].rings[i], mesh.pairing.places[0][i]
-        weights = ring_weights(mesh.vertex[ring] - at)
+        (whole, predicted, *_), (a, b) = mesh.pairing.mesh, mesh.pairing.places
+        i, j = (int(of[chosen]) for of in self.paired)
+        ring = whole.rings[i]
+        weights = ring_weights(mesh.vertex[ring] - a[i])
         apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])
-        off = float(abs(mesh.predicted[i] - mesh.pairing.places[1][j]))
-        usual = p.residual_px + p.residual_per_px * float(weights @ abs(mesh.vertex[ring] - at))
-        places = float(np.exp(-0.5 * apart.var() / p.place_tolerance**2))
-        agreement = float(np.exp(-0.5 * (off / usual) ** 2))
-        return RingMeasures(weights.tolist(), float(apart.std()), off, places, agreement)
+        alone = replace(whole, owner=np.append(whole.owner[:FRAME], i))
+        of_pair = measure(alone, b, mesh.pairing.partner, predicted, self.parameters.mesh)
+        off = float(abs(predicted[i] - b[j]))
+        agreements = of_pair["places"], of_pair["weights"]
+        return RingMeasures(weights.tolist(), float(apart.std()), off, *agreements)
 
     def numbers(self, chosen: int | None) -> dict[str, Any]:
         """Return every number of the steps; minutiae are numbered as in the template."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from fpmatch._version import __version__
+from fpmatch.base.html import page_templates
 from fpmatch.base.output import write_folder
 from fpmatch.drawing.scene.items import Scene
 from fpmatch.drawing.scene.svg import svg_text
@@ -41,15 +40,12 @@ def write_page(
         elif step.picture is not None:
             files[name] = step.picture
         shown.append((number, step, name))
-    environment = Environment(
-        loader=PackageLoader("fpmatch.lab.explain", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    html = environment.get_template("page.html.j2").render(
-        title=printable(title), verdict=verdict, facts=facts, steps=shown, version=__version__
+    html = (
+        page_templates("fpmatch.lab.explain")
+        .get_template("page.html.j2")
+        .render(
+            title=printable(title), verdict=verdict, facts=facts, steps=shown, version=__version__
+        )
     )
     files[PAGE] = printable_lines(html.lstrip()).encode()
     files[NUMBERS] = (json_text(numbers, indent=None) + "\n").encode()

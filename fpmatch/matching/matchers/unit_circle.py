@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.parameters import Parametrised, read_parameters
+from fpmatch.base.parameters import Parametrised, parameters_of
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
@@ -67,9 +67,8 @@ class UnitCircleMatcher(Parametrised):
         It does not hold pairs against chance, which lowers the similarities of the highest
         impostors: fitted to those, a calibration would raise the scores again.
         """
-        stated = self.name.partition(":")[2]
-        given = read_parameters(stated, self.name) if stated else {}
-        return type(self)(**given | {"beyond_share": 0.0})
+        own = {name: one.value for name, one in parameters_of(self.parameters).items()}
+        return type(self)(**own | {"beyond_share": 0.0})
 
     def prepare(self, template: Template) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""

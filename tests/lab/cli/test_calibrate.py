@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation import impostors
 from fpmatch.matching.calibration import load_calibration
 
@@ -38,3 +39,18 @@ def test_the_file_is_a_calibration_and_the_reach_is_told(run, make_database, tmp
     assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(
         calibration.largest_measured_score
     )
+
+
+def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
+    run, make_database, monkeypatch, tmp_path
+):
+    used = []
+
+    def evaluate(*_, **options):
+        used.append(options["matcher"].name)
+        raise DatasetError("that is all")
+
+    monkeypatch.setattr(impostors, "evaluate", evaluate)
+    database = make_database(fingers=2, impressions=2)
+    run("calibrate", database, "-o", tmp_path / "c.json", "--workers", 1)
+    assert used == ["unit-circle:beyond_share=0"]

@@ -7,9 +7,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from fpmatch._version import __version__
+from fpmatch.base.html import page_templates
 from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
 from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures
@@ -72,13 +71,7 @@ def write_page(
 
 def page(report: Report) -> str:
     """Return the HTML that `write_page` writes."""
-    environment = Environment(
-        loader=PackageLoader("fpmatch.lab.evaluation.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_templates("fpmatch.lab.evaluation.report")
     environment.filters |= {
         "base64": lambda content: base64.b64encode(content).decode("ascii"),
         **{function.__name__: function for function in _FILTERS},

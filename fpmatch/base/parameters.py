@@ -107,8 +107,9 @@ def read_parameters(text: str, owner: str) -> dict[str, str]:
 class Parametrised:
     """A matcher whose keyword arguments are the entries of the dataclass `parameters`.
 
-    Its name states those that differ from the default: scores, calibrations and files of one are
-    never taken for those of another. A subclass defines `name`, and `parameters` with the defaults.
+    Its name states the parameters that differ from the default, so that no score, calibration or
+    file is taken for that of a matcher with other parameters. A subclass defines `name`, and
+    `parameters` with the defaults.
 
     Raises
     ------

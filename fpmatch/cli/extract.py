@@ -84,7 +84,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     type=FormatChoice([*OWN_FORMATS, STAGES, *written_formats()]),
     default="both",
     help="json is complete; csv has the minutiae alone; stages are no templates but pictures of "
-    "every stage, in a folder for each IMAGE; the others are those of convert.",
+    "every stage, in a folder for each IMAGE; the others are as for convert.",
 )
 @reading_options
 @enhance_option

@@ -31,7 +31,7 @@ def matchers_text() -> str:
         if not (steps := _steps(name)):
             lines[0] += ": no parameters"
         elif alike != name:
-            lines[0] += f": those of {printable(alike)}"
+            lines[0] += f": the parameters of {printable(alike)}"
         else:
             for step, many in steps.items():
                 table = text_table([_row(one) for one in many], left=5)

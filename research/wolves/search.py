@@ -51,7 +51,7 @@ class Candidate(Protocol):
 class SearchSpace:
     """The kind and size of wolves, and the functions that start and change a candidate.
 
-    `form` and `against`, of `FORMS`, are those of the wolves and of the prints they should match.
+    `form` and `against` are the forms, of `FORMS`, of the wolves and of the prints to be matched.
     """
 
     kind: str

@@ -114,7 +114,7 @@ def test_doctor_lists_the_parameters_of_matchers(run):
     )
     text = run("doctor", "--matchers").stdout
     assert all(f"\n    {name} " in text for name in known)
-    assert "reference: those of unit-circle" in text
+    assert "reference: the parameters of unit-circle" in text
     assert {one["name"] for many in listed["paper"].values() for one in many} >= {
         "rho",
         "precision",

@@ -1,4 +1,4 @@
-"""Templates that no finger can have are named; those of fingers are not."""
+"""Templates that no finger can have are named; templates of fingers are not."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -151,8 +151,9 @@ def check_added(
 
     Compared are those of `added`, from `find_added`, with what their fingers had before. If
     `strict`, so are all `new` ones with the others of their fingers, and those of the new ones that
-    match none are removed, as are those that are probably two prints in one, or of no finger: they
-    are returned by number. Where no impression of a finger is older, the largest group is kept.
+    match none are removed, and so are any that are probably two prints in one, or of no finger;
+    they are returned by number. Where no impression of a finger is older, the largest group is
+    kept.
     """
     fresh, labels = {number for numbers in added.values() for number in numbers}, set(new)
     subjects = {*added, *(label.subject for label in labels if strict)}

@@ -53,7 +53,7 @@ _WORKERS_NEED = (
     details=RATES
     + GROUND_TRUTH
     + """
-The rates of several databases are followed by their mean and those of all scores pooled.
+The rates of several databases are followed by their mean, and by the rates of all scores pooled.
 
 With --crop every square must give a template, too, for exit status 0; a note on stderr names each
 that does not.

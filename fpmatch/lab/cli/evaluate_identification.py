@@ -59,7 +59,7 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
 @click.option(
     "--background",
     metavar="GALLERY|DIR|MANIFEST",
-    help="Fill the gallery with these prints, of other fingers than those of DIR; a gallery is not "
+    help="Fill the gallery with these prints, of fingers that are not in DIR; a gallery is not "
     "changed.",
 )
 @click.option(

@@ -169,8 +169,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     metavar="X,Y",
     type=_column_names,
     multiple=True,
-    help="Columns of the tables, as ra,dec; twice where those of Q.csv have other names.  "
-    "[default: x,y]",
+    help="Columns of the tables, as ra,dec; twice where Q.csv has other names.  [default: x,y]",
 )
 @json_option
 @file_option("--plot", metavar="OUT.png|.svg", help="Draw P, moved by the transform, on Q.")

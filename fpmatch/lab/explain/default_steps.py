@@ -171,7 +171,7 @@ def _local(m: DefaultMethod) -> list[Step]:
         return [Step("local_matches", "Local match", "No two minutiae have similar neighbours.")]
     similar = c.similarity[c.first, c.second].astype(np.float64)
     rejected = m.pair.verification.comparison.reason == UNLIKE
-    words = "The prefilter rejects these prints; the steps are those without it. " * rejected + (
+    words = "The prefilter rejects these prints; the steps are shown without it. " * rejected + (
         f"The {count(len(similar), 'most similar pair')} of minutiae, each minutia in one at most; "
         f"the similarity is from {number(similar.min())} to {number(similar.max())} (width of a "
         "line)."

@@ -151,7 +151,7 @@ class PaperMethod:
             turn=turn,
         )
 
-    def likeness(self, ring: Ring | None) -> float:
+    def agreement(self, ring: Ring | None) -> float:
         """Return how many points of a ring in P have their partners in that in Q, as a share."""
         if ring is None:
             return 0.0

@@ -36,7 +36,7 @@ OTHER: Final = Pen(palette.NEUTRAL_INK, width=0.8, opacity=0.25)
 
 def explain_points(m: PaperMethod, asked: int | None) -> tuple[list[Step], dict[str, Any]]:
     """Return the steps of the paper's matcher, and every number in them."""
-    chosen = chosen_pair(asked, m.rings, [m.likeness(ring) for ring in m.rings])
+    chosen = chosen_pair(asked, m.rings, [m.agreement(ring) for ring in m.rings])
     made = [
         shared.points_step(m.sides),
         shared.triangulation_step(m.sides),

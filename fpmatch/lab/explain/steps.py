@@ -59,7 +59,7 @@ class Ring:
 
     @property
     def apart(self) -> Floats:
-        """Angles in radians from the places of P, after the rotation, to those of Q."""
+        """Angles in radians from the places of P, after the rotation, to the places of Q."""
         off = np.exp(1j * (self.angles[1] - self.angles[0] - self.turn))
         return np.asarray(np.angle(off))
 
@@ -80,16 +80,16 @@ class Ring:
 
 
 def chosen_pair(
-    asked: int | None, rings: Sequence[Ring | None], likeness: Sequence[float]
+    asked: int | None, rings: Sequence[Ring | None], agreement: Sequence[float]
 ) -> int | None:
     """Return which pair's ring is shown, from 0, or refuse the one `asked` for, from 1.
 
-    By default it is a ring of 5 to 7 points that is easy to read, of a pair that is much alike;
+    By default it is a ring of 5 to 7 points that is easy to read, of a pair that agrees well;
     None where no pair has a ring.
     """
     there = [k for k, ring in enumerate(rings, start=1) if ring is not None]
     if asked is None:
-        ranked = [(*_clarity(rings[k - 1], likeness[k - 1]), -k) for k in there]
+        ranked = [(*_clarity(rings[k - 1], agreement[k - 1]), -k) for k in there]
         return -max(ranked)[-1] - 1 if ranked else None
     if not 1 <= asked <= len(rings):
         known = f"pairs are numbered 1 to {len(rings)}" if rings else "there is no pair"
@@ -100,12 +100,12 @@ def chosen_pair(
     return asked - 1
 
 
-def _clarity(ring: Ring | None, likeness: float) -> tuple[bool, bool, float]:
+def _clarity(ring: Ring | None, agreement: float) -> tuple[bool, bool, float]:
     """Rank a ring: of minutiae alone, of a good size, its places far apart."""
     assert ring is not None
     inside = FRAME_NAME not in ring.names[0]
     arcs = min(float(np.diff(a, append=a[0] + 2 * np.pi).min()) for a in ring.angles)
-    return inside, len(ring) in EASY_RING, arcs * likeness
+    return inside, len(ring) in EASY_RING, arcs * agreement
 
 
 def crossed_side(points: Plane, centre: complex) -> tuple[int, complex]:

@@ -38,7 +38,7 @@ class _MissingExtraError(FpmatchError):
     details="""\b
 Token:
   On a host that other machines can reach, and where tokens are given, every request needs one. The
-  address that is printed contains it, but those of clients; programs send it in a header:
+  address that is printed contains it, but no token of a client; programs send it in a header:
   Authorization: Bearer TOKEN. Requests are not encrypted: use a TLS proxy or an SSH tunnel.
 
 \b

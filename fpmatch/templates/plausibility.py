@@ -1,8 +1,8 @@
 """Whether one finger can have the minutiae of a template.
 
 The directions of neighbouring minutiae follow the ridges, which bend smoothly, and lie along the
-template's own ridge field. Templates that are composed to match many prints often do neither. The
-limits lie beyond all prints of the FVC sets, five further sensors and 3,000 synthetic fingers.
+template's own ridge field. Templates that are composed to match many prints often do neither.
+``python -m research measure joined`` counts how many ordinary prints are named.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import click
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
+    PRINT,
     FormatChoice,
     angles_option,
     enhance_option,
@@ -68,6 +69,7 @@ Examples:
   fpmatch extract minutiae/*.csv -o templates --angles rad,clockwise
   fpmatch extract prints/*.tif -o templates --json
   fpmatch extract print.tif -o stages --format stages
+  fpmatch extract - -o templates < print.tif
 
 \b
 Quality:
@@ -76,7 +78,7 @@ Quality:
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
 """,
 )
-@files_argument("images", metavar="IMAGE...")
+@files_argument("images", metavar="IMAGE...", type=PRINT)
 @output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option(
     "--format",

@@ -10,7 +10,7 @@ import click
 
 from fpmatch.cli.notes import say_note
 from fpmatch.cli.options import (
-    FILE,
+    PRINT,
     add_options,
     angles_option,
     enhance_option,
@@ -73,8 +73,8 @@ _VIEW_OPTIONS: Final = (
 
 def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
     """Return the decorator that gives a command PROBE, REFERENCE and the comparison's options."""
-    reference = click.argument("reference", type=FILE, required=reference_required)
-    return partial(add_options, options=(click.argument("probe", type=FILE), reference, *_OPTIONS))
+    reference = click.argument("reference", type=PRINT, required=reference_required)
+    return partial(add_options, options=(click.argument("probe", type=PRINT), reference, *_OPTIONS))
 
 
 def view_options(command: Callable[..., Any]) -> Callable[..., Any]:

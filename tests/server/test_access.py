@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 
 import httpx
@@ -89,6 +90,12 @@ def test_each_limit_can_be_set(
     lines = [f"{name} = {value!r}" for name, value in limits.items()]
     path = write(tmp_path_factory.getbasetemp(), "\n".join(["[limits]", *lines]))
     assert load_settings(path).limits == replace(Limits(), **limits)  # type: ignore[arg-type]
+
+
+def test_the_page_has_each_limit() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs/how-to/deploy.md").read_text("utf-8")
+    listed = dict(re.findall(r"^\| `(\w+)` \| ([\d.]+) \|", page, re.M))
+    assert {name: float(text) for name, text in listed.items()} == asdict(Limits())
 
 
 def test_two_clients_with_one_token_are_refused(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -147,7 +147,7 @@ def _parse_limits(table: Any) -> Limits:
     """Return the limits of a table; those that it does not name are the usual ones."""
     if not isinstance(table, dict):
         raise SettingsError("must be a table", code="table")
-    usual = {each.name: each.default for each in fields(Limits)}
+    usual = asdict(Limits())
     for name, value in table.items():
         if name not in usual:
             raise SettingsError(unknown_name("limit", name, usual), code="key")

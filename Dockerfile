@@ -1,31 +1,37 @@
 # syntax=docker/dockerfile:1
-# fpmatch with its server: docker build -t fpmatch . ; docs/how-to/deploy.md says how to run it.
+# The server of fpmatch: docs/how-to/deploy.md says how to run it, packaging/check_container tries it.
+# packaging/lock renews the digests, and the versions and hashes of the lock file. Not pinned is the
+# compiler, Debian's current one: nothing of it enters the image but what it compiles.
 
-FROM python:3.13-slim AS build
+FROM python:3.13-slim@sha256:9662417aace5ae7b8e2609cce472b72a8958e134ba372808abe9cc1a0c0125e6 AS build
 RUN apt-get update && apt-get install --yes --no-install-recommends gcc libc6-dev \
     && rm -rf /var/lib/apt/lists/*
 WORKDIR /source
 COPY packaging/requirements.lock packaging/
-# The versions and hashes of the lock file, so that an image can be built again as it was.
 RUN python -m venv /opt/fpmatch \
-    && /opt/fpmatch/bin/pip install --no-cache-dir --require-hashes -r packaging/requirements.lock
+    && /opt/fpmatch/bin/pip install --no-cache-dir --require-hashes --only-binary :all: \
+        -r packaging/requirements.lock
 COPY . .
-# Compiled kernels, or no image: interpreted ones are slow.
-RUN FPMATCH_REQUIRE_KERNELS=1 /opt/fpmatch/bin/pip install --no-cache-dir --no-deps . \
+# By the setuptools and Cython of the lock file. Compiled kernels, or no image: others are slow.
+RUN FPMATCH_REQUIRE_KERNELS=1 /opt/fpmatch/bin/pip install --no-cache-dir --no-index --no-deps \
+        --no-build-isolation . \
+    && /opt/fpmatch/bin/pip uninstall --yes setuptools pip \
     && /opt/fpmatch/bin/python -m compileall -q /opt/fpmatch/lib
 
-FROM python:3.13-slim
+FROM python:3.13-slim@sha256:9662417aace5ae7b8e2609cce472b72a8958e134ba372808abe9cc1a0c0125e6
 LABEL org.opencontainers.image.title="fpmatch" \
       org.opencontainers.image.description="Fingerprint verification and identification" \
       org.opencontainers.image.licenses="Apache-2.0"
 COPY --from=build /opt/fpmatch /opt/fpmatch
-ENV PATH=/opt/fpmatch/bin:$PATH PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1
-RUN useradd --system --uid 10001 --home-dir /var/lib/fpmatch --create-home fpmatch
+ENV PATH=/opt/fpmatch/bin:$PATH XDG_CACHE_HOME=/var/cache
+ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1
+# The audit log, and galleries in files; prints that are prepared for searches.
+RUN useradd --system --uid 10001 --home-dir /var/lib/fpmatch fpmatch \
+    && install -d --owner fpmatch --mode 700 /var/lib/fpmatch /var/cache/fpmatch
 USER fpmatch
 WORKDIR /var/lib/fpmatch
-VOLUME /var/lib/fpmatch
+VOLUME ["/var/lib/fpmatch", "/var/cache/fpmatch"]
 EXPOSE 8000
-HEALTHCHECK --interval=30s --timeout=5s --start-period=20s \
-    CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8000/health', timeout=4)"]
-ENTRYPOINT ["fpmatch"]
-CMD ["serve", "--host", "0.0.0.0", "--port", "8000"]
+HEALTHCHECK --interval=15s --timeout=5s --start-period=5m \
+    CMD ["python", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:8000/ready', timeout=4)"]
+ENTRYPOINT ["fpmatch", "serve", "--host=0.0.0.0", "--log=json", "--audit-log=audit.jsonl"]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
+import runpy
+import shlex
 import tomllib
 from itertools import chain
 from pathlib import Path
@@ -74,6 +77,7 @@ def test_the_lock_file_has_every_dependency_with_hashes(project: dict[str, Any])
     locked = dict(re.findall(r"^([a-z0-9_.-]+)(?:\[\w+\])?==(.*(?:\n    --hash.*)+)", text, re.M))
     extras = project["project"]["optional-dependencies"]
     needed = names([*project["project"]["dependencies"], *extras["web"], *extras["postgres"]])
+    needed |= names(project["build-system"]["requires"])
     assert needed <= {name.lower() for name in locked}
     assert "http" not in text
 
@@ -109,27 +113,69 @@ def test_no_version_with_a_known_advisory_is_permitted(project: dict[str, Any]) 
     assert not [one for one in found if affected[one.name] in one.specifier]
 
 
+def steps(name: str) -> list[str]:
+    """Return what follows a word of Dockerfile, such as RUN."""
+    text = (ROOT / "Dockerfile").read_text("utf-8").replace("\\\n", "")
+    return re.findall(rf"^{name} (.+)$", text, re.M)
+
+
 def test_the_image_contains_the_package_and_runs_without_privileges() -> None:
-    lines = [line.split() for line in (ROOT / "Dockerfile").read_text("utf-8").splitlines()]
-    users = [words[1] for words in lines if words[:1] == ["USER"]]
-    assert users[-1] != "root"
-    assert any(words[:1] == ["HEALTHCHECK"] for words in lines)
+    assert steps("USER")[-1] != "root"
     kept = set(re.findall(r"^!(.+)$", (ROOT / ".dockerignore").read_text("utf-8"), re.M))
     assert all((ROOT / name).exists() for name in kept)
     assert kept >= {"fpmatch", "pyproject.toml", "setup.py", "README.md", "LICENSE"}
 
 
+def test_the_image_is_built_from_what_is_pinned() -> None:
+    images = steps("FROM") + re.findall(r"image: (\S+:\S+)", (ROOT / "compose.yaml").read_text())
+    assert all(re.search(r":\d\S*@sha256:[0-9a-f]{64}( |$)", image) for image in images)
+    assert len({image.split()[0] for image in steps("FROM")}) == 1
+    of_the_lock, of_the_package = (step for step in steps("RUN") if "pip install" in step)
+    assert {"--require-hashes", "--only-binary"} <= {*of_the_lock.split()}
+    assert {"--no-index", "--no-deps", "--no-build-isolation"} <= {*of_the_package.split()}
+
+
+def test_the_image_serves_with_a_log_an_audit_log_and_a_health_check() -> None:
+    pytest.importorskip("fastapi", reason="the extra web is not installed")
+    from fpmatch.server.exchange import is_public
+    from fpmatch.server.routes import operations_router
+
+    program, command, *options = json.loads(steps("ENTRYPOINT")[-1])
+    assert (program, command) == ("fpmatch", serve.name)
+    options += read_yaml("compose.yaml")["services"]["server"]["command"]
+    given = serve.make_context(command, options).params
+    assert given["log"] == "json"
+    assert given["audit_log"]
+    (path,) = re.findall(rf":{given['port']}(/\w+)'", steps("HEALTHCHECK")[-1])
+    assert path == "/ready"
+    assert path in {getattr(route, "path", None) for route in operations_router.routes}
+    assert is_public({"type": "http", "method": "GET", "path": path})
+
+
+def test_the_check_of_the_container_does_each_step_and_the_recipe_of_the_guide() -> None:
+    check = runpy.run_path(str(ROOT / "packaging/check_container"))
+    assert {step for step, _ in check["STEPS"]} <= {*check["DONE"], *check["WORDS"], *check["IDLE"]}
+    serve.make_context("serve", [*check["WORDS"]["ENTRYPOINT"][2:], *check["OPTIONS"]])
+    guide = (ROOT / "docs/how-to/deploy.md").read_text("utf-8")
+    lines = [shlex.split(line) for line in re.findall(r"^docker exec fpmatch (.+)$", guide, re.M)]
+    assert [*check["SNAPSHOT"]] in lines
+    assert f'-c "{check["RESTORE"][-1]}"' in guide
+    assert f"--memory {check['GIGABYTES']}g" in guide
+
+
 SERVE_OPTIONS = {option for parameter in serve.params for option in parameter.opts}
 
 
-def test_the_services_take_options_that_exist_and_are_not_open_to_the_network() -> None:
+def test_the_services_keep_their_files_and_are_not_open_to_the_network() -> None:
     services = read_yaml("compose.yaml")["services"]
     required = re.findall(r"\$\{(\w+):\?", (ROOT / "compose.yaml").read_text("utf-8"))
     guide = (ROOT / "docs/how-to/deploy.md").read_text("utf-8")
     assert {*required} == {*re.findall(r"([A-Z_]+)=%s", guide)}
-    command, *words = services["server"]["command"]
-    assert command == serve.name
-    assert {word.partition("=")[0] for word in words} <= SERVE_OPTIONS
+    mounted = {one.partition(":")[2] for one in services["server"]["volumes"]}
+    assert mounted == {*json.loads(steps("VOLUME")[-1])}
+    named = {one.partition(":")[0] for service in services.values() for one in service["volumes"]}
+    assert named == {*read_yaml("compose.yaml")["volumes"]}
+    assert "mem_limit" in services["server"]
     assert all(port.startswith("127.0.0.1:") for port in services["server"]["ports"])
     assert "ports" not in services["database"]
 
@@ -140,9 +186,11 @@ def test_the_guide_to_a_server_starts_it_with_options_that_exist() -> None:
     from fpmatch.server.settings import Limits
 
     page = (ROOT / "docs/how-to/deploy.md").read_text("utf-8")
-    lines = re.findall(r"(?:fpmatch|bin/fpmatch) serve (--[^\n]+)", page.replace("\\\n", ""))
+    start = r"(?:bin/fpmatch serve|cache/fpmatch fpmatch) (--[^\n]+)"
+    lines = re.findall(start, page.replace("\\\n", ""))
     assert len(lines) == 2
-    assert {word for line in lines for word in line.split() if word[:2] == "--"} <= SERVE_OPTIONS
+    given = {word.partition("=")[0] for line in lines for word in line.split() if word[:2] == "--"}
+    assert given <= SERVE_OPTIONS
     limit = re.search(r"client_max_body_size (\d+)m", page)
     assert limit is not None
     assert int(limit[1]) * 2**20 >= MOST_FILES * Limits().file_megabytes * 1e6 + FORM_BYTES

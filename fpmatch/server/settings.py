@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.base.output import reason
 from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.base.threads import available_cores
-from fpmatch.errors import FpmatchError
+from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.listing.entry import FVC_PATTERN
 
 if TYPE_CHECKING:
@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 
 MIN_TOKEN: Final = 16  # letters
 _HEX_DIGITS: Final = 64
+_LIMITS: Final = "limits"  # the table that is no client
+_LARGEST: Final = 1_000_000  # of a limit
 
 
-class TokenError(FpmatchError):
-    """A token, or a file of tokens, cannot be used."""
+class SettingsError(FpmatchError):
+    """A token, or a file of settings, cannot be used."""
 
 
 class Role(IntEnum):
@@ -53,68 +55,12 @@ def digest_of(token: str) -> bytes:
 
 
 def check_token(token: str) -> str:
-    """Return a token; TokenError if it is too short, or not printable ASCII without spaces."""
+    """Return a token; SettingsError if it is too short, or not printable ASCII without spaces."""
     if len(token) < MIN_TOKEN:
-        raise TokenError(f"a token must have at least {MIN_TOKEN} letters", code="token")
+        raise SettingsError(f"a token must have at least {MIN_TOKEN} letters", code="token")
     if not (token.isascii() and token.isprintable() and " " not in token):
-        raise TokenError("a token consists of ASCII letters without spaces", code="token")
+        raise SettingsError("a token consists of ASCII letters without spaces", code="token")
     return token
-
-
-def load_clients(path: str | os.PathLike[str]) -> dict[bytes, Client]:
-    """Read the clients of a server from a TOML file.
-
-    Each table is a client, named by its title, with a ``role`` ("read", "verify", "enrol" or
-    "admin") and either its ``token`` or the ``sha256`` of its token in hexadecimal digits. Returned
-    are the clients by the SHA-256 of their tokens. Raises TokenError, which names the client.
-    """
-    try:
-        document = parse_toml(Path(path).read_bytes())
-    except OSError as error:
-        raise TokenError(f"cannot be read: {reason(error)}", path=path) from error
-    except ParseError as error:
-        raise TokenError(f"is not TOML: {error}", path=path) from error
-    clients: dict[bytes, Client] = {}
-    for name, table in document.items():
-        try:
-            digest, role = _parse(table)
-        except TokenError as error:
-            raise TokenError(f"client {name}: {error}", path=path, code=error.code) from error
-        if digest in clients:
-            other = clients[digest].name
-            raise TokenError(f"clients {other} and {name} have the same token", path=path)
-        clients[digest] = Client(name, role)
-    if not clients:
-        raise TokenError("contains no client", path=path)
-    return clients
-
-
-def _parse(table: Any) -> tuple[bytes, Role]:
-    """Return the digest of the token of one client, and its role."""
-    if not isinstance(table, dict):
-        raise TokenError("must be a table with role and token", code="table")
-    unknown = table.keys() - {"role", "token", "sha256"}
-    if unknown:
-        raise TokenError(f"unknown key {min(unknown)}", code="key")
-    roles = {role.name.lower(): role for role in Role}
-    role = table.get("role")
-    if not isinstance(role, str) or role not in roles:
-        raise TokenError(f"its role must be one of {', '.join(roles)}", code="role")
-    return _digest(table), roles[role]
-
-
-def _digest(table: Mapping[str, Any]) -> bytes:
-    token, digest = table.get("token"), table.get("sha256")
-    if (token is None) == (digest is None):
-        raise TokenError("needs either token or sha256", code="token")
-    if isinstance(token, str):
-        return digest_of(check_token(token))
-    try:
-        if isinstance(digest, str) and len(digest) == _HEX_DIGITS:
-            return bytes.fromhex(digest)
-    except ValueError:
-        pass
-    raise TokenError(f"its sha256 must have {_HEX_DIGITS} hexadecimal digits", code="token")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +85,9 @@ class Limits:
     connections_per_client: int = 64  # of one address
 
 
+_MAY_BE_0: Final = ("waiting", "wait_seconds", "queue")
+
+
 @dataclass(frozen=True, slots=True)
 class Settings:
     """The settings of a server.
@@ -160,3 +109,80 @@ class Settings:
     def processes(self) -> int:
         """Worker processes: where there is a gallery, one that no request of it can hold."""
         return self.workers + (self.gallery is not None)
+
+
+def load_settings(path: str | os.PathLike[str]) -> Settings:
+    """Read the clients and the limits of a server from a TOML file.
+
+    The table ``limits`` has values of `Limits` by their names. Each other table is a client, named
+    by its title, with a ``role`` ("read", "verify", "enrol" or "admin") and either its ``token`` or
+    the ``sha256`` of its token in hexadecimal digits. Raises SettingsError, which names the table.
+    """
+    try:
+        document = parse_toml(Path(path).read_bytes())
+    except OSError as error:
+        raise SettingsError(f"cannot be read: {reason(error)}", path=path) from error
+    except ParseError as error:
+        raise SettingsError(f"is not TOML: {error}", path=path) from error
+    if not document:
+        raise SettingsError("contains neither clients nor limits", path=path)
+    limits, clients = Limits(), dict[bytes, Client]()
+    for name, table in document.items():
+        try:
+            if name == _LIMITS:
+                limits = _parse_limits(table)
+                continue
+            digest, role = _parse(table)
+        except SettingsError as error:
+            what = name if name == _LIMITS else f"client {name}"
+            raise SettingsError(f"{what}: {error}", path=path, code=error.code) from error
+        if digest in clients:
+            other = clients[digest].name
+            raise SettingsError(f"clients {other} and {name} have the same token", path=path)
+        clients[digest] = Client(name, role)
+    return Settings(clients=clients, limits=limits)
+
+
+def _parse_limits(table: Any) -> Limits:
+    """Return the limits of a table; those that it does not name are the usual ones."""
+    if not isinstance(table, dict):
+        raise SettingsError("must be a table", code="table")
+    usual = asdict(Limits())
+    for name, value in table.items():
+        if name not in usual:
+            raise SettingsError(unknown_name("limit", name, usual), code="key")
+        whole = isinstance(usual[name], int)
+        least = 0 if name in _MAY_BE_0 else 1 if whole else 0.001
+        number = type(value) is int or (type(value) is float and not whole)
+        if not (number and least <= value <= _LARGEST):
+            kind = "whole number" if whole else "number"
+            raise SettingsError(f"{name} must be a {kind} from {least} to {_LARGEST}", code="value")
+    return Limits(**{name: type(usual[name])(value) for name, value in table.items()})
+
+
+def _parse(table: Any) -> tuple[bytes, Role]:
+    """Return the digest of the token of one client, and its role."""
+    if not isinstance(table, dict):
+        raise SettingsError("must be a table with role and token", code="table")
+    unknown = table.keys() - {"role", "token", "sha256"}
+    if unknown:
+        raise SettingsError(f"unknown key {min(unknown)}", code="key")
+    roles = {role.name.lower(): role for role in Role}
+    role = table.get("role")
+    if not isinstance(role, str) or role not in roles:
+        raise SettingsError(f"its role must be one of {', '.join(roles)}", code="role")
+    return _digest(table), roles[role]
+
+
+def _digest(table: Mapping[str, Any]) -> bytes:
+    token, digest = table.get("token"), table.get("sha256")
+    if (token is None) == (digest is None):
+        raise SettingsError("needs either token or sha256", code="token")
+    if isinstance(token, str):
+        return digest_of(check_token(token))
+    try:
+        if isinstance(digest, str) and len(digest) == _HEX_DIGITS:
+            return bytes.fromhex(digest)
+    except ValueError:
+        pass
+    raise SettingsError(f"its sha256 must have {_HEX_DIGITS} hexadecimal digits", code="token")

@@ -26,6 +26,8 @@ from typing import Any
 import httpx
 import numpy as np
 
+from fpmatch.server.settings import Limits
+
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 PRINTS = ("101_1.tif", "101_3.tif", "102_1.tif", "103_2.tif")
 BROKEN = "README.md"
@@ -112,7 +114,7 @@ def measure(address: str, pid: int, options: argparse.Namespace) -> Load:
     return Load(
         clients=options.clients,
         workers=options.workers,
-        wait_s=options.wait,
+        wait_s=Limits().wait_seconds,
         requests=options.requests,
         refused=refused,
         wrong=differ - refused,
@@ -148,11 +150,10 @@ def main() -> int:
     parser.add_argument("--clients", type=int, default=60)
     parser.add_argument("--requests", type=int, default=120)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--wait", type=float, default=30.0, help="seconds, of fpmatch serve")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     options = parser.parse_args()
     command = [sys.executable, "-m", "fpmatch", "serve", "--port", "0"]
-    command += ["--workers", str(options.workers), "--wait", str(options.wait)]
+    command += ["--workers", str(options.workers)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:
             assert server.stdout is not None

@@ -34,7 +34,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
         "truth",
         "points-results",
         "dataset-info",
-        "clients",
+        "settings",
     ),
     "cli/doctor.py": "reads what the system states about memory",
     "cli/group.py": _OUT,
@@ -94,6 +94,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "prints/reading.py": _OUT,
     "server/client.py": "sends files as they are",
     "server/pool.py": _OUT,
-    "server/settings.py": ("clients",),
+    "server/settings.py": ("settings",),
 }
 """For each module that makes such a call, its targets, or why it has none."""

@@ -79,7 +79,7 @@ def damaged_files(place: Place) -> Tries:
     place.write("scores.csv", f"genuine,similarity\n{''.join(scores)}")
     place.done("calibrate", "scores.csv", "-o", "calibration.json")
     place.write("audit.jsonl", place.done("gallery", "audit", "show", "plain.db", "--lines").out)
-    place.write("clients.toml", '[a]\nrole = "read"\ntoken = "12345678901234567890"\n')
+    place.write("server.toml", '[a]\nrole = "read"\ntoken = "12345678901234567890"\n')
     sides: Words = ("--references", SAMPLES, "--probes", SAMPLES, "-o", "out.csv")
     commands: dict[str, Words] = {
         "manifest.csv": ("enrol", "new.db"),
@@ -88,7 +88,7 @@ def damaged_files(place: Place) -> Tries:
         "calibration.json": ("verify", PROBE, REFERENCE, "--calibration"),
         "keys.txt": ("key", "list"),
         "audit.jsonl": ("gallery", "audit", "verify"),
-        "clients.toml": ("serve", "--port", 99999, "--clients"),
+        "server.toml": ("serve", "--port", 99999, "--settings"),
         "plain.db": ("verify", PROBE, "--subject", 101, "--gallery"),
         "stars.csv": ("points", "match", SAMPLES / "catalogue.csv"),
     }

@@ -67,8 +67,8 @@ def open_doors(place: Place) -> Tries:
 def roles(place: Place) -> Tries:
     """Request each address with the tokens of four roles, also in other spellings."""
     clients = (f'[{role}]\nrole = "{role}"\ntoken = "{role * 5}"\n' for role in ROLES)
-    place.write("clients.toml", "".join(clients)).chmod(0o600)
-    with served(place, "--clients", "clients.toml") as web:
+    place.write("server.toml", "".join(clients)).chmod(0o600)
+    with served(place, "--settings", "server.toml") as web:
         for role in ROLES:
             sent = {"authorization": f"Bearer {role * 5}"}
             for what, (needed, form) in ROUTES.items():
@@ -162,7 +162,8 @@ def leftovers(place: Place) -> Tries:
 @attack("Requests are bounded in size, number and time")
 def large_requests(place: Place) -> Tries:
     """Send bodies, forms and headers of up to 120 MB, then 150 verifications at once."""
-    with served(place, "--wait", 2) as web:
+    limits = place.write("server.toml", "[limits]\nwait_seconds = 2\n")
+    with served(place, "--settings", limits) as web:
         web.ask("POST /verify")
         memory = resident_mb(web.pid)
         for form in (
@@ -224,8 +225,8 @@ def _is_open(one: socket.socket) -> bool:
 @attack("One client has no more connections than its limit")
 def many_connections(place: Place) -> Tries:
     """Open 90 connections of three addresses, with limits of 8 for each and 20 for all."""
-    limits = ("--connections-per-client", 8, "--connections", 20)
-    with served(place, *limits) as web:
+    text = "[limits]\nconnections_per_client = 8\nconnections = 20\n"
+    with served(place, "--settings", place.write("server.toml", text)) as web:
         opened: dict[str, list[socket.socket]] = {}
         for source in ("127.0.0.2", "127.0.0.3", "127.0.0.4"):
             opened[source] = [web.connect(b"GET /health", source) for _ in range(30)]

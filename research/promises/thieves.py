@@ -235,7 +235,7 @@ def keys_in_the_open(place: Place) -> Tries:
         ("calibrate", file, "-o", "c.json"),
         ("verify", PROBE, REFERENCE, "--calibration", file),
         ("gallery", "audit", "show", file),
-        ("serve", "--port", 99999, "--clients", file),
+        ("serve", "--port", 99999, "--settings", file),
         *(
             ("convert", file, "o.json", "--angles", "deg", "--from", kind)
             for kind in ("numbers", "xyt")

@@ -191,7 +191,7 @@ CASES = {
         ("--references {gallery} --probes {dir} -o {out}/s.csv --fingers {out}/f.csv", {0}),
         ("--references {missing} --probes {dir} -o {out}/s.csv", {2}),
     ],
-    "serve": [("--clients {missing}", {2}), ("--gallery {scores}", {2})],
+    "serve": [("--settings {missing}", {2}), ("--gallery {scores}", {2})],
     "evaluate": [
         ("{dir} --pattern {pattern} --report {out}/r --scores {out}/s.csv --bootstrap 0", {0}),
         ("{dir} --pattern {pattern} --workers 1 --json --bootstrap 0", {0}),

@@ -1,15 +1,19 @@
-"""Clients of a server: their file, and what each role may request."""
+"""The file of settings of a server: clients, what each role may request, and limits."""
 
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 
 import httpx
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from fpmatch.server.settings import Role, TokenError, digest_of, load_clients
+from fpmatch.server.settings import Limits, Role, SettingsError, digest_of, load_settings
 
 from .conftest import served_gallery
 
@@ -17,7 +21,7 @@ TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
 
 
 def write(folder: Path, text: str) -> Path:
-    path = folder / "clients.toml"
+    path = folder / "server.toml"
     path.write_text(text, encoding="utf-8")
     return path
 
@@ -29,7 +33,7 @@ def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
         f'["front desk"]\nrole = "verify"\ntoken = "a-long-enough-token"\n'
         f'[office]\nrole = "admin"\nsha256 = "{digest}"\n',
     )
-    clients = load_clients(path)
+    clients = load_settings(path).clients
     assert clients[digest_of("a-long-enough-token")].name == "front desk"
     assert clients[digest_of("another-long-token")].role is Role.ADMIN
 
@@ -37,7 +41,7 @@ def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("", "no client"),
+        ("", "neither clients nor limits"),
         ("[a", "TOML"),
         ("a = 1", "table"),
         ('[a]\nrole = "king"\ntoken = "a-long-enough-token"', "role"),
@@ -49,20 +53,55 @@ def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
         ('[a]\nrole = "read"\nsha256 = "' + "z" * 64 + '"', "64"),
         ('[a]\nrole = "read"\ntoken = "a-long-enough-token"\nname = "x"', "name"),
         ("a." * 20_000 + "b = 1", "a"),
+        ("limits = 5", "limits: must be a table"),
+        ("[limits]\nconections = 5", "unknown limit .* Did you mean 'connections'"),
+        ("[limits]\nconnections = 0", "connections must be a whole number from 1 to"),
+        ("[limits]\nconnections = 5.0", "connections must be a whole number"),
+        ("[limits]\nconnections = true", "connections must be a whole number"),
+        ("[limits]\nqueue = -1", "queue must be a whole number from 0 to"),
+        ("[limits]\nseconds = 0", "seconds must be a number from 0.001 to 1000000"),
+        ("[limits]\nseconds = nan", "seconds must be a number"),
+        ("[limits]\nseconds = inf", "seconds must be a number"),
+        ("[limits]\nseconds = 1" + "0" * 400, "seconds must be a number"),
+        ('[limits]\nseconds = "5"', "seconds must be a number"),
+        ('[limits]\nrole = "read"\ntoken = "a-long-enough-token"', "unknown limit 'role'"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, word: str) -> None:
     path = write(tmp_path, text)
-    with pytest.raises(TokenError, match=word) as caught:
-        load_clients(path)
+    with pytest.raises(SettingsError, match=word) as caught:
+        load_settings(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
+@given(
+    st.fixed_dictionaries(
+        {},
+        optional={
+            each.name: st.integers(1, 1000) if each.type == "int" else st.floats(0.01, 1000)
+            for each in fields(Limits)
+        },
+    )
+)
+def test_each_limit_can_be_set(
+    tmp_path_factory: pytest.TempPathFactory, limits: dict[str, float]
+) -> None:
+    lines = [f"{name} = {value!r}" for name, value in limits.items()]
+    path = write(tmp_path_factory.getbasetemp(), "\n".join(["[limits]", *lines]))
+    assert load_settings(path).limits == replace(Limits(), **limits)  # type: ignore[arg-type]
+
+
+def test_the_page_has_each_limit() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs/how-to/deploy.md").read_text("utf-8")
+    listed = dict(re.findall(r"^\| `(\w+)` \| ([\d.]+) \|", page, re.M))
+    assert {name: float(text) for name, text in listed.items()} == asdict(Limits())
+
+
 def test_two_clients_with_one_token_are_refused(tmp_path: Path) -> None:
     client = 'role = "read"\ntoken = "a-long-enough-token"\n'
-    with pytest.raises(TokenError, match="a and b"):
-        load_clients(write(tmp_path, f"[a]\n{client}[b]\n{client}"))
+    with pytest.raises(SettingsError, match="a and b"):
+        load_settings(write(tmp_path, f"[a]\n{client}[b]\n{client}"))
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +110,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
     tables = (
         f'[{role.name}]\nrole = "{role.name.lower()}"\ntoken = "{TOKENS[role]}"' for role in Role
     )
-    clients = load_clients(write(folder, "\n".join(tables)))
+    clients = load_settings(write(folder, "\n".join(tables))).clients
     gallery = folder / "prints.db"
     with served_gallery(gallery, clients=clients) as client:
         yield client

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from fpmatch.server.server import ServeError, bind_server
-from fpmatch.server.settings import Client, Role, Settings, TokenError, digest_of
+from fpmatch.server.settings import Client, Role, Settings, SettingsError, digest_of
 
 
 def test_on_loopback_there_is_no_token():
@@ -55,7 +55,7 @@ def test_a_token_may_be_given():
     ],
 )
 def test_what_cannot_be_served_is_refused(host, port, token, code):
-    with pytest.raises((ServeError, TokenError)) as caught:
+    with pytest.raises((ServeError, SettingsError)) as caught:
         bind_server(host, port, Settings(), token=token)
     assert caught.value.code == code
 

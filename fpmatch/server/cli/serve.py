@@ -42,19 +42,22 @@ Token:
   Authorization: Bearer TOKEN. Requests are not encrypted: use a TLS proxy or an SSH tunnel.
 
 \b
-Clients:
+Settings:
   A table of FILE.toml is a client, with a role (read: the state of the server; verify: compare and
-  identify too; enrol: enrol too; admin: remove too) and its token, or the token's SHA-256:
+  identify too; enrol: enrol too; admin: remove too) and its token, or the token's SHA-256. The
+  table limits bounds sizes, times and connections; an unknown name is answered with all of them:
     [reception]
     role = "verify"
     token = "WNfOYJvW3B3A0nUqVYxw"
+    [limits]
+    wait_seconds = 60
 """,
     epilog="""\b
 Examples:
   fpmatch serve
   fpmatch serve --gallery prints.db --port 9000
   fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
-  fpmatch serve --gallery prints.db --clients clients.toml --audit-log audit.jsonl --log json
+  fpmatch serve --gallery prints.db --settings server.toml --audit-log audit.jsonl --log json
 
 Ctrl-C or SIGTERM stops the server; requests have 5 seconds to end.
 
@@ -72,9 +75,10 @@ Exit status: 0 when it was stopped, 2 when it could not start.
     help="Token of requests.  [default: random on hosts that other machines can reach]",
 )
 @file_option(
-    "--clients",
+    "--settings",
+    "file",
     metavar="FILE.toml",
-    help="Names, roles and tokens of several clients; see --help-all.",
+    help="Clients with roles and tokens, and limits; see --help-all.",
 )
 @file_option(
     "--audit-log",
@@ -86,35 +90,6 @@ Exit status: 0 when it was stopped, 2 when it could not start.
     type=click.Choice(["none", "text", "json"]),
     default="none",
     help="Log every request on stderr.",
-)
-@click.option(
-    "--wait",
-    "wait_seconds",
-    type=click.FloatRange(min=0),
-    default=30.0,
-    hidden=True,
-    help="Seconds that a request waits for its turn before it is refused.",
-)
-@click.option(
-    "--upload-seconds",
-    type=click.FloatRange(min=0, min_open=True),
-    default=60.0,
-    hidden=True,
-    help="Seconds that an upload may take; one without progress for 10 seconds ends sooner.",
-)
-@click.option(
-    "--connections",
-    type=click.IntRange(1),
-    default=512,
-    hidden=True,
-    help="Connections of all clients at once; fewer where the limit of open files is low.",
-)
-@click.option(
-    "--connections-per-client",
-    type=click.IntRange(1),
-    default=64,
-    hidden=True,
-    help="Connections of one address at once; of 127.0.0.1, a proxy here, all may be.",
 )
 @click.option(
     "--allowed-host",
@@ -136,13 +111,9 @@ def serve(
     host: str,
     port: int,
     token: str | None,
-    clients: Path | None,
+    file: Path | None,
     audit_log: Path | None,
     log: Literal["none", "text", "json"],
-    wait_seconds: float,
-    upload_seconds: float,
-    connections: int,
-    connections_per_client: int,
     allowed_hosts: tuple[str, ...],
     pattern: str | None,
     workers: int | None,
@@ -158,19 +129,12 @@ def serve(
     from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
     from fpmatch.server.server import bind_server
     from fpmatch.server.server import serve as serve_requests
-    from fpmatch.server.settings import Limits, Settings, load_clients
+    from fpmatch.server.settings import Settings, load_settings
 
-    settings = Settings(
+    settings = replace(
+        Settings() if file is None else load_settings(file),
         gallery=gallery,
         audit_log=None if audit_log is None else str(audit_log),
-        clients={} if clients is None else load_clients(clients),
-        limits=replace(
-            Limits(),
-            wait_seconds=wait_seconds,
-            upload_seconds=upload_seconds,
-            connections=connections,
-            connections_per_client=connections_per_client,
-        ),
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )

@@ -26,7 +26,7 @@ from fpmatch.lab.synthesis.database import FIRST_FINGER, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
-from fpmatch.server.settings import load_clients
+from fpmatch.server.settings import load_settings
 from research.fuzzing.mutators.containers import npy_header
 from research.fuzzing.mutators.text import JSON, TABLE, TOML, json_line, table_cell, toml_line
 from research.fuzzing.targets.target import Reader, Target, scratch, written
@@ -37,12 +37,15 @@ if TYPE_CHECKING:
 EVALUATED_ONE_IN = 20  # of the files of scores: it takes longer
 ROOT = Path(__file__).resolve().parents[3]
 SAMPLES = ROOT / "sample_data"
-_TOML_CLIENTS = b"""[reception]
+_SERVER = b"""[reception]
 role = "verify"
 token = "WNfOYJvW3B3A0nUqVYxw"
 [door]
 role = "admin"
 sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
+[limits]
+wait_seconds = 2.5
+connections = 20
 """
 _DATASET = (
     b'name = "synthetic"\ndpi = 500\nsensor = "plain"\npolarity = "auto"\n[synthesis]\nseed = 1\n'
@@ -71,7 +74,7 @@ def text_targets() -> list[Target]:
         Target("scores", _scores, TABLE, (b"similarity", b"distance", b"genuine", b"1_1", b"nan")),
         Target("scores-of-one-kind", _one_kind, TABLE, (b"similarity", b"impostor", b"genuine")),
         Target("dataset-info", _dataset_info, TOML, (b"dpi", b"polarity", b'"""', b"inf")),
-        Target("clients", lambda: _of_file("c.toml", load_clients, [_TOML_CLIENTS]), (toml_line,)),
+        Target("settings", lambda: _of_file("c.toml", load_settings, [_SERVER]), (toml_line,)),
         Target("truth", _truth, JSON, (b'"visible"', b'"displacement"')),
         Target("truth-check", _truth_check, JSON),
         Target("calibration", _calibration, JSON),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from dataclasses import asdict, dataclass, field
 from enum import IntEnum
 from pathlib import Path
+from stat import S_IRWXO
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import reason
@@ -15,7 +17,6 @@ from fpmatch.errors import FpmatchError, unknown_name
 from fpmatch.gallery.listing.entry import FVC_PATTERN
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Mapping
 
 MIN_TOKEN: Final = 16  # letters
@@ -116,16 +117,22 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
 
     The table ``limits`` has values of `Limits` by their names. Each other table is a client, named
     by its title, with a ``role`` ("read", "verify", "enrol" or "admin") and either its ``token`` or
-    the ``sha256`` of its token in hexadecimal digits. Raises SettingsError, which names the table.
+    the ``sha256`` of its token in hexadecimal digits. Raises SettingsError, which names the table,
+    also where other users than those of the file's group may read a token.
     """
     try:
-        document = parse_toml(Path(path).read_bytes())
+        with Path(path).open("rb") as stream:
+            exposed = os.name == "posix" and bool(os.fstat(stream.fileno()).st_mode & S_IRWXO)
+            document = parse_toml(stream.read())
     except OSError as error:
         raise SettingsError(f"cannot be read: {reason(error)}", path=path) from error
     except ParseError as error:
         raise SettingsError(f"is not TOML: {error}", path=path) from error
     if not document:
         raise SettingsError("contains neither clients nor limits", path=path)
+    if exposed and any("token" in table for table in document.values() if isinstance(table, dict)):
+        why = f"other users may read the tokens; first: chmod o-rwx {path}"
+        raise SettingsError(why, path=path, code="not private")
     limits, clients = Limits(), dict[bytes, Client]()
     for name, table in document.items():
         try:

@@ -146,9 +146,10 @@ class Place:
         process.communicate()
 
     def write(self, name: str, content: bytes | str) -> Path:
-        """Write a file here."""
+        """Write a file here, which only its owner may read."""
         path = self.folder / name
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        path.chmod(0o600)
         return path
 
     def gallery(self, name: str = "plain.db", kind: str = "plain") -> Path:

@@ -23,7 +23,18 @@ TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
 def write(folder: Path, text: str) -> Path:
     path = folder / "server.toml"
     path.write_text(text, encoding="utf-8")
+    path.chmod(0o640)
     return path
+
+
+def test_a_file_with_tokens_that_all_may_read_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, '[office]\nrole = "admin"\ntoken = "a-long-enough-token"\n')
+    path.chmod(0o644)
+    with pytest.raises(SettingsError, match=r"other users may read the tokens; first: chmod o-rwx"):
+        load_settings(path)
+    digest = hashlib.sha256(b"another-long-token").hexdigest()
+    write(tmp_path, f'[office]\nrole = "admin"\nsha256 = "{digest}"\n').chmod(0o644)
+    assert load_settings(path).clients
 
 
 def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:

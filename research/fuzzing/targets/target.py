@@ -56,9 +56,10 @@ def scratch() -> Path:
 
 
 def written(name: str, data: bytes) -> Path:
-    """Write bytes to a file of this name in the scratch folder; return it."""
+    """Write bytes to a file of this name in the scratch folder, for its owner alone; return it."""
     path = scratch() / name
     path.write_bytes(data)
+    path.chmod(0o600)
     return path
 
 

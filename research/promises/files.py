@@ -90,7 +90,7 @@ def damaged_files(place: Place) -> Tries:
         "audit.jsonl": ("gallery", "audit", "verify"),
         "clients.toml": ("serve", "--port", 99999, "--clients"),
         "plain.db": ("verify", PROBE, "--subject", 101, "--gallery"),
-        "stars.csv": ("points", "match", SAMPLES / "catalogue.csv"),
+        "stars.csv": ("points", SAMPLES / "catalogue.csv"),
     }
     for name, words in commands.items():
         source = place.folder / name
@@ -177,7 +177,7 @@ def bad_input(place: Place) -> Tries:
         **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
         **dict.fromkeys(("extract", "extract --format stages", "gallery export"), ("-o", "out")),
         **dict.fromkeys(("identify", "gallery rewrite --encrypt"), ("--", PROBE)),
-        **dict.fromkeys(("points match", "rates", "evaluate"), ()),
+        **dict.fromkeys(("points", "rates", "evaluate"), ()),
         "convert": ("out.iso",),
     }
     for command, rest in commands.items():
@@ -189,7 +189,7 @@ def bad_input(place: Place) -> Tries:
     options: dict[str, Words] = {
         **dict.fromkeys(("--dpi", "--fmr", "--threshold"), pair),
         **dict.fromkeys(("--loss", "-k", "--candidate-list"), ("identify", gallery, PROBE)),
-        "--tolerance": ("points", "match", SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"),
+        "--tolerance": ("points", SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"),
         "--size": ("convert", PROBE, "out.iso"),
         "--min-quality": ("enrol", gallery, PROBE),
     }
@@ -298,7 +298,7 @@ def arrangements(place: Place) -> Tries:
         np.savetxt(place.folder / f"{name}.csv", points, delimiter=",")
     for name in sets:
         for other in (name, place.random.choice(list(sets))):
-            run = place.run("points", "match", f"{name}.csv", f"{other}.csv", timeout_s=30)
+            run = place.run("points", f"{name}.csv", f"{other}.csv", timeout_s=30)
             yield run.read_or_refused
     for spacing in (3, 9, 20):
         rows = (f"{spacing * (k % 60)},{spacing * (k // 60)},0" for k in range(3000))

@@ -228,7 +228,7 @@ def keys_in_the_open(place: Place) -> Tries:
         ("verify", PROBE, file),
         ("identify", file, PROBE),
         ("inspect", file),
-        ("points", "match", file, file),
+        ("points", file, file),
         ("rates", file),
         ("evaluate", file),
         (*sides, "--pairs", file),

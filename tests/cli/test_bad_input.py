@@ -99,26 +99,20 @@ CASES = {
         ("p.csv q.csv --pair 99", "--pair 99: "),
     ],
     "overlay -o out.png": [("1_1.png text.png", "text.png: ")],
-    "points bench --quick --trials 1": [
-        ("--json .", "folder"),
-        ("--json nowhere/b.json", "cannot be written"),
-        ("--plot b.gif", ".png, .svg, .pdf"),
-        ("--json notes.txt --resume", "notes.txt: not a file of results"),
-    ],
-    "points match": [
+    "points": [
         *((f"{name} q.csv --pairs pairs.csv", reason) for name, (_, reason) in POINTS.items()),
         ("p.csv few.csv --pairs pairs.csv", "few.csv: "),
-        *((f"p.csv q.csv --matcher paper:rho={rho}", "rho must") for rho in (-0.1, 1.1, "nan")),
-        ("p.csv q.csv --matcher van-wamelen:rho=1.1", "rho must"),
+        *((f"p.csv q.csv --matcher paper:rho={rho}", ": rho ") for rho in (-0.1, 1.1, "nan")),
+        ("p.csv q.csv --matcher van-wamelen:rho=1.1", ": rho "),
         ("p.csv q.csv --matcher best", "unknown matcher 'best'"),
         ("p.csv q.csv --matcher paper:roh=0.9", "Did you mean 'rho'?"),
         ("p.csv q.csv --matcher paper:rho=half", "rho is a number, not 'half'"),
         *(
-            (f"p.csv q.csv --matcher paper:area_tolerance={area}", "area tolerance must")
+            (f"p.csv q.csv --matcher paper:area_tolerance={area}", ": area_tolerance ")
             for area in (0, -1, "nan")
         ),
         ("p.csv q.csv --matcher triangles:rho=0.5", "no parameter 'rho'"),
-        ("p.csv q.csv --rho 0.5", "--rho is now points match --matcher paper:rho=SHARE"),
+        ("p.csv q.csv --rho 0.5", "--rho is now points --matcher paper:rho=SHARE"),
         ("p.csv q.csv --tolerance -1", "-1"),
         ("gone.csv q.csv", "gone.csv: no such file"),
         ("p.csv .", ".: is a folder"),

@@ -19,9 +19,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
 from fpmatch.lab.evaluation.databases.protocol import PROTOCOLS
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
 from fpmatch.lab.points.match import POINT_MATCHERS
-from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.lab.synthesis.presets import PRESETS
 from tests.conftest import assert_refused, leaves
 
@@ -49,9 +47,7 @@ def test_every_command_has_help_with_examples(run, command):
         ("verify", POLARITIES),
         ("verify", tuple(ENHANCERS)),
         ("evaluate", tuple(PROTOCOLS)),
-        ("points match", POINT_MATCHERS),
-        ("points bench", MATCHER_NAMES),
-        ("points bench", POINT_MODELS),
+        ("points", POINT_MATCHERS),
         ("synth", tuple(PRESETS)),
     ],
 )
@@ -60,7 +56,7 @@ def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
 
 
 WRONG_USAGE = {
-    "": "verifie | evaluate | synth | points match | points match p.csv",
+    "": "verifie | evaluate | synth | points | points p.csv",
     "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
     "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
@@ -74,9 +70,7 @@ WRONG_USAGE = {
     "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off | "
     "audit switch x on --yes",
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
-    "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
-    "--matcher his | --model aloud | --workers 0 | --seed -1",
-    "points match": "- -",
+    "points": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "extract a -o b": "--enhance gabor",
     "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "
@@ -101,12 +95,11 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
     ("words", "suggestion"),
     [
         ("verfy a b", "'verify'"),
-        ("points mach a b", "'match'"),
         ("verify a b --overly c", "--overlay"),
         ("convert a b --format iso205", "'iso2005'"),
         ("convert a b --from xty", "'xyt'"),
         ("synth x --preset clen", "'clean'"),
-        ("points match a b --matcher triangle", "'triangles'"),
+        ("points a b --matcher triangle", "'triangles'"),
         ("calibrate x -o c.json --matcher unit-circl", "'unit-circle'"),
         ("zzz", "Error: No such command 'zzz'.\n"),
     ],
@@ -205,7 +198,7 @@ def test_the_module_runs_as_the_command(tmp_path):
 def test_output_that_cannot_be_written_is_one_line_and_status_2():
     points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
     with Path("/dev/full").open("w") as full:
-        done = start([*FPMATCH, "points", "match", str(points), str(points)], stdout=full)
+        done = start([*FPMATCH, "points", str(points), str(points)], stdout=full)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("fpmatch: error: output: ")
 

@@ -209,17 +209,10 @@ CASES = {
         ("{dir} --templates --fingers 1", {2}),
     ],
     "calibrate": [("{scores} -o {out}/c.json", {2}), ("{missing} -o {out}/c.json", {2})],
-    "points match": [
+    "points": [
         ("{points} {points} --plot {out}/p.svg --pairs {out}/p.csv", {0}),
         ("{points} {points} --json", {0}),
         ("{points} {missing}", {2}),
-    ],
-    "points bench": [
-        (
-            "--quick --matcher paper --model clutter --trials 1 --independent-trials 1 "
-            "--budget 0.001 --workers 1 --json {out}/b.json",
-            {0},
-        )
     ],
     "key new": [("{out}/{missing}", {0}), ("{out}/{missing} --json", {0}), ("{out}/k --add", {2})],
     "key list": [("{out}/{missing}", {2}), ("{scores}", {2})],
@@ -271,7 +264,7 @@ def test_hostile_names_go_through(command, words, expected, run, place, images, 
     if done.exit_code == 2 and command != "extract":
         lines = done.stderr.splitlines()
         assert len([line for line in lines if "error" in line.lower()]) == 1, lines
-    if "--json" in given and done.exit_code < 2 and command != "points bench":
+    if "--json" in given and done.exit_code < 2:
         json_text(json.loads(done.stdout)).encode("ascii")
     for made in out.rglob("*"):
         if made.suffix in {".json", ".html", ".svg"}:

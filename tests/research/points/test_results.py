@@ -7,8 +7,8 @@ import re
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.points.bench.conditions import Condition
-from fpmatch.lab.points.bench.results import (
+from research.points.conditions import Condition
+from research.points.results import (
     BenchResults,
     PointCell,
     SkippedCell,
@@ -58,16 +58,6 @@ def test_results_come_back_from_their_file_in_the_order_of_the_tables(tmp_path):
     assert again.cell(CELL.condition, "paper") is None
     assert again.cell(Condition("patch", 9, 4), "triangles") is None
     assert list(json.loads(path.read_text())) == ["settings", "cells", "skipped"]
-
-
-def test_files_of_version_0_1_are_read(tmp_path):
-    path = tmp_path / "bench.json"
-    old = {"reading" if key == "model" else key: value for key, value in entry().items()}
-    settings = {"genuine_looks": 5, "seed": 0}
-    path.write_text(json.dumps({"settings": settings, "cells": [{**old, "matcher": "ours"}]}))
-    results = read_results(path)
-    assert results.settings == {"genuine_steps": 5, "seed": 0}
-    assert (results.cells[0].matcher, results.cells[0].condition.model) == ("triangles", "patch")
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,10 @@ RENAMED: Final = {
     "verify --area-tolerance": "verify --matcher paper:area_tolerance=AREA",
     "overlay --rho": "overlay --matcher paper:rho=SHARE",
     "overlay --area-tolerance": "overlay --matcher paper:area_tolerance=AREA",
+    "key new --add": "key SOURCE --add",
+    "key new": "key SOURCE --new",
+    "key list": "key SOURCE",
+    "key remove": "key SOURCE --remove ID",
     "revocable": "a command of another package, fpmatch-revocable, in examples/revocable of the "
     "sources",
 }

@@ -284,7 +284,7 @@ def _protected(place: Place, *keys: str) -> tuple[dict[str, str], list[list[byte
     place.write(f"{info.name}/entry_points.txt", text)
     env, contents = {"PYTHONPATH": f"{place.folder}:{source}:{ROOT}"}, []
     for key in keys:
-        place.done("key", "new", f"{key}.txt")
+        place.done("key", f"{key}.txt", "--new")
         for path in sorted(SAMPLES.glob("*.tif")):
             out = ("-o", f"{path.stem}.{key}", "--key", f"file:{key}.txt")
             place.done("revocable", "protect", path, *out, env=env)

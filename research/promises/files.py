@@ -86,7 +86,7 @@ def damaged_files(place: Place) -> Tries:
         "pairs.txt": ("score", *sides, "--pairs"),
         "scores.csv": ("rates",),
         "calibration.json": ("verify", PROBE, REFERENCE, "--calibration"),
-        "keys.txt": ("key", "list"),
+        "keys.txt": ("key",),
         "audit.jsonl": ("gallery", "audit", "verify"),
         "clients.toml": ("serve", "--port", 99999, "--clients"),
         "plain.db": ("verify", PROBE, "--subject", 101, "--gallery"),

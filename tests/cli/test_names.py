@@ -94,7 +94,7 @@ def stored(place, images):
         for k, image in enumerate(images):
             table.writerow([printable(image), f"s{k}"])
     key = file_in(folder, b"k\xff\x1b", b"")
-    run("key", "new", key)
+    run("key", key, "--new")
     template = min((folder / "templates").glob("*.json"))
     return {
         **{"gallery": gallery, "key": key, "template": template},
@@ -214,9 +214,14 @@ CASES = {
         ("{points} {points} --json", {0}),
         ("{points} {missing}", {2}),
     ],
-    "key new": [("{out}/{missing}", {0}), ("{out}/{missing} --json", {0}), ("{out}/k --add", {2})],
-    "key list": [("{out}/{missing}", {2}), ("{scores}", {2})],
-    "key remove": [("{out}/{missing} {missing}", {2})],
+    "key": [
+        ("{out}/{missing} --new", {0}),
+        ("{out}/{missing} --new --json", {0}),
+        ("{out}/k --add", {2}),
+        ("{out}/{missing}", {2}),
+        ("{scores}", {2}),
+        ("{out}/{missing} --remove {missing}", {2}),
+    ],
     "doctor": [("", {0, 1}), ("--json", {0, 1}), ("{missing}", {2})],
 }
 

@@ -264,7 +264,7 @@ def connections(place: Place) -> Tries:
     alone = ("unshare", "-rn") if shutil.which("unshare") else ()
     commands = [_COMMANDS[action] for action in ("identify", "verify", "read templates", "enrol")]
     pair: Words = (PROBE, REFERENCE)
-    for words in (("verify", *pair), ("overlay", *pair, "-o", "overlay.svg"), *commands):
+    for words in (("verify", *pair), ("verify", *pair, "--overlay", "overlay.svg"), *commands):
         run = place.run(*words, env={"PYTHONPATH": f"{place.folder / 'guard'}:{ROOT}"})
         yield f"{run} {mark.read_text()}" if mark.exists() else run.kept
         yield place.run(*words, before=alone).kept

@@ -231,7 +231,7 @@ def acting_names(place: Place) -> Tries:
         ("enrol", "new.db", *subject, "--", *(f"./{name}" for name in names)),
         ("verify", names[0], names[8], "--case-report", "report.html", *notes),
         ("verify", names[8], NASTY),
-        ("overlay", names[0], names[8], "-o", "overlay.svg", "--view", "side-by-side"),
+        ("verify", names[0], names[8], "--overlay", "overlay.svg", "--view", "side-by-side"),
         ("inspect", *(f"./{name}" for name in names), "--json"),
         ("inspect", *(f"./{name}" for name in names)),
         ("identify", "new.db", names[0], "--all"),
@@ -272,7 +272,7 @@ def strange_names(place: Place) -> Tries:
             ("extract", path, "-o", "stages", "--format", "stages"),
             ("identify", gallery, path),
             ("enrol", "new.db", path, "--pattern", "(?P<subject>[^/]+)"),
-            ("overlay", path, REFERENCE, "-o", "overlay.png"),
+            ("verify", path, REFERENCE, "--overlay", "overlay.png"),
         ):
             env = {"LC_ALL": place.random.choice(("C", "C.UTF-8", "POSIX"))}
             env["PYTHONIOENCODING"] = place.random.choice(("ascii", "utf-8", "latin-1"))

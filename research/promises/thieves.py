@@ -46,7 +46,7 @@ def rights_of_files(place: Place) -> Tries:
         ("extract", PROBE, "-o", "templates"),
         ("convert", PROBE, "probe.iso"),
         ("extract", PROBE, "-o", "stages", "--format", "stages"),
-        ("overlay", PROBE, REFERENCE, "-o", "overlay.png"),
+        ("verify", PROBE, REFERENCE, "--overlay", "overlay.png"),
         ("verify", PROBE, REFERENCE, "--case-report", "case.html"),
         ("gallery", "rewrite", "new.db"),
         ("gallery", "rewrite", "--encrypt", "new.db"),

@@ -98,7 +98,6 @@ CASES = {
         ("p.csv q.csv -o notes.txt", "notes.txt: cannot be written"),
         ("p.csv q.csv --pair 99", "--pair 99: "),
     ],
-    "overlay -o out.png": [("1_1.png text.png", "text.png: ")],
     "points": [
         *((f"{name} q.csv --pairs pairs.csv", reason) for name, (_, reason) in POINTS.items()),
         ("p.csv few.csv --pairs pairs.csv", "few.csv: "),

@@ -111,17 +111,17 @@ def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, sugges
 
 
 def failing(monkeypatch, error):
-    """Make `fpmatch overlay` raise `error`."""
+    """Make `fpmatch verify` raise `error`."""
 
     def fail(*_, **__):
         raise error
 
-    overlay = importlib.import_module("fpmatch.cli.overlay").overlay
-    monkeypatch.setattr(overlay, "callback", fail)
+    verify = importlib.import_module("fpmatch.cli.verify").verify
+    monkeypatch.setattr(verify, "callback", fail)
 
 
 def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
-    words = ("overlay", "odd.png", "odd.png", "-o", "out.png")
+    words = ("verify", "odd.png", "odd.png")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     assert_refused(run(*words), "odd\\nname.png: no such file\n")
     caused = FpmatchError("a worker ended")
@@ -165,7 +165,7 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     data = bytearray(path.read_bytes())
     data[200:400] = bytes(255 - byte for byte in data[200:400])
     path.write_bytes(data)
-    words = f"{sys.executable} -m fpmatch overlay {path} {path} -o {tmp_path}/out.png"
+    words = f"{sys.executable} -m fpmatch verify {path} {path}"
     done = start(["/bin/sh", "-c", f"{words} 2>&-" if closed else words])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == done.stderr.count("damaged") == (0 if closed else 1)
@@ -177,7 +177,7 @@ def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
         ("fpmatch gallery audit ", ["show", "switch", "verify"]),
         ("fpmatch verify --sub", ["--subject"]),
         ("fpmatch verify --probe-d", []),
-        ("fpmatch overlay --ridges --view o", ["overlay"]),
+        ("fpmatch verify --warp --view o", ["overlay"]),
         ("fpmatch rates --gen", ["--genuine-scores"]),
     ):
         monkeypatch.setenv("COMP_WORDS", words)

@@ -117,7 +117,6 @@ CASES = {
         ("{0} {1} --{missing}", {2}),
         ("{0} {1} --overlay {missing}/x.png", {2}),
     ],
-    "overlay": [("{0} {1} -o {out}/o.svg", {0}), ("{0} {1} -o {out}/{missing}", {2})],
     "explain": [
         ("{0} {1} -o {out}/e", {0}),
         ("{points} {points} -o {out}/e", {0}),

@@ -39,7 +39,7 @@ def test_the_commands_of_the_core_need_no_wing(without_wings, tmp_path):
     prints = [SAMPLES / f"101_{n}.tif" for n in (1, 3)]
     for words in (
         ("verify", *prints, "--json", "--overlay", "o.png", "--case-report", "case.html"),
-        ("overlay", *prints, "-o", "o.svg"),
+        ("verify", *prints, "--overlay", "o.svg"),
         ("extract", prints[0], "-o", "templates"),
         ("convert", "templates/101_1.json", "101_1.iso"),
         ("inspect", prints[0], "101_1.iso"),

@@ -103,6 +103,6 @@ def test_exports_and_scores(tmp_path: Path) -> None:
     run("score", *sides, "-o", tmp_path / "scores.csv", "--workers", "1")
     probe = tmp_path / "probe.json"
     save_template(probe, scattered(1, 30))
-    pair = (probe, tmp_path / "out" / "2.json")
-    run("overlay", *pair, "-o", tmp_path / "overlay.png")
+    pair = (probe, tmp_path / "out" / "1.json")
+    run("verify", *pair, "--overlay", tmp_path / "overlay.png")
     assert_private(tmp_path, 7)

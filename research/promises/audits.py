@@ -43,7 +43,7 @@ _COMMANDS: Final[dict[str, Words]] = {
     "verify": ("verify", "--gallery", "plain.db", "--subject", "101", PROBE),
     "list": ("gallery", "list", "plain.db"),
     "check": ("gallery", "check", "plain.db"),
-    "export": ("gallery", "export", "plain.db", "-o", "out"),
+    "export": ("extract", "--gallery", "plain.db", "-o", "out"),
     "read templates": ("score", "--references", "plain.db", "--probes", SAMPLES, "-o", "s.csv"),
     "enrol": ("enrol", "plain.db", "201_1.tif"),
     "remove": ("gallery", "remove", "plain.db", 5),

@@ -175,7 +175,7 @@ def bad_input(place: Place) -> Tries:
             ("inspect", "gallery check", "gallery rewrite", "gallery list --summary"), ()
         ),
         **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
-        **dict.fromkeys(("extract", "extract --format stages", "gallery export"), ("-o", "out")),
+        **dict.fromkeys(("extract", "extract --format stages", "extract --gallery"), ("-o", "out")),
         **dict.fromkeys(("identify", "gallery rewrite --encrypt"), ("--", PROBE)),
         **dict.fromkeys(("points", "rates", "evaluate"), ()),
         "convert": ("out.iso",),
@@ -239,7 +239,7 @@ def acting_names(place: Place) -> Tries:
         ("gallery", "list", "new.db"),
         ("gallery", "list", "new.db", "--failures"),
         ("gallery", "list", "new.db", "--subject", NASTY),
-        ("gallery", "export", "new.db", "-o", "out"),
+        ("extract", "--gallery", "new.db", "-o", "out"),
         ("score", "--references", ".", "--probes", "new.db", "-o", "s.csv", "--fingers", "f.csv"),
         ("evaluate", ".", *subject, "--report", "report"),
         ("verify", names[0], names[8], "--matcher", NASTY),

@@ -430,7 +430,7 @@ def passwords(place: Place) -> Tries:
         gallery check {}
         gallery audit show {}
         gallery rewrite {}
-        gallery export {} -o out
+        extract --gallery {} -o out
         verify --gallery {} --subject 1 P
         score --references {} --probes {} -o s.csv
         synth --templates {}

@@ -42,7 +42,7 @@ def rights_of_files(place: Place) -> Tries:
         ("identify", "new.db", "--probes", SAMPLES, "-o", "candidates.csv"),
         ("score", "--references", "new.db", "--probes", SAMPLES, "-o", "scores.csv"),
         ("evaluate", SAMPLES, "--report", "report", "--scores", "all.csv"),
-        ("gallery", "export", "new.db", "-o", "exported"),
+        ("extract", "--gallery", "new.db", "-o", "exported"),
         ("extract", PROBE, "-o", "templates"),
         ("convert", PROBE, "probe.iso"),
         ("extract", PROBE, "-o", "stages", "--format", "stages"),
@@ -127,7 +127,7 @@ def readable_templates(place: Place) -> Tries:
     commands: tuple[Words, ...] = (
         ("enrol", "sealed.db", SAMPLES, "--encrypt"),
         ("identify", "sealed.db", PROBE),
-        ("gallery", "export", "sealed.db", "-o", "out", "--format", "sealed"),
+        ("extract", "--gallery", "sealed.db", "-o", "out", "--format", "sealed"),
         ("score", "--references", "sealed.db", "--probes", "sealed.db", "-o", "s.csv"),
         ("gallery", "remove", "sealed.db", 3),
         ("key", "keys.txt", "--add"),

@@ -126,6 +126,9 @@ CASES = {
         ("{all} -o {out}/t --json", {0}),
         ("{0} -o {out}/t --format stages", {0}),
         ("{all} {missing} {scores} -o {out}/t --format iso2005", {2}),
+        ("--gallery {gallery} -o {out}/e --key file:{key}", {0}),
+        ("--gallery {gallery} -o {out}/e", {0}),
+        ("--gallery {gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
     ],
     "convert": [
         ("{template} {out}/t.iso", {0}),
@@ -166,11 +169,6 @@ CASES = {
         ("{gallery} --subject {missing}", {2}),
     ],
     "gallery remove": [("{copy} --subject {subject}", {0}), ("{copy} --subject {missing}", {2})],
-    "gallery export": [
-        ("{gallery} -o {out}/e --key file:{key}", {0}),
-        ("{gallery} -o {out}/e", {0}),
-        ("{gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
-    ],
     "gallery rewrite": [
         ("{copy}", {0}),
         ("{copy} --json", {0}),

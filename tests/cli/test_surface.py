@@ -8,7 +8,7 @@ from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.wings import registered
 from tests.conftest import assert_refused, leaves
 
-MOST_COMMANDS = 25
+MOST_COMMANDS = 24
 MOST_OPTIONS_SHOWN = 190
 MOST_LINES = 45
 HELP = {"-h", "--help", "--help-all"}

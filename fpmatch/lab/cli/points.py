@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     from fpmatch.pointset.geometry.point_match import PointMatch
 
-FEWEST_POINTS: Final = 3
 STDIN: Final = Path("-")
 STDIN_NAME: Final = "standard input"
 _CSV: Final = click.Path(path_type=Path, allow_dash=True)
@@ -252,7 +251,12 @@ def _match(
         bars.show("search", tried, most, f"{tried:,} transforms")
 
     how = {**maps._asdict(), "progress": progress}
-    match = match_points(p.points, q.points, **given, **how)
+    try:
+        match = match_points(p.points, q.points, **given, **how)
+    except PointSetError as error:  # which may be of a set, by its letter
+        letter, colon, why = str(error).partition(": ")
+        name = {"p": p.name, "q": q.name}.get(letter, letter)
+        raise PointSetError(f"{name}{colon}{why}") from error
     if match.transform is not None or given["matcher"] != "triangles":
         return match
     wider = wider_maps(p.points, q.points, tolerance=given["tolerance"], **how)
@@ -264,7 +268,7 @@ def _match(
 
 
 def _read(path: Path, columns: tuple[str, str]) -> _NamedPoints:
-    """Return points that can be matched; say where some of them coincide."""
+    """Return the points of a file; say where some of them coincide."""
     from fpmatch.lab.points.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
@@ -274,25 +278,10 @@ def _read(path: Path, columns: tuple[str, str]) -> _NamedPoints:
         points = decode_points(data, name, columns)
     else:
         raise PointSetError(f"{STDIN_NAME}: is closed")
-    if len(points) < FEWEST_POINTS:
-        raise PointSetError(f"{name}: too few points: {len(points)} of at least {FEWEST_POINTS}")
-    if not _spans_a_triangle(points):
-        raise PointSetError(f"{name}: all points lie on one line")
     repeats = len(points) - len(np.unique(points.view(np.complex128)))
     if repeats:
         say_note(f"{name}: points that repeat another: {repeats:,}")
     return _NamedPoints(path, name, points)
-
-
-def _spans_a_triangle(points: NDArray[np.float64]) -> bool:
-    """Return whether the first point, the furthest from it, and that furthest from both do."""
-    from fpmatch.pointset.delaunay.triangulate import triangulate
-
-    tamed = points / (np.abs(points).max() or 1.0)  # so that squares stay finite
-    offset = tamed - tamed[0]
-    far = (offset**2).sum(axis=1).argmax()
-    aside = np.abs(offset @ (-offset[far, 1], offset[far, 0])).argmax()
-    return len(triangulate(points[[0, far, aside]]).triangles) > 0
 
 
 def _as_json(

@@ -1,5 +1,10 @@
-"""What the page of first tasks says of changes to the matcher happens."""
+"""The page of first tasks: its commands do what they say, changes of the matcher have effect."""
 
+import os
+import re
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +16,70 @@ from fpmatch.matching.prints import prepare
 from fpmatch.matching.reference import match
 from fpmatch.matching.reference import prepare as prepared
 
-SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLES = ROOT / "sample_data"
+PAGE = (ROOT / "docs" / "tutorial" / "newcomer_tasks.md").read_text("utf-8")
+TASKS = dict(
+    re.findall(r"^### ([^\n]+)$(?:(?!^###).)*?^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+)
+MADE = {  # what the commands of each task write or print
+    "See the method explained on two prints": ("steps/index.html", ".svg"),
+    "See the method explained on two point sets": ("star_steps/index.html", ".svg"),
+    "Change a parameter and measure it": ("output", "place_tolerance=0.15"),
+    "Change a kernel, build it and measure it": ("output", "before"),
+    "Measure a matcher that compares images": ("output", "sift"),
+    "Draw DET curves and write tables of two systems": ("rates.tex", "paper"),
+    "Compare prints in raw files": ("output", "MATCH"),
+    "Match stars by right ascension and declination": ("output", "match"),
+    "Run a server in a container": ("output", "ready"),
+    "Print a case report": ("case.html", "2026-17"),
+    "Give a client the right to verify, and no more": ("refused.json", "role"),
+    "Complete commands in the shell": ("fpmatch.bash", "complete"),
+}
+LONG = ("Change a kernel, build it and measure it", "Run a server in a container")
+NEEDED = ("chromium", "curl")
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """Return a copy of the files that the commands name."""
+    for name in ("sample_data", "docs/how-to/one_file"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    return tmp_path
+
+
+def test_each_task_has_its_commands():
+    assert list(TASKS) == list(MADE)
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        pytest.param(one, marks=pytest.mark.slow if one in LONG else pytest.mark.docs)
+        for one in MADE
+    ],
+)
+def test_the_commands_of_a_task_do_it(task, clone):
+    commands = TASKS[task]
+    for name in NEEDED:
+        if name in commands and shutil.which(name) is None:
+            pytest.skip(f"{name} is not installed")
+    if task in LONG:
+        clone /= "whole"
+        subprocess.run(["git", "clone", "-q", ROOT, clone], check=True)
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", commands],
+        cwd=clone,
+        env=os.environ | {"PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    file, text = MADE[task]
+    assert text in (done.stdout if file == "output" else (clone / file).read_text("utf-8"))
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_notes, show_line
 from fpmatch.cli.options import (
     FILE,
+    PRINT,
     FormatChoice,
     angles_option,
     image_size,
@@ -63,9 +64,10 @@ Examples:
   fpmatch convert print.xyt print.json --size 388x374 --dpi 500
   fpmatch convert minutiae.npy print.json --angles rad,clockwise --size 388x374 --dpi 500
   fpmatch convert print.tif print.iso
+  fpmatch convert - print.iso < print.json
 """,
 )
-@click.argument("source", metavar="IN", type=FILE)
+@click.argument("source", metavar="IN", type=PRINT)
 @click.argument("target", metavar="OUT", type=FILE)
 @click.option(
     "--format",

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
+    PRINT,
     FormatChoice,
     angles_option,
     enhance_option,
@@ -72,6 +73,7 @@ Examples:
   fpmatch extract prints/*.tif -o templates --json
   fpmatch extract print.tif -o stages --format stages
   fpmatch extract --gallery prints.db -o templates
+  fpmatch extract - -o templates < print.tif
 
 \b
 Quality:
@@ -81,7 +83,7 @@ Exit status: 0 when every template is written, 1 when damaged entries of a galle
 when an image failed; the others are kept.
 """,
 )
-@files_argument("images", metavar="IMAGE...", required=False)
+@files_argument("images", metavar="IMAGE...", type=PRINT, required=False)
 @output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option(
     "--format",

@@ -8,7 +8,13 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show, show_line
-from fpmatch.cli.options import files_argument, json_array_option, key_option, reading_options
+from fpmatch.cli.options import (
+    PRINT,
+    files_argument,
+    json_array_option,
+    key_option,
+    reading_options,
+)
 from fpmatch.errors import FpmatchError
 from fpmatch.printable import json_text
 
@@ -27,11 +33,12 @@ Examples:
   fpmatch inspect print.tif template.iso
   fpmatch inspect prints/* --json
   fpmatch inspect small_sensor.bmp --dpi 240
+  fpmatch inspect - < print.tif
 
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
 """,
 )
-@files_argument("files", metavar="FILE...")
+@files_argument("files", metavar="FILE...", type=PRINT)
 @reading_options
 @json_array_option
 @key_option

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -23,6 +25,26 @@ POLARITIES: Final = ("auto", "dark", "white")
 ENHANCEMENTS: Final = ("learned", "filters")
 
 FILE: Final = click.Path(path_type=Path)
+_STDIN: Final = "standard-input"
+
+
+class PrintFile(click.Path):
+    """The file of a print; of "-", standard input, a copy that lasts as long as the command."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, allow_dash=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path of the file or of the copy."""
+        if str(value) != "-" or ctx is None or ctx.resilient_parsing:
+            return super().convert(value, param, ctx)
+        if _STDIN in ctx.meta:
+            self.fail("only one print can come from standard input", param, ctx)
+        ctx.meta[_STDIN] = True
+        folder = ctx.find_root().with_resource(TemporaryDirectory(prefix="fpmatch-"))
+        copy = Path(folder, _STDIN)
+        copy.write_bytes(sys.stdin.buffer.read())
+        return copy
 
 
 class Name(click.Choice[str]):
@@ -102,6 +124,7 @@ def _restore_key(before: str | None) -> None:
 
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
+PRINT: Final = PrintFile()
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
 _DPI: Final = click.option(
     "--dpi",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.options import (
-    FILE,
+    PRINT,
     add_options,
     angles_option,
     enhance_option,
@@ -54,8 +54,8 @@ _OPTIONS: Final = (
 
 def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
     """Return the decorator that gives a command PROBE, REFERENCE and the comparison's options."""
-    reference = click.argument("reference", type=FILE, required=reference_required)
-    return partial(add_options, options=(click.argument("probe", type=FILE), reference, *_OPTIONS))
+    reference = click.argument("reference", type=PRINT, required=reference_required)
+    return partial(add_options, options=(click.argument("probe", type=PRINT), reference, *_OPTIONS))
 
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:

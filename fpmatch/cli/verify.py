@@ -31,7 +31,8 @@ EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
     cls=Command,
     details="""
 Of images TIFF, PNG, BMP, JPEG, WSQ and others are read, of templates ISO/IEC 19794-2, ANSI 378,
-XYT, AN2, JSON and CSV. The transform maps pixels of the probe to pixels of the reference.
+XYT, AN2, JSON and CSV; "-" is standard input. The transform maps pixels of the probe to pixels of
+the reference.
 
 With --matcher paper, the method of Choi, Lee and Lee, two prints match if more than the share
 rho of the smaller print's minutiae is paired; the score does not decide, unless --threshold
@@ -54,6 +55,7 @@ More examples:
   fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
   fpmatch verify probe.tif reference.tif --matcher paper:rho=0.6
+  fpmatch verify - reference.tif < probe.tif
   fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
 """,
     epilog="""\b

@@ -40,6 +40,7 @@ MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the mo
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
+_CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a cell
 NOTHING: Final = (0.0,) * 5  # the amount of evidence in a print that shows no finger
 
 
@@ -91,12 +92,10 @@ def lacks_ridges(template: Template) -> str:
 
 def solidity(mask: NDArray[np.bool_]) -> float:
     """Return the share of their convex hull that the cells of a mask, at least one, fill."""
-    rows = np.flatnonzero(mask.any(axis=1))
-    left = mask[rows].argmax(axis=1)
-    right = mask.shape[1] - mask[rows, ::-1].argmax(axis=1)
-    corners = np.stack([np.tile([left, right], 2).ravel(), np.tile(np.r_[rows, rows + 1], 2)])
-    hull = cv2.contourArea(cv2.convexHull(corners.T.astype(np.int32)))
-    return float(np.count_nonzero(mask) / hull)
+    cells = mask.view(np.uint8)
+    corners = cv2.convexHull(cv2.findNonZero(cells)) + _CORNERS
+    hull = cv2.contourArea(cv2.convexHull(corners.reshape(-1, 2)))
+    return float(cv2.countNonZero(cells) / hull)
 
 
 def uniformity(field: RidgeField) -> float:

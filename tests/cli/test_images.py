@@ -46,6 +46,25 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
     assert "280 x 300 px" in run("inspect", bare, "--raw", "280x300").stdout
 
 
+def test_a_dash_is_standard_input(run, prints, tmp_path):
+    print_ = prints / "1_1.png"
+    one = print_.read_bytes()
+    itself = run("verify", print_, print_, "--json")
+    for pair in (("-", print_), (print_, "-")):
+        piped = run("verify", *pair, "--json", "--case-report", tmp_path / "case.html", input=one)
+        assert not piped.stderr
+        assert json.loads(piped.stdout)["score"] == json.loads(itself.stdout)["score"]
+    assert run("extract", "-", "-o", tmp_path, "--format", "json", input=one).exit_code == 0
+    template = tmp_path / "standard-input.json"
+    converted = run("convert", "-", tmp_path / "p.iso", input=template.read_bytes())
+    assert (converted.exit_code, run("inspect", "-", input=one).exit_code) == (0, 0)
+    assert len(load_template(tmp_path / "p.iso").minutiae) == len(load_template(template).minutiae)
+    for words in (("verify", "-", "-"), ("extract", "-", "-", "-o", tmp_path)):
+        twice = run(*words, input=one)
+        assert (twice.exit_code, "only one print can come from" in twice.stderr) == (2, True)
+    assert_refused(run("verify", print_, "-", input=b""), "empty")
+
+
 def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
     words = ("verify", bare, prints / "1_1.png", "--raw")
     assert_refused(run(*words, "100x100"), "84000")

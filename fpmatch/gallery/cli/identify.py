@@ -10,6 +10,7 @@ import click
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
+    PRINT,
     file_option,
     files_argument,
     json_option,
@@ -68,6 +69,7 @@ Columns:
 More examples:
   fpmatch identify prints.db manifest.csv
   fpmatch identify postgresql://me@host/prints probe.tif --transform
+  fpmatch identify prints.db - < probe.tif
   fpmatch identify prints.db probe.tif --all
   fpmatch identify prints.db probe.tif --impressions
   fpmatch identify nation.db probe.tif --loss 0.1%
@@ -89,7 +91,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 """,
 )
 @click.argument("gallery")
-@files_argument("probes", metavar="[PROBE]...", required=False)
+@files_argument("probes", metavar="[PROBE]...", required=False, type=PRINT)
 @file_option(
     "--probes",
     "more_probes",

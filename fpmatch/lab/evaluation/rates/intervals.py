@@ -16,7 +16,7 @@ Probability 20 (1992), for the number of pairs that may be taken as independent.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -58,12 +58,12 @@ class ExactBound:
     method: str = "clopper-pearson"
 
     def interval(self, rate: float) -> Interval:
-        """Return the limit of a rate that is 0 or 1, and that rate."""
-        from scipy.stats import binomtest  # noqa: PLC0415
+        """Return the limit of a rate that is 0 or 1, and that rate.
 
-        side: Literal["less", "greater"] = "greater" if rate else "less"
-        test = binomtest(self.units if rate else 0, self.units, alternative=side)
-        return Interval(*map(float, test.proportion_ci(CONFIDENCE, method="exact")))
+        Of n trials without an error the upper limit p solves (1 - p)^n = 1 - `CONFIDENCE`.
+        """
+        least = (1 - CONFIDENCE) ** (1 / self.units)
+        return Interval(least, 1.0) if rate else Interval(0.0, 1 - least)
 
 
 def exact_bound(rate: str, trials: Sequence[Trials], *, mean: bool = False) -> ExactBound:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import binom
+from scipy.stats import binom, binomtest
 
 from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_rates
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
@@ -110,6 +110,14 @@ def test_no_error_has_an_upper_limit_by_fingers(fingers, pairs, finger_limit, pa
     (worst,) = intervals_of(separated(fingers, sign=-1)).sets
     assert worst.eer == (pytest.approx(1 - pair_limit, abs=1e-4), 1.0)
     assert worst.rank_one == (0.0, pytest.approx(finger_limit, abs=1e-4))
+
+
+@pytest.mark.parametrize("units", [1, 2, 7, 300, 10**6])
+def test_the_limit_is_that_of_clopper_and_pearson(units):
+    none, all_ = (ExactBound("finger", units).interval(rate) for rate in (0.0, 1.0))
+    for limits, count, side in ((none, 0, "less"), (all_, units, "greater")):
+        exact = binomtest(count, units, alternative=side).proportion_ci(0.95, method="exact")
+        assert limits == pytest.approx(tuple(exact), rel=1e-9)
 
 
 def test_one_finger_with_genuine_pairs_is_one_trial_and_300_are_about_the_rule_of_3():

@@ -77,7 +77,6 @@ CASES = {
         ("check prints.db --subject x", "subject x"),
         ("remove prints.db 1 9", "number 9"),
         ("remove prints.db --subject 9", "subject 9"),
-        ("export prints.db -o notes.txt", "notes.txt: cannot be made a folder"),
     ],
     "identify --workers 1": [
         ("prints.db nowhere.png", "nowhere.png: "),
@@ -91,6 +90,7 @@ CASES = {
     "extract": [
         ("1_1.png -o notes.txt", "notes.txt: cannot be made a folder"),
         ("1_1.png set/1_1.png -o out", "1_1"),
+        ("--gallery prints.db -o notes.txt", "notes.txt: cannot be made a folder"),
     ],
     "explain -o out": [
         ("1_1.png text.png", "text.png: "),

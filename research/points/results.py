@@ -8,8 +8,7 @@ and `n` determine a condition.
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -168,41 +167,5 @@ def _condition_of(entry: dict[str, Any]) -> Condition:
 
 
 def _cell_of(entry: dict[str, Any]) -> PointCell:
-    """Return a cell of the file; optional members follow from the others."""
-    condition, trials = _condition_of(entry), int(entry["trials"])
-    recognised = round(_share(entry["recognised"]) * trials)
-    outcomes = str(entry.get("outcomes", "1" * recognised + "0" * (trials - recognised)))
-    independent = int(entry.get("independent_trials", trials))
-    cell = PointCell(
-        condition=condition,
-        matcher=str(entry["matcher"]),
-        outcomes=outcomes,
-        false_positives=round(_share(entry["false_match"]) * independent),
-        independent_trials=independent,
-        time_ms=_milliseconds(entry["time_ms"]),
-        scipy_delaunay_ms=_milliseconds(entry["scipy_delaunay_ms"]),
-        independent_time_ms=_milliseconds(entry.get("independent_time_ms", entry["time_ms"])),
-        first_ms=_milliseconds(entry.get("first_ms", entry["time_ms"])),
-        stopped=int(entry.get("stopped", 0)),
-        mean_ms=_milliseconds_or_none(entry.get("mean_ms")),
-        independent_mean_ms=_milliseconds_or_none(entry.get("independent_mean_ms")),
-    )
-    if min(trials, independent) < 1 or (cell.trials, cell.true_positives) != (trials, recognised):
-        raise ValueError(f"trials and outcomes disagree: {cell.matcher}, {condition}")
-    return cell
-
-
-def _share(value: Any) -> float:
-    if not (isinstance(value, int | float) and 0 <= value <= 1):
-        raise ValueError(f"a rate must be a fraction: {value!r}")
-    return float(value)
-
-
-def _milliseconds_or_none(value: Any) -> float | None:
-    return None if value is None else _milliseconds(value)
-
-
-def _milliseconds(value: Any) -> float:
-    if not (isinstance(value, int | float) and 0 < value < math.inf):
-        raise ValueError(f"a time must be positive: {value!r}")
-    return float(value)
+    own = {one.name: entry[one.name] for one in fields(PointCell) if one.name in entry}
+    return PointCell(**own, condition=_condition_of(entry), false_positives=entry["false_matches"])

@@ -1,4 +1,4 @@
-"""`fpmatch extract`: templates of many images, or those of a gallery."""
+"""`fpmatch extract`: templates of many images, or of a gallery."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ when an image failed; the others are kept.
     "--gallery",
     metavar="GALLERY",
     hidden=True,
-    help="Write the templates of this gallery, in place of those of images, under their subject, "
-    "finger and impression: 101_3.json.",
+    help="Write the templates of this gallery, instead of images, named by subject, finger and "
+    "impression: 101_3.json.",
 )
 @click.option("--subject", metavar="ID", hidden=True, help="With --gallery: of this subject only.")
 @reading_options

@@ -114,6 +114,17 @@ def count(number: int, noun: str, plural: str = "") -> str:
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 
+def rotation_text(degrees: float) -> str:
+    """Return a rotation with its sense on screen, where y points down.
+
+    >>> rotation_text(30), rotation_text(-0.01)
+    ('30.0° (clockwise)', '0.0°')
+    """
+    if abs(degrees) < 0.05:
+        return "0.0°"
+    return f"{degrees:.1f}° ({'clockwise' if degrees > 0 else 'counter-clockwise'})"
+
+
 def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
     """Return rows of cells as aligned columns, the first `left` of them to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

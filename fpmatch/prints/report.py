@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.matching.calibration import MAX_SCORE
-from fpmatch.printable import count
+from fpmatch.printable import count, rotation_text
 from fpmatch.prints.words import odds, outcome, score_as_high
 
 if TYPE_CHECKING:
@@ -165,9 +165,7 @@ def _scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: fl
 
 def transform_in_words(transform: Similarity) -> str:
     """Return how the probe moves onto the reference; on screen y points down."""
-    degrees = transform.rotation_deg
-    sense = "clockwise" if degrees >= 0 else "counter-clockwise"
     return (
-        f"rotation {abs(degrees):.1f}° {sense}, scale {transform.scale:.3f}, "
+        f"rotation {rotation_text(transform.rotation_deg)}, scale {transform.scale:.3f}, "
         f"shift {transform.tx:+.1f} px right, {transform.ty:+.1f} px down"
     )

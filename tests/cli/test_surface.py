@@ -37,7 +37,7 @@ def test_the_commands_and_the_options_that_are_shown_are_few():
 
 @pytest.mark.parametrize("words", ["", *GROUPS_OF_COMMANDS, *COMMANDS])
 def test_help_is_short(run, words):
-    text = run(*words.split(), "--help", env={"COLUMNS": "80"}).stdout
+    text = run(*words.split(), "--help", terminal_width=78).stdout  # of 80 columns
     assert len(text.splitlines()) <= MOST_LINES
 
 

@@ -18,8 +18,8 @@ def test_the_sense_of_a_rotation_is_that_on_screen(compared):
         transform = Similarity(rotation=math.radians(degrees))
         return dict(transform_facts(compared(transform=transform)))["Rotation of probe"]
 
-    assert rotation(12.34) == "12.3° clockwise"  # y points down
-    assert rotation(-90) == "90.0° counter-clockwise"
+    assert rotation(12.34) == "12.3° (clockwise)"  # y points down
+    assert rotation(-90) == "-90.0° (counter-clockwise)"
     assert rotation(1e-9) == "0.0°"
 
 

@@ -30,7 +30,7 @@ def test_text_of_a_match(template):
         "  Minutiae    2 pairs among 30 of the probe and 30 of the reference",
         "  Agreement   82% of the minutiae where the prints overlap are paired",
         "  Overlap     74% of the smaller print",
-        "  Transform   rotation 11.5° counter-clockwise, scale 1.004, "
+        "  Transform   rotation -11.5° (counter-clockwise), scale 1.004, "
         "shift +12.4 px right, -5.1 px down",
         "  Residual    2.1 px rms",
     ]

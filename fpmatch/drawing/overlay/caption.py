@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import text_width, wrapped
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
+from fpmatch.printable import rotation_text
 from fpmatch.prints.words import odds
 
 if TYPE_CHECKING:
@@ -50,10 +51,8 @@ def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
     transform, rms_px = verification.evidence.transform, verification.evidence.rms_px
     if transform is None:
         return []
-    angle = transform.rotation_deg  # y points down: clockwise where positive
-    sense = "" if abs(angle) < 0.05 else " clockwise" if angle > 0 else " counter-clockwise"
     return [
-        ("Rotation of probe", f"{abs(angle):.1f}°{sense}"),
+        ("Rotation of probe", rotation_text(transform.rotation_deg)),
         ("Scale", f"{transform.scale:.3f}"),
         ("Shift x, y", f"{transform.tx:+.1f}, {transform.ty:+.1f} px"),
         ("Residual", f"{rms_px:.1f} px rms" if math.isfinite(rms_px) else "-"),

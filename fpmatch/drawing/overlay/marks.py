@@ -43,23 +43,21 @@ class MarkStyle:
     width: float  # of the lines
     halo: float  # of white around them
     opacity: float
-    filled: bool
     role: str  # the SVG class
 
     @property
     def pen(self) -> Pen:
         """The pen that draws the shape."""
-        fill = self.colour if self.filled else None
-        return Pen(self.colour, fill, self.width, self.opacity, self.halo)
+        return Pen(self.colour, None, self.width, self.opacity, self.halo)
 
 
 PAIRED: Final = {
-    "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, False, "reference paired"),
-    "probe": MarkStyle(PROBE_MARK, 3.2, 12.0, 2.0, 1.2, 1.0, True, "probe paired"),
+    "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, "reference paired"),
+    "probe": MarkStyle(PROBE_MARK, 4.0, 12.0, 2.0, 1.2, 1.0, "probe paired"),
 }
 UNPAIRED: Final = {
-    "reference": MarkStyle(REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, False, "reference unpaired"),
-    "probe": MarkStyle(PROBE_MARK, 3.0, 8.0, 1.3, 1.0, 0.8, True, "probe unpaired"),
+    "reference": MarkStyle(REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, "reference unpaired"),
+    "probe": MarkStyle(PROBE_MARK, 3.4, 8.0, 1.3, 1.0, 0.8, "probe unpaired"),
 }
 PAIR_PEN: Final = Pen(PAIR_LINK, width=2.0, halo=1.2)
 EDGES: Final = {
@@ -67,12 +65,10 @@ EDGES: Final = {
     "probe": Pen(PROBE_MARK, width=1.6, opacity=0.85, dash=(9.0, 6.0)),
 }
 BESIDE_PAIRED: Final = {
-    role: replace(style, radius=6.0, tick_px=10.0, width=2.2, halo=1.4, filled=False)
+    role: replace(style, radius=6.0, tick_px=10.0, width=2.2, halo=1.4)
     for role, style in PAIRED.items()
 }
-BESIDE_UNPAIRED: Final = {
-    role: replace(style, radius=4.5, filled=False) for role, style in UNPAIRED.items()
-}
+BESIDE_UNPAIRED: Final = {role: replace(style, radius=4.5) for role, style in UNPAIRED.items()}
 _EXAMINER_PEN: Final = Pen(EXAMINER_MARK, width=2.2, halo=1.4)
 _EXAMINER_RADIUS, _LETTER_SIZE = 11.0, 22.0
 _ARCS: Final = 6  # of a dashed circle
@@ -100,7 +96,7 @@ def mark(
     (x, y), (dx, dy) = point, direction
     r, end = style.radius, style.radius + style.tick_px
     line = ((x + r * dx, y + r * dy), (x + end * dx, y + end * dy))
-    tick = Path(line, replace(style.pen, fill=None), role=f"tick {style.role}")
+    tick = Path(line, style.pen, role=f"tick {style.role}")
     if kind == MinutiaKind.ENDING:
         return tick, Circle(point, r, style.pen, f"ending {style.role}", title)
     half = r * _SQUARE_SHARE

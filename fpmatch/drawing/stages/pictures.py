@@ -34,8 +34,8 @@ _NEEDLE: Final = Pen((20, 20, 20), width=1.3)
 _NEEDLE_HALF: Final = 4.5  # of their length
 _HUES: Final = 180  # OpenCV's full circle of hue
 _PALE: Final = 95  # saturation, of 255, of an orientation's colour
-_ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "ending")
-_BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "bifurcation")
+_ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, "ending")
+_BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, "bifurcation")
 
 
 def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:

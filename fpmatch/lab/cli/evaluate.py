@@ -75,8 +75,7 @@ Examples:
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
   fpmatch evaluate sample_data --ground-truth --report report
 
-Exit status: 0 when every image gave a template, 1 when some did not, 2 when the run could not be
-done.
+Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad input.
 """,
 )
 @places_argument("places", metavar="DIR|MANIFEST|GALLERY...")

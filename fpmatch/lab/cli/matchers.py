@@ -15,7 +15,7 @@ matchers_option: Final = click.option(
     multiple=True,
     default=[DEFAULT_MATCHER],
     metavar="NAME",
-    help="Matcher to evaluate, see fpmatch doctor --matchers; repeatable, or all.",
+    help="Matcher of fpmatch doctor --matchers; repeatable, or all.",
 )
 
 

@@ -119,8 +119,8 @@ def synth(
     that was interrupted goes on where it stopped, and more fingers may be added later. Files that
     are damaged are made again; those that are not its own are never overwritten.
 
-    Templates are made a hundred times as fast as images: with --templates, a gallery of a million
-    takes minutes. Their fingers are others than those of the images.
+    Templates take a hundredth of the time: with --templates, a gallery of a million takes minutes.
+    Their fingers are others than those of the images.
     """
     from fpmatch.lab.synthesis.database import make_database
 

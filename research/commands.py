@@ -136,6 +136,7 @@ research.add_command(
             "outcomes": ("experiments.outcomes", "The three outcomes of whole prints and parts."),
             "wolves": ("wolves.command", "False match rates of fragments and adversaries."),
             "fused-fingers": ("experiments.fused_fingers", "Stated rates of two fingers together."),
+            "points": ("points.command", "The paper's experiment on random point sets."),
             "paper-choices": ("experiments.point_choices", "Choices that the paper leaves open."),
             "revocable": ("experiments.revocable", "Rates, and attacks on revocable templates."),
             "joined": ("attacks.joined", "Two prints in one: matches of both, and notes on it."),

@@ -85,14 +85,13 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "lab/points/van_wamelen": {"pointset/geometry"},
     "lab/points": {"base", "lab/points/affine", "lab/points/van_wamelen", "pointset/paper"},
     "lab/explain": {"_version", "drawing/overlay", "lab/plots", "matching/reference"},
-    "lab/points/bench": {"gallery/engine", "lab/plots", "lab/points"},
     "lab/cli": {
         "gallery/cli",
         "lab/evaluation",
         "lab/evaluation/ground_truth",
         "lab/evaluation/open_set",
         "lab/explain",
-        "lab/points/bench",
+        "lab/points",
     },
 }
 

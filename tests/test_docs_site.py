@@ -11,9 +11,9 @@ import pytest
 
 import fpmatch
 from fpmatch.cli.group import summaries
-from fpmatch.lab.points.bench.results import read_results
 from fpmatch.matching.registry import matcher_names
 from research.experiments.point_targets import missed_targets
+from research.points.results import read_results
 
 ROOT = Path(__file__).resolve().parent.parent
 pytestmark = pytest.mark.docs

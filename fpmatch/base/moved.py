@@ -32,7 +32,6 @@ MOVED: Final[Mapping[str, str]] = {
     "evaluation.extraction": "lab.evaluation.databases.extraction",
     "evaluation.impression": "lab.evaluation.databases.protocol",
     "evaluation.pair_list": "gallery.batch.pair_list",
-    "evaluation.points": "lab.points.bench",
     "evaluation.protocol": "lab.evaluation.databases.protocol",
     "evaluation.rates": "lab.evaluation.rates.error_rates",
     "evaluation.report": "lab.evaluation.report.results",

@@ -23,16 +23,20 @@ GROUPS: Final = {
         *("dpi", "probe_dpi", "reference_dpi", "raw", "polarity", "enhance", "angles"),
         *("pattern", "by_folder", "prefix"),
     ),
+    "Overlay": ("view", "warp"),
     "Resources": ("workers", "scheduler", "key"),
 }
 RENAMED: Final = {
-    "overlay --side-by-side": "overlay --view side-by-side",
-    "overlay --ridges": "overlay --view ridges",
+    "overlay": "verify --overlay FILE",
+    "verify --side-by-side": "verify --view side-by-side",
+    "verify --ridges": "verify --view ridges",
     "stages": "extract --format stages",
     "verify --rho": "verify --matcher paper:rho=SHARE",
     "verify --area-tolerance": "verify --matcher paper:area_tolerance=AREA",
-    "overlay --rho": "overlay --matcher paper:rho=SHARE",
-    "overlay --area-tolerance": "overlay --matcher paper:area_tolerance=AREA",
+    "key new --add": "key SOURCE --add",
+    "key new": "key SOURCE --new",
+    "key list": "key SOURCE",
+    "key remove": "key SOURCE --remove ID",
     "revocable": "a command of another package, fpmatch-revocable, in examples/revocable of the "
     "sources",
 }

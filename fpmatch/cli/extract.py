@@ -1,11 +1,12 @@
-"""`fpmatch extract`: templates of many images."""
+"""`fpmatch extract`: templates of many images, or of a gallery."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import click
+from click.core import ParameterSource
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
@@ -20,6 +21,7 @@ from fpmatch.cli.options import (
     output_option,
     reading_options,
 )
+from fpmatch.cli.wings import from_wing
 from fpmatch.errors import FpmatchError, OutputError, TemplateError
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.printable import count, json_text, printable
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
+_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "enhance", "angles", "as_json")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,16 +72,18 @@ Examples:
   fpmatch extract minutiae/*.csv -o templates --angles rad,clockwise
   fpmatch extract prints/*.tif -o templates --json
   fpmatch extract print.tif -o stages --format stages
+  fpmatch extract --gallery prints.db -o templates
   fpmatch extract - -o templates < print.tif
 
 \b
 Quality:
   0, useless, to 100; what is wrong with an image is a note on stderr. --json contains all of it.
 
-Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
+Exit status: 0 when every template is written, 1 when damaged entries of a gallery were skipped, 2
+when an image failed; the others are kept.
 """,
 )
-@files_argument("images", metavar="IMAGE...", type=PRINT)
+@files_argument("images", metavar="IMAGE...", type=PRINT, required=False)
 @output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option(
     "--format",
@@ -88,6 +93,14 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     help="json is complete; csv has the minutiae alone; stages are no templates but pictures of "
     "every stage, in a folder for each IMAGE; the others are as for convert.",
 )
+@click.option(
+    "--gallery",
+    metavar="GALLERY",
+    hidden=True,
+    help="Write the templates of this gallery, instead of images, named by subject, finger and "
+    "impression: 101_3.json.",
+)
+@click.option("--subject", metavar="ID", hidden=True, help="With --gallery: of this subject only.")
 @reading_options
 @enhance_option
 @angles_option
@@ -97,6 +110,8 @@ def extract(
     images: tuple[Path, ...],
     output: Path,
     file_format: str,
+    gallery: str | None,
+    subject: str | None,
     dpi: float | None,
     polarity: Polarity,
     enhance: str,
@@ -117,10 +132,18 @@ def extract(
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
 
+    require_key(file_format)
+    if gallery is not None:
+        _refuse_options_of_images(file_format)
+        export = from_wing("gallery", "cli.export", "export_gallery", used_by="extract --gallery")
+        return cast("int", export(gallery, output, file_format, subject))
+    if subject is not None:
+        raise click.UsageError("--subject is of --gallery")
+    if not images:
+        raise click.MissingParameter(param_hint="'IMAGE...'", param_type="argument")
     if dpi is not None:
         check_dpi(dpi)
     _refuse_shared_names(images)
-    require_key(file_format)
     make_folder(output)
     reader = PrintReader(raw, quiet=True, angles=angles)
     polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
@@ -160,6 +183,20 @@ def extract(
             say_note(f"{one.image}: {one.quality}")
     say_errors(failures)
     return 2 if failures else 0
+
+
+def _refuse_options_of_images(file_format: str) -> None:
+    """Fail where the command line has anything that is of images, in place of a gallery."""
+    ctx = click.get_current_context()
+    for param in ctx.command.params:
+        given = ctx.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
+        if given and param.name in _OF_IMAGES:
+            name = (
+                param.human_readable_name if param.param_type_name == "argument" else param.opts[0]
+            )
+            raise click.UsageError(f"{name} cannot be combined with --gallery")
+    if file_format == STAGES:
+        raise click.UsageError("--format stages cannot be combined with --gallery")
 
 
 def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format: str) -> str:

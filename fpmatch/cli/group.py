@@ -19,11 +19,10 @@ from fpmatch.printable import message_text
 # runs: `fpmatch --help` imports none of them. Other commands are registered by the wings.
 CORE: Final = {
     "verify": "Decide whether two images show the same finger.",
-    "overlay": "Draw two prints, aligned, one over the other.",
     "extract": "Write templates of images, or each stage as a picture.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
     "inspect": "Show what files contain: format, size, minutiae, quality.",
-    "key": "Make and list the keys of encrypted galleries and templates.",
+    "key": "List and make the keys of encrypted galleries and templates.",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
 

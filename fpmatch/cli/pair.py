@@ -1,14 +1,13 @@
-"""Two prints as `verify` and `overlay` read and compare them."""
+"""Two prints as `verify` and `explain` read and compare them."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields
+from dataclasses import fields
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.notes import say_note
 from fpmatch.cli.options import (
     PRINT,
     add_options,
@@ -22,7 +21,6 @@ from fpmatch.cli.options import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from pathlib import Path
 
     from fpmatch.prints.pair import ComparedPair, PairOptions
     from fpmatch.prints.reading import GivenPrint
@@ -54,45 +52,10 @@ _OPTIONS: Final = (
 )
 
 
-_VIEW_OPTIONS: Final = (
-    click.option(
-        "--view",
-        type=click.Choice(["overlay", "side-by-side", "ridges"]),
-        help="Draw the probe over the reference, the prints beside each other, or where their "
-        "ridges agree.  [default: overlay]",
-    ),
-    click.option(
-        "--warp",
-        is_flag=True,
-        hidden=True,
-        help="Draw the probe as the matcher bends it, on the mesh of the pairs: for looking, not "
-        "for measuring.",
-    ),
-)
-
-
 def pair_options(*, reference_required: bool = True) -> Callable[[Any], Any]:
     """Return the decorator that gives a command PROBE, REFERENCE and the comparison's options."""
     reference = click.argument("reference", type=PRINT, required=reference_required)
     return partial(add_options, options=(click.argument("probe", type=PRINT), reference, *_OPTIONS))
-
-
-def view_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options about what an overlay shows."""
-    return add_options(command, _VIEW_OPTIONS)
-
-
-def save_view(target: Path, pair: ComparedPair, view: str | None, *, warp: bool) -> None:
-    """Draw a comparison as `view_options` say; print a note where another picture is drawn."""
-    from fpmatch.drawing.overlay.draw import View, save_overlay
-
-    if warp and view not in {None, "overlay"}:
-        raise click.UsageError(f"--warp cannot be combined with --view {view}")
-    chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges", warp=warp)
-    verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
-    save_overlay(target, *pixels, verification, **asdict(chosen))
-    if missing := chosen.missing(verification):
-        say_note(f"{target}: {missing}")
 
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:

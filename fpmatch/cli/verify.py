@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_notes_on, show
+from fpmatch.cli.notes import say_note, say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import (
     compare_files,
     pair_options,
     pair_options_of,
-    save_view,
-    view_options,
 )
 from fpmatch.cli.wings import from_wing
 from fpmatch.printable import json_text
@@ -43,11 +42,16 @@ With --gallery and --subject the probe is compared with all impressions of the s
 its --finger, in the gallery that `fpmatch enrol` made. All of them together have one score: the
 more impressions there are, the better the best of them must match.
 
+The picture of --overlay shows where ridges agree, the paired minutiae with their directions, the
+unpaired ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
+transform is found, the prints are drawn beside each other.
+
 The decision is inconclusive where with so little skin, without ridges, or at an unknown resolution
 prints of one finger may not match either.
 
 \b
 More examples:
+  fpmatch verify probe.tif reference.tif --overlay pairs.svg --view side-by-side
   fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
   fpmatch verify probe.tif reference.tif --matcher paper:rho=0.6
@@ -77,9 +81,23 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
     "--overlay",
     "overlay_file",
     metavar="OUT.png|.svg",
-    help="Draw the probe, moved by the recovered transform, over the reference.",
+    help="Draw the probe, moved by the recovered transform, over the reference; --help-all has "
+    "other views.",
 )
-@view_options
+@click.option(
+    "--view",
+    type=click.Choice(["overlay", "side-by-side", "ridges"]),
+    hidden=True,
+    help="Draw the probe over the reference, the prints beside each other, or where their ridges "
+    "agree, on the cells that the score compared.  [default: overlay]",
+)
+@click.option(
+    "--warp",
+    is_flag=True,
+    hidden=True,
+    help="Draw the probe bent on the mesh of the pairs, as the matcher does to compare the ridges: "
+    "for looking, not for measuring; the picture states it.",
+)
 @file_option(
     "--case-report",
     metavar="OUT.html",
@@ -146,7 +164,7 @@ def verify(
     match = pair.verification.match
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
     if overlay_file is not None:
-        save_view(overlay_file, pair, view, warp=warp)
+        _draw(overlay_file, pair, view, warp=warp)
     if case_report is not None:
         written = {"case_number": case_number, "notes": notes, "warp": warp}
         _write_case_report(case_report, pair, values, written)
@@ -157,6 +175,19 @@ def verify(
     else:
         show(as_text(pair.verification, pair.quality, identical=pair.identical))
     return EXIT_STATUS[pair.verification.decision]
+
+
+def _draw(target: Path, pair: ComparedPair, view: str | None, *, warp: bool) -> None:
+    """Draw a comparison of two files; print a note where another picture is drawn."""
+    from fpmatch.drawing.overlay.draw import View, save_overlay
+
+    if warp and view not in {None, "overlay"}:
+        raise click.UsageError(f"--warp cannot be combined with --view {view}")
+    chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges", warp=warp)
+    verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
+    save_overlay(target, *pixels, verification, **asdict(chosen))
+    if missing := chosen.missing(verification):
+        say_note(f"{target}: {missing}")
 
 
 def _write_case_report(

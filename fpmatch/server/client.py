@@ -113,7 +113,7 @@ class ServerClient:
         return _document(self._request("POST", "/verify", files, options=options))
 
     def overlay(self, probe: Print, reference: Print, **options: Any) -> bytes:
-        """Return the picture of `fpmatch overlay`.
+        """Return the picture of `fpmatch verify --overlay`.
 
         ``format`` is "png" or "svg"; ``side_by_side``, ``ridges`` or ``warp`` may be true; other
         options are those of `verify`.

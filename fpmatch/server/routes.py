@@ -174,7 +174,7 @@ async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> Resp
 
 @router.post("/overlay", summary="Draw one print, moved, over the other", **_PICTURE)
 async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
-    """Return the picture that `fpmatch overlay` writes."""
+    """Return the picture that `fpmatch verify --overlay` draws."""
     file_format, view = drawing
     content = await run(pair.draw_pair, prints, file_format, view)
     return _download(content, f"overlay.{file_format}", _MEDIA[file_format])

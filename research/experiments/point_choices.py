@@ -1,7 +1,7 @@
 """Choices that the paper leaves open, measured on random point sets.
 
 They are the area tolerance, the decision rule, and the largest number of proposals of the default
-matcher. The pairs of sets are those of ``fpmatch points bench``.
+matcher. The pairs of sets are those of ``python -m research measure points``.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from fpmatch.gallery.engine.engine import processes
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.lab.points.bench.conditions import conditions, make_pair
-from fpmatch.lab.points.bench.trials import is_recognised
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.matching.matchers.paper import PaperMatcher
 from fpmatch.pointset.geometry.point_match import share_of
@@ -30,13 +28,15 @@ from fpmatch.pointset.paper.matcher import (
 )
 from fpmatch.pointset.paper.prepared_points import prepare_points
 from research.commands import PATH, Command, folders, write_json
+from research.points.conditions import conditions, make_pair
+from research.points.trials import is_recognised
 from research.tables.points import count_accepted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from fpmatch.lab.points.bench.conditions import Condition
+    from research.points.conditions import Condition
 
 AREA_TOLERANCES: Final = (0.1, 0.03, 0.01)
 EXITS: Final = (1, 4, 16, 64, 0)
@@ -169,7 +169,7 @@ def command(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
     """Measure choices that the paper leaves open: rho and the area tolerance.
 
     DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
-    random point sets, those of `fpmatch points bench` up to 200 points, the area tolerance, the
+    random point sets, those of `measure points` up to 200 points, the area tolerance, the
     decision rule, and an early exit of the default matcher are measured. Times are processor times.
     """
     results: dict[str, Any] = {"prints": _prints(folders)}

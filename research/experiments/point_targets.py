@@ -20,16 +20,16 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.lab.points.bench.conditions import PAPER_ROWS, Condition, conditions
-from fpmatch.lab.points.bench.results import read_results
-from fpmatch.lab.points.bench.summary import geometric_mean, speed_ups
 from research.commands import PATH, Command
+from research.points.conditions import PAPER_ROWS, Condition, conditions
+from research.points.results import read_results
+from research.points.summary import geometric_mean, speed_ups
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from fpmatch.lab.points.bench.results import BenchResults, PointCell
+    from research.points.results import BenchResults, PointCell
 
 FEWEST_TRIALS: Final = 100
 FEWEST_INDEPENDENT: Final = 20
@@ -134,8 +134,8 @@ Example:
 def command(context: click.Context, results: Path) -> None:
     """List the results on random point sets that miss their targets.
 
-    FILE is what ``fpmatch points bench --json`` wrote; `research.experiments.point_targets` defines
-    the targets. The exit status is 1 if any is missed.
+    FILE is what ``python -m research measure points --json`` wrote;
+    `research.experiments.point_targets` defines the targets. The exit status is 1 if any is missed.
     """
     missed = missed_targets(read_results(results))
     click.echo("\n".join(missed) if missed else "no cell misses a target")

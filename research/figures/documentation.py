@@ -15,10 +15,10 @@ from fpmatch.drawing.scene.items import Scene
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.lab.explain.paper import PaperMethod
 from fpmatch.lab.explain.paper_steps import explain_points
-from fpmatch.lab.points.random_sets import random_pair
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from research.commands import PATH, ROOT, Command
 from research.figures.how_it_works import how_it_works
+from research.points.random_sets import random_pair
 
 if TYPE_CHECKING:
     from pathlib import Path

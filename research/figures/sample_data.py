@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.lab.points.random_sets import random_pair
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.plan import DESCRIPTION_FILE
 from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER
 from research.commands import PATH, ROOT, Command
+from research.points.random_sets import random_pair
 
 if TYPE_CHECKING:
     import numpy as np

@@ -43,7 +43,7 @@ _COMMANDS: Final[dict[str, Words]] = {
     "verify": ("verify", "--gallery", "plain.db", "--subject", "101", PROBE),
     "list": ("gallery", "list", "plain.db"),
     "check": ("gallery", "check", "plain.db"),
-    "export": ("gallery", "export", "plain.db", "-o", "out"),
+    "export": ("extract", "--gallery", "plain.db", "-o", "out"),
     "read templates": ("score", "--references", "plain.db", "--probes", SAMPLES, "-o", "s.csv"),
     "enrol": ("enrol", "plain.db", "201_1.tif"),
     "remove": ("gallery", "remove", "plain.db", 5),
@@ -264,7 +264,7 @@ def connections(place: Place) -> Tries:
     alone = ("unshare", "-rn") if shutil.which("unshare") else ()
     commands = [_COMMANDS[action] for action in ("identify", "verify", "read templates", "enrol")]
     pair: Words = (PROBE, REFERENCE)
-    for words in (("verify", *pair), ("overlay", *pair, "-o", "overlay.svg"), *commands):
+    for words in (("verify", *pair), ("verify", *pair, "--overlay", "overlay.svg"), *commands):
         run = place.run(*words, env={"PYTHONPATH": f"{place.folder / 'guard'}:{ROOT}"})
         yield f"{run} {mark.read_text()}" if mark.exists() else run.kept
         yield place.run(*words, before=alone).kept
@@ -284,7 +284,7 @@ def _protected(place: Place, *keys: str) -> tuple[dict[str, str], list[list[byte
     place.write(f"{info.name}/entry_points.txt", text)
     env, contents = {"PYTHONPATH": f"{place.folder}:{source}:{ROOT}"}, []
     for key in keys:
-        place.done("key", "new", f"{key}.txt")
+        place.done("key", f"{key}.txt", "--new")
         for path in sorted(SAMPLES.glob("*.tif")):
             out = ("-o", f"{path.stem}.{key}", "--key", f"file:{key}.txt")
             place.done("revocable", "protect", path, *out, env=env)

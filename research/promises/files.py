@@ -86,11 +86,11 @@ def damaged_files(place: Place) -> Tries:
         "pairs.txt": ("score", *sides, "--pairs"),
         "scores.csv": ("rates",),
         "calibration.json": ("verify", PROBE, REFERENCE, "--calibration"),
-        "keys.txt": ("key", "list"),
+        "keys.txt": ("key",),
         "audit.jsonl": ("gallery", "audit", "verify"),
         "server.toml": ("serve", "--port", 99999, "--settings"),
         "plain.db": ("verify", PROBE, "--subject", 101, "--gallery"),
-        "stars.csv": ("points", "match", SAMPLES / "catalogue.csv"),
+        "stars.csv": ("points", SAMPLES / "catalogue.csv"),
     }
     for name, words in commands.items():
         source = place.folder / name
@@ -175,9 +175,9 @@ def bad_input(place: Place) -> Tries:
             ("inspect", "gallery check", "gallery rewrite", "gallery list --summary"), ()
         ),
         **dict.fromkeys(("verify", "gallery audit verify --expect"), (REFERENCE,)),
-        **dict.fromkeys(("extract", "extract --format stages", "gallery export"), ("-o", "out")),
+        **dict.fromkeys(("extract", "extract --format stages", "extract --gallery"), ("-o", "out")),
         **dict.fromkeys(("identify", "gallery rewrite --encrypt"), ("--", PROBE)),
-        **dict.fromkeys(("points match", "rates", "evaluate"), ()),
+        **dict.fromkeys(("points", "rates", "evaluate"), ()),
         "convert": ("out.iso",),
     }
     for command, rest in commands.items():
@@ -189,7 +189,7 @@ def bad_input(place: Place) -> Tries:
     options: dict[str, Words] = {
         **dict.fromkeys(("--dpi", "--fmr", "--threshold"), pair),
         **dict.fromkeys(("--loss", "-k", "--candidate-list"), ("identify", gallery, PROBE)),
-        "--tolerance": ("points", "match", SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"),
+        "--tolerance": ("points", SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"),
         "--size": ("convert", PROBE, "out.iso"),
         "--min-quality": ("enrol", gallery, PROBE),
     }
@@ -231,7 +231,7 @@ def acting_names(place: Place) -> Tries:
         ("enrol", "new.db", *subject, "--", *(f"./{name}" for name in names)),
         ("verify", names[0], names[8], "--case-report", "report.html", *notes),
         ("verify", names[8], NASTY),
-        ("overlay", names[0], names[8], "-o", "overlay.svg", "--view", "side-by-side"),
+        ("verify", names[0], names[8], "--overlay", "overlay.svg", "--view", "side-by-side"),
         ("inspect", *(f"./{name}" for name in names), "--json"),
         ("inspect", *(f"./{name}" for name in names)),
         ("identify", "new.db", names[0], "--all"),
@@ -239,7 +239,7 @@ def acting_names(place: Place) -> Tries:
         ("gallery", "list", "new.db"),
         ("gallery", "list", "new.db", "--failures"),
         ("gallery", "list", "new.db", "--subject", NASTY),
-        ("gallery", "export", "new.db", "-o", "out"),
+        ("extract", "--gallery", "new.db", "-o", "out"),
         ("score", "--references", ".", "--probes", "new.db", "-o", "s.csv", "--fingers", "f.csv"),
         ("evaluate", ".", *subject, "--report", "report"),
         ("verify", names[0], names[8], "--matcher", NASTY),
@@ -272,7 +272,7 @@ def strange_names(place: Place) -> Tries:
             ("extract", path, "-o", "stages", "--format", "stages"),
             ("identify", gallery, path),
             ("enrol", "new.db", path, "--pattern", "(?P<subject>[^/]+)"),
-            ("overlay", path, REFERENCE, "-o", "overlay.png"),
+            ("verify", path, REFERENCE, "--overlay", "overlay.png"),
         ):
             env = {"LC_ALL": place.random.choice(("C", "C.UTF-8", "POSIX"))}
             env["PYTHONIOENCODING"] = place.random.choice(("ascii", "utf-8", "latin-1"))
@@ -298,7 +298,7 @@ def arrangements(place: Place) -> Tries:
         np.savetxt(place.folder / f"{name}.csv", points, delimiter=",")
     for name in sets:
         for other in (name, place.random.choice(list(sets))):
-            run = place.run("points", "match", f"{name}.csv", f"{other}.csv", timeout_s=30)
+            run = place.run("points", f"{name}.csv", f"{other}.csv", timeout_s=30)
             yield run.read_or_refused
     for spacing in (3, 9, 20):
         rows = (f"{spacing * (k % 60)},{spacing * (k // 60)},0" for k in range(3000))

@@ -57,7 +57,7 @@ def pictures(place: Place) -> dict[str, bytes]:
 
 def template_files(place: Place) -> dict[str, bytes]:
     """Return the template of the probe in every format."""
-    place.done("key", "new", "keys.txt")
+    place.done("key", "keys.txt", "--new")
     for name in _TEMPLATES:
         place.done("convert", PROBE, f"good.{name}", "--format", name)
     made = {name: (place.folder / f"good.{name}").read_bytes() for name in _TEMPLATES}

@@ -409,7 +409,7 @@ def replaced_keys(place: Place) -> Tries:
     with served(place, "--key", KEY) as web:
         yield web.ask("POST /identify").status == 200 or "the key is not used"
         file.unlink()
-        place.done("key", "new", "keys.txt")
+        place.done("key", "keys.txt", "--new")
         for what in ("POST /enrol", "POST /gallery/2/compare", "POST /gallery/verify"):
             answer = web.ask(what)
             refused = answer.status >= 400 and json.loads(answer.body)["error"].isprintable()
@@ -431,7 +431,7 @@ def passwords(place: Place) -> Tries:
         gallery check {}
         gallery audit show {}
         gallery rewrite {}
-        gallery export {} -o out
+        extract --gallery {} -o out
         verify --gallery {} --subject 1 P
         score --references {} --probes {} -o s.csv
         synth --templates {}

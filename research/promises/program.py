@@ -158,7 +158,7 @@ class Place:
         if not source.exists():
             there = Place(self.common, self.random, self.common)
             if not (self.common / "keys.txt").exists():
-                there.done("key", "new", "keys.txt")
+                there.done("key", "keys.txt", "--new")
             there.done("enrol", source, SAMPLES, *_OPTIONS[kind])
             there.done("identify", source, PROBE)
         for old in self.folder.glob(f"{name}*"):

@@ -42,11 +42,11 @@ def rights_of_files(place: Place) -> Tries:
         ("identify", "new.db", "--probes", SAMPLES, "-o", "candidates.csv"),
         ("score", "--references", "new.db", "--probes", SAMPLES, "-o", "scores.csv"),
         ("evaluate", SAMPLES, "--report", "report", "--scores", "all.csv"),
-        ("gallery", "export", "new.db", "-o", "exported"),
+        ("extract", "--gallery", "new.db", "-o", "exported"),
         ("extract", PROBE, "-o", "templates"),
         ("convert", PROBE, "probe.iso"),
         ("extract", PROBE, "-o", "stages", "--format", "stages"),
-        ("overlay", PROBE, REFERENCE, "-o", "overlay.png"),
+        ("verify", PROBE, REFERENCE, "--overlay", "overlay.png"),
         ("verify", PROBE, REFERENCE, "--case-report", "case.html"),
         ("gallery", "rewrite", "new.db"),
         ("gallery", "rewrite", "--encrypt", "new.db"),
@@ -127,10 +127,10 @@ def readable_templates(place: Place) -> Tries:
     commands: tuple[Words, ...] = (
         ("enrol", "sealed.db", SAMPLES, "--encrypt"),
         ("identify", "sealed.db", PROBE),
-        ("gallery", "export", "sealed.db", "-o", "out", "--format", "sealed"),
+        ("extract", "--gallery", "sealed.db", "-o", "out", "--format", "sealed"),
         ("score", "--references", "sealed.db", "--probes", "sealed.db", "-o", "s.csv"),
         ("gallery", "remove", "sealed.db", 3),
-        ("key", "new", "keys.txt", "--add"),
+        ("key", "keys.txt", "--add"),
         ("gallery", "rewrite", "--encrypt", "sealed.db"),
     )
     for words in commands:
@@ -207,8 +207,8 @@ def sealed_results(place: Place) -> Tries:
 def keys_in_the_open(place: Place) -> Tries:
     """Widen key files; give them to all commands; search output, environments and pipes."""
     gallery, file = place.gallery(kind="sealed"), place.folder / "keys.txt"
-    place.done("key", "new", "other.txt", umask=0)
-    yield (place.folder / "other.txt").stat().st_mode & 0o077 == 0 or "key new makes a wide file"
+    place.done("key", "other.txt", "--new", umask=0)
+    yield (place.folder / "other.txt").stat().st_mode & 0o077 == 0 or "key --new makes a wide file"
     for mode in (0o604, 0o640, 0o660, 0o602, 0o620, 0o777):
         file.chmod(mode)
         yield place.run("identify", gallery, PROBE).refused
@@ -220,15 +220,15 @@ def keys_in_the_open(place: Place) -> Tries:
     )
     sides: Words = ("score", "--references", SAMPLES, "--probes", SAMPLES, "-o", "s.csv")
     commands: tuple[Words, ...] = (
-        ("key", "list", file, "--json"),
-        ("key", "list", "damaged.txt"),
+        ("key", file, "--json"),
+        ("key", "damaged.txt"),
         ("enrol", gallery, SAMPLES / "101_1.tif"),
         ("gallery", "list", gallery, "--summary", "--json"),
         ("gallery", "check", gallery, "--key", "file:other.txt"),
         ("verify", PROBE, file),
         ("identify", file, PROBE),
         ("inspect", file),
-        ("points", "match", file, file),
+        ("points", file, file),
         ("rates", file),
         ("evaluate", file),
         (*sides, "--pairs", file),
@@ -278,7 +278,7 @@ def killed_rotations(place: Place) -> Tries:
         seconds = place.seconds(
             "gallery", "rewrite", "--encrypt", place.gallery("other.db", kind=kind)
         )
-        place.done("key", "new", "keys.txt", "--add")
+        place.done("key", "keys.txt", "--add")
         for _ in range(5):
             other = place.start("enrol", gallery, SAMPLES)
             place.kill(seconds, "gallery", "rewrite", "--encrypt", gallery)

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError
-from fpmatch.lab.points.bench.plot import save_bench_plot
-from fpmatch.lab.points.bench.results import read_results
-from fpmatch.lab.points.bench.table import format_bench_markdown
 from research.commands import ROOT, write_json
 from research.experiments.error_vs_discard import format_quality
 from research.marked_blocks import marked_block, write_marked_block
+from research.points.plot import save_bench_plot
+from research.points.results import read_results
+from research.points.table import format_bench_markdown
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import format_fusion, format_identification, tests_kept
@@ -183,7 +183,10 @@ PAGES: Final = {
     "points": Page(
         {
             "bench": Part(
-                "fpmatch points bench --json", "pointsets_bench.json", alone=True, read=read_results
+                "python -m research measure points --json",
+                "pointsets_bench.json",
+                alone=True,
+                read=read_results,
             ),
             "choices": Part(
                 "python -m research measure paper-choices --json", "paper_choices.json", alone=True

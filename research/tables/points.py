@@ -5,10 +5,10 @@ from __future__ import annotations
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.lab.points.bench.conditions import TARGET_FACTORS
-from fpmatch.lab.points.bench.summary import geometric_mean
 from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
 from fpmatch.printable import markdown_table
+from research.points.conditions import TARGET_FACTORS
+from research.points.summary import geometric_mean
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

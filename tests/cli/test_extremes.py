@@ -152,7 +152,7 @@ def test_coordinates_that_overflow_are_refused_soon(run, document, prints, tmp_p
     for words in (
         ("verify", path, print_),
         ("verify", print_, path, "--json"),
-        ("overlay", path, path, "-o", f"{made}.svg"),
+        ("verify", path, path, "--overlay", f"{made}.svg"),
         ("convert", path, f"{made}.iso"),
     ):
         result = run(*words)

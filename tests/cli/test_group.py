@@ -19,9 +19,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES
 from fpmatch.lab.evaluation.databases.protocol import PROTOCOLS
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
 from fpmatch.lab.points.match import POINT_MATCHERS
-from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.lab.synthesis.presets import PRESETS
 from tests.conftest import assert_refused, leaves
 
@@ -49,9 +47,7 @@ def test_every_command_has_help_with_examples(run, command):
         ("verify", POLARITIES),
         ("verify", tuple(ENHANCERS)),
         ("evaluate", tuple(PROTOCOLS)),
-        ("points match", POINT_MATCHERS),
-        ("points bench", MATCHER_NAMES),
-        ("points bench", POINT_MODELS),
+        ("points", POINT_MATCHERS),
         ("synth", tuple(PRESETS)),
     ],
 )
@@ -60,7 +56,7 @@ def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
 
 
 WRONG_USAGE = {
-    "": "verifie | evaluate | synth | points match | points match p.csv",
+    "": "verifie | evaluate | synth | points | points p.csv",
     "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
     "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
@@ -74,9 +70,7 @@ WRONG_USAGE = {
     "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off | "
     "audit switch x on --yes",
     "identify x y": "--candidate-list 0 | --candidate-list few | --consolidate --impressions",
-    "points bench": "--resume | --trials 0 | --budget 0 | --budget nan | --budget inf | "
-    "--matcher his | --model aloud | --workers 0 | --seed -1",
-    "points match": "- -",
+    "points": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "extract a -o b": "--enhance gabor",
     "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "
@@ -101,12 +95,11 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
     ("words", "suggestion"),
     [
         ("verfy a b", "'verify'"),
-        ("points mach a b", "'match'"),
         ("verify a b --overly c", "--overlay"),
         ("convert a b --format iso205", "'iso2005'"),
         ("convert a b --from xty", "'xyt'"),
         ("synth x --preset clen", "'clean'"),
-        ("points match a b --matcher triangle", "'triangles'"),
+        ("points a b --matcher triangle", "'triangles'"),
         ("calibrate x -o c.json --matcher unit-circl", "'unit-circle'"),
         ("zzz", "Error: No such command 'zzz'.\n"),
     ],
@@ -118,17 +111,17 @@ def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, sugges
 
 
 def failing(monkeypatch, error):
-    """Make `fpmatch overlay` raise `error`."""
+    """Make `fpmatch verify` raise `error`."""
 
     def fail(*_, **__):
         raise error
 
-    overlay = importlib.import_module("fpmatch.cli.overlay").overlay
-    monkeypatch.setattr(overlay, "callback", fail)
+    verify = importlib.import_module("fpmatch.cli.verify").verify
+    monkeypatch.setattr(verify, "callback", fail)
 
 
 def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
-    words = ("overlay", "odd.png", "odd.png", "-o", "out.png")
+    words = ("verify", "odd.png", "odd.png")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     assert_refused(run(*words), "odd\\nname.png: no such file\n")
     caused = FpmatchError("a worker ended")
@@ -172,7 +165,7 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     data = bytearray(path.read_bytes())
     data[200:400] = bytes(255 - byte for byte in data[200:400])
     path.write_bytes(data)
-    words = f"{sys.executable} -m fpmatch overlay {path} {path} -o {tmp_path}/out.png"
+    words = f"{sys.executable} -m fpmatch verify {path} {path}"
     done = start(["/bin/sh", "-c", f"{words} 2>&-" if closed else words])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == done.stderr.count("damaged") == (0 if closed else 1)
@@ -184,7 +177,7 @@ def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
         ("fpmatch gallery audit ", ["show", "switch", "verify"]),
         ("fpmatch verify --sub", ["--subject"]),
         ("fpmatch verify --probe-d", []),
-        ("fpmatch overlay --ridges --view o", ["overlay"]),
+        ("fpmatch verify --warp --view o", ["overlay"]),
         ("fpmatch rates --gen", ["--genuine-scores"]),
     ):
         monkeypatch.setenv("COMP_WORDS", words)
@@ -205,7 +198,7 @@ def test_the_module_runs_as_the_command(tmp_path):
 def test_output_that_cannot_be_written_is_one_line_and_status_2():
     points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
     with Path("/dev/full").open("w") as full:
-        done = start([*FPMATCH, "points", "match", str(points), str(points)], stdout=full)
+        done = start([*FPMATCH, "points", str(points), str(points)], stdout=full)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("fpmatch: error: output: ")
 

@@ -78,7 +78,7 @@ def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, 
     out = tmp_path / "out"
     for words in (
         ("verify", square, prints / "1_1.png"),
-        ("overlay", prints / "1_1.png", square, "-o", tmp_path / "o.png"),
+        ("verify", prints / "1_1.png", square, "--overlay", tmp_path / "o.png"),
         ("extract", square, "-o", out),
         ("convert", square, tmp_path / "t.json"),
         ("inspect", square),
@@ -219,8 +219,7 @@ def asked(monkeypatch):
 @pytest.mark.parametrize(
     ("words", "extractions"),
     [
-        ("verify {one} {other}", 2),
-        ("overlay {one} {other} -o {out}", 2),
+        ("verify {one} {other} --overlay {out}", 2),
         ("extract {one} -o {out}", 1),
         ("extract {one} -o {out} --format stages", 1),
         ("evaluate {folder} --workers 1 --bootstrap 0", 3),

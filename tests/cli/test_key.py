@@ -16,26 +16,26 @@ def no_key(monkeypatch, tmp_path):
 
 
 def test_keys_are_made_added_listed_and_removed(run):
-    made = run("key", "new", "keys.txt")
+    made = run("key", "keys.txt", "--new")
     assert made.exit_code == 0
     assert "keep a copy" in made.stderr
     assert Path("keys.txt").stat().st_mode & 0o777 == 0o600
-    added = json.loads(run("key", "new", "file:keys.txt", "--add", "--json").stdout)
+    added = json.loads(run("key", "file:keys.txt", "--add", "--json").stdout)
     first = made.stdout.split()[-1]
     assert added == {
         "source": "file:keys.txt",
         "current": added["keys"][0],
         "keys": [added["current"], first],
     }
-    assert run("key", "list", "keys.txt").stdout == f"{added['current']}  current\n{first}\n"
-    assert first in run("key", "remove", "keys.txt", first).stdout
-    assert json.loads(run("key", "list", "keys.txt", "--json").stdout)["keys"] == added["keys"][:1]
+    assert run("key", "keys.txt").stdout == f"{added['current']}  current\n{first}\n"
+    assert first in run("key", "keys.txt", "--remove", first).stdout
+    assert json.loads(run("key", "keys.txt", "--json").stdout)["keys"] == added["keys"][:1]
 
 
 def test_no_secret_is_printed(run):
-    out = [run("key", "new", "k"), run("key", "list", "k"), run("key", "list", "k", "--json")]
+    out = [run("key", "k", "--new"), run("key", "k"), run("key", "k", "--json")]
     secret = Path("k").read_text().split()[-1]
-    for words in ("points match k k", "rates k", "calibrate k -o c.json"):
+    for words in ("points k k", "rates k", "calibrate k -o c.json"):
         out.append(run(*words.split()))
         assert out[-1].exit_code == 2
     assert not any(secret[:30] in one.stdout + one.stderr for one in out)
@@ -44,16 +44,18 @@ def test_no_secret_is_printed(run):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (["new", "k"], "--add puts a new key into it"),
-        (["new", "env:K"], "cannot be changed"),
-        (["new", "none/k"], "cannot be written"),
-        (["list", "none"], "file:none: no such file"),
-        (["list", "file:."], "not a regular file"),
-        (["remove", "k", "0" * 16], "no key"),
+        (["k", "--new"], "--add puts a new key into it"),
+        (["env:K", "--new"], "cannot be changed"),
+        (["none/k", "--new"], "cannot be written"),
+        (["none"], "file:none: no such file"),
+        (["file:."], "not a regular file"),
+        (["k", "--remove", "0" * 16], "no key"),
+        (["new"], "key new is now key SOURCE --new"),
+        (["remove", "k", "--json"], "key remove is now key SOURCE --remove ID"),
     ],
 )
 def test_what_cannot_be_done_is_one_line(run, words, reason):
-    run("key", "new", "k")
+    run("key", "k", "--new")
     result = run("key", *words)
     assert result.exit_code == 2
     assert result.stderr.startswith("fpmatch: error: ")
@@ -61,8 +63,15 @@ def test_what_cannot_be_done_is_one_line(run, words, reason):
     assert reason in result.stderr
 
 
+@pytest.mark.parametrize("words", ["--new --add", "--add --remove x", "--new --remove x"])
+def test_changes_exclude_each_other(run, words):
+    result = run("key", "k", *words.split())
+    assert (result.exit_code, Path("k").exists()) == (2, False)
+    assert "--new, --add and --remove exclude each other" in result.stderr
+
+
 def test_templates_are_written_and_read_sealed(run, prints):
-    run("key", "new", "k")
+    run("key", "k", "--new")
     made = run("extract", prints / "1_1.png", "-o", "t", "--format", "sealed", "--key", "file:k")
     assert (made.exit_code, "FPMATCH_KEY" in os.environ) == (0, False)
     refused = run("convert", "t/1_1.sealed", "plain.json")

@@ -50,7 +50,7 @@ def test_of_several_prints_the_first_is_taken_and_said(run, prints, tmp_path):
 
 def test_overlays_show_templates_on_white(run, prints, templates, tmp_path):
     out = tmp_path / "out.png"
-    assert run("overlay", templates / "1_1.iso", prints / "1_2.png", "-o", out).exit_code == 0
+    assert run("verify", templates / "1_1.iso", prints / "1_2.png", "--overlay", out).exit_code == 0
     with Image.open(out) as picture:
         assert picture.size[0] > 300
 

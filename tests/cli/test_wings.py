@@ -39,7 +39,7 @@ def test_the_commands_of_the_core_need_no_wing(without_wings, tmp_path):
     prints = [SAMPLES / f"101_{n}.tif" for n in (1, 3)]
     for words in (
         ("verify", *prints, "--json", "--overlay", "o.png", "--case-report", "case.html"),
-        ("overlay", *prints, "-o", "o.svg"),
+        ("verify", *prints, "--overlay", "o.svg"),
         ("extract", prints[0], "-o", "templates"),
         ("convert", "templates/101_1.json", "101_1.iso"),
         ("inspect", prints[0], "101_1.iso"),
@@ -60,10 +60,14 @@ def test_a_command_of_a_wing_names_it_where_it_is_missing(without_wings, wing):
         assert f"{command!r} needs the package fpmatch.{wing}" in done.stderr.splitlines()[-1]
 
 
-def test_a_claim_needs_the_wing_of_galleries(without_wings):
-    done = without_wings("verify", SAMPLES / "101_1.tif", "--gallery", "g.db", "--subject", "101")
+@pytest.mark.parametrize(
+    "words", ["verify 1.tif --gallery g.db --subject 1", "extract --gallery g.db -o out"]
+)
+def test_what_reads_a_gallery_needs_its_wing(without_wings, words):
+    done = without_wings(*words.split())
     assert done.returncode == 2
-    assert "'verify --gallery' needs the package fpmatch.gallery" in done.stderr
+    wanting = f"'{words.split()[0]} --gallery' needs the package fpmatch.gallery"
+    assert wanting in done.stderr
 
 
 def test_each_command_is_registered_by_one_wing():

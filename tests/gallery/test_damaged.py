@@ -204,7 +204,7 @@ def test_commands_name_it_once_and_count_it(place: Path, tmp_path: Path) -> None
     assert f"entry {DAMAGED} is damaged: " in result.stdout
     checks = json.loads(run("gallery", "check", place, "--json").stdout)
     assert [one["groups"] for one in checks if "damaged" in one] == [[[DAMAGED]]]
-    result = run("gallery", "export", place, "-o", tmp_path / "out")
+    result = run("extract", "--gallery", place, "-o", tmp_path / "out")
     assert (result.exit_code, named(result)) == (1, 1)
     result = run("gallery", "list", place, "--json")
     assert len(json.loads(result.stdout)) + named(result) == PRINTS

@@ -71,7 +71,7 @@ def test_every_command_takes_it(run, tmp_path):
     assert "Minutiae in degrees" in run("inspect", "templates/101_1.deg").stdout
     assert run("convert", "templates/101_1.deg", "a.json", "--from", "deg").exit_code == 0
     assert run("enrol", "prints.db", "templates").exit_code == 0
-    assert run("gallery", "export", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
+    assert run("extract", "--gallery", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
     assert sorted(path.name for path in (tmp_path / "work/out").iterdir()) == [
         "101_1.deg",
         "101_3.deg",

@@ -103,7 +103,7 @@ def test_a_place_is_taken_by_every_command(run, counted, few_prints):
     assert json.loads(found.stdout)["matcher"] == "counted"
     claim = ("verify", pair[0], "--gallery", "prints.db", "--subject", "101")
     assert run(*claim, *place, "--calibration", "curve.json").exit_code in {0, 1}
-    for words in (["identify", "prints.db", pair[0]], ["overlay", *pair, "-o", "o.png"]):
+    for words in (["identify", "prints.db", pair[0]], ["verify", *pair, "--overlay", "o.png"]):
         refused = run(*words, *place)
         assert refused.exit_code == 2
         assert "matcher 'counted' has no calibration" in refused.stderr

@@ -2,9 +2,9 @@
 
 import json
 
-from fpmatch.lab.points.bench.conditions import Condition, conditions
 from research.experiments import point_choices
 from research.experiments.point_choices import measure_exit, measure_paper
+from research.points.conditions import Condition, conditions
 
 CONDITION = Condition("patch", 0, 2)
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from fpmatch.lab.points.bench.conditions import Condition, conditions
-from fpmatch.lab.points.bench.results import BenchResults, PointCell, write_results
 from research.experiments.point_targets import missed_targets
+from research.points.conditions import Condition, conditions
+from research.points.results import BenchResults, PointCell, write_results
 
 OURS = PointCell(Condition("patch", 0, 2), "triangles", "1" * 100, 0, 100, 1.0, 1.0, 1.0, 1.0)
 BASELINE = replace(OURS, matcher="van-wamelen", outcomes="1" * 17, time_ms=20.01)

@@ -33,7 +33,7 @@ DEFAULT_FMR: Final = 0.001
     cls=Group,
     epilog="""\b
 Examples:
-  fpmatch key new my.key
+  fpmatch key my.key --new
   fpmatch revocable protect probe.tif -o probe.rev --key file:my.key
   fpmatch revocable compare probe.rev reference.rev
 """,

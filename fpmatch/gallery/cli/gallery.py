@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.command import Group
-from fpmatch.cli.notes import ProgressBars, first_of, say_note, show, show_line
-from fpmatch.cli.options import json_array_option, key_option, output_option
+from fpmatch.cli.notes import ProgressBars, say_note, show, show_line
+from fpmatch.cli.options import json_array_option, key_option
 from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.gallery_rewrite import rewrite
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
@@ -18,7 +18,6 @@ from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from pathlib import Path
 
     from fpmatch.gallery.listing.entry import Entry, GallerySummary
 
@@ -34,11 +33,11 @@ Examples:
   fpmatch gallery list prints.db --summary
   fpmatch gallery check prints.db
   fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
-  fpmatch gallery export postgresql://me@host/prints -o templates
+  fpmatch gallery list postgresql://me@host/prints
 """,
 )
 def gallery() -> None:
-    """Show, check, change and export a gallery, which `fpmatch enrol` makes.
+    """Show, check and change a gallery, which `fpmatch enrol` makes.
 
     A gallery is a file, or the URL of a PostgreSQL database.
     """
@@ -216,60 +215,6 @@ def remove(gallery: str, numbers: tuple[int, ...], subject: str | None, failures
     done = [f"removed {count(removed, 'impression')}"] if chosen else []
     done += [f"cleared {count(cleared, 'failure')}"] if failures else []
     show_line(f"{', '.join(done)}; {count(left, 'impression')} left: {name}")
-
-
-@gallery.command(
-    epilog="""\b
-Examples:
-  fpmatch gallery export prints.db -o templates
-  fpmatch gallery export prints.db -o templates --subject 101 --format both
-  fpmatch gallery export prints.db -o templates --format iso2005
-
-Exit status: 0 when all are written, 1 when damaged entries were skipped, 2 when it could not be
-done.
-"""
-)
-@_ARGUMENT
-@output_option(metavar="DIR", help="Folder for the templates; made if missing.")
-@click.option("--subject", metavar="NAME", help="Write those of this subject only.")
-@click.option(
-    "--format",
-    "file_format",
-    default="json",
-    help="As for `fpmatch extract`: json is complete, csv has the minutiae alone; both, or another "
-    "format of `fpmatch convert`.",
-)
-@key_option
-def export(gallery: str, output: Path, subject: str | None, file_format: str) -> int:
-    """Write the templates of GALLERY as files.
-
-    They are named by subject, finger and impression: 101_3.json.
-    """
-    from fpmatch.cli.extract import OWN_FORMATS
-    from fpmatch.formats.registry import codec_of_name
-    from fpmatch.formats.sealed import require_key
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.tasks.export import export_templates
-
-    require_key(file_format)
-    formats = [codec_of_name(name) for name in OWN_FORMATS.get(file_format, (file_format,))]
-    lost: dict[str, list[Path]] = {}
-    with open_gallery(gallery) as opened, ProgressBars({"export": "writing templates"}) as bars:
-        written = export_templates(
-            opened,
-            output,
-            suffixes=[codec.suffixes[0] for codec in formats],
-            subject=subject,
-            progress=bars.show,
-            noted=lambda path, note: lost.setdefault(note, []).append(path),
-        )
-        gallery_name, damaged = opened.name, opened.damaged
-    say_damaged(gallery_name, damaged)
-    for note, paths in lost.items():
-        if file_format not in OWN_FORMATS:
-            say_note(f"{first_of(paths)}: {note}")
-    show_line(f"{count(written, 'template')}: {output}")
-    return 1 if damaged else 0
 
 
 gallery.add_command(audit)

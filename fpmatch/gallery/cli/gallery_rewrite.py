@@ -24,7 +24,7 @@ program may use the gallery: if one holds it for a minute, the command ends. On 
 tables are rewritten by VACUUM FULL, which only their owner may do; the server's write-ahead log and
 backups keep what they have. What versions up to 0.2 removed, which did not overwrite it, is erased.
 
-With --encrypt, the source of the keys has the new key first, as `fpmatch key new --add` puts it,
+With --encrypt, the source of the keys has the new key first, as `fpmatch key --add` puts it,
 and all keys that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
 plain templates is left in its files. Other programs may search it and enrol in it meanwhile, with
 the same source. A rewriting that was interrupted continues when it is started again.

@@ -168,7 +168,7 @@ def transform_step(pair: ComparedPair) -> Step:
 
 
 def overlay_picture(pair: ComparedPair, view: View) -> bytes:
-    """Return the picture that the command ``overlay`` draws, as SVG."""
+    """Return the picture that ``verify --overlay`` draws, as SVG."""
     return overlay_file(".svg", pair.probe.pixels, pair.reference.pixels, pair.verification, view)
 
 

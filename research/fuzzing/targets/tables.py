@@ -19,7 +19,6 @@ from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.report.score_reports import evaluate_scores
-from fpmatch.lab.points.bench.results import read_results
 from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.check import fault
 from fpmatch.lab.synthesis.database import FIRST_FINGER, make_database
@@ -78,7 +77,6 @@ def text_targets() -> list[Target]:
         Target("truth", _truth, JSON, (b'"visible"', b'"displacement"')),
         Target("truth-check", _truth_check, JSON),
         Target("calibration", _calibration, JSON),
-        Target("points-results", _points_results, JSON),
         Target("audit-log", _audit_log, (json_line,)),
         Target("keys", _keys, (table_cell,), (b"=", b"#", b"A" * 44)),
         *([Target("scores-parquet", _parquet)] if importlib.util.find_spec("pyarrow") else []),
@@ -219,12 +217,6 @@ def _calibration() -> Reader:
 
     made = (CALIBRATION_FOLDER / "unit-circle.json").read_bytes()
     return _of_file("calibration.json", read, [made])
-
-
-def _points_results() -> Reader:
-    document = json.loads((ROOT / "docs/data/pointsets_bench.json").read_text())
-    few = {key: document[key][:3] for key in ("cells", "skipped") if key in document}
-    return _of_file("results.json", read_results, [json.dumps(document | few).encode()])
 
 
 def _audit_log() -> Reader:

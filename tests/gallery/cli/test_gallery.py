@@ -1,30 +1,6 @@
 import json
 
-import pytest
-
-from fpmatch.formats.files import load_record, load_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
-from fpmatch.templates.minutiae import Minutiae, Template
-from tests.conftest import assert_refused
-
-
-@pytest.fixture
-def place(tmp_path):
-    """Return a gallery of three impressions of two subjects, one of them strangely named."""
-    labels = [Label("1", "", "1"), Label("1", "", "2"), Label("a/b", "thumb", "1")]
-    new = [
-        NewEntry(
-            label,
-            f"/prints/{k}.tif",
-            k.to_bytes(32, "big"),
-            Template(Minutiae([k], [1], [0]), 300, 300, 500.0 if k else 569.0),
-        )
-        for k, label in enumerate(labels)
-    ]
-    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
-        gallery.add(new, [Failure("/prints/9.tif", "no minutiae found")])
-    return tmp_path / "prints.db"
 
 
 def test_the_summary_of_a_list(run, place, tmp_path):
@@ -75,32 +51,6 @@ def test_remove(run, place):
     with open_gallery(place) as gallery:
         assert [entry.id for entry in gallery.entries()] == [2]
         assert gallery.failures() == []
-
-
-def test_export(run, place, tmp_path):
-    out = tmp_path / "out"
-    result = run("gallery", "export", place, "-o", out, "--format", "both")
-    assert result.stdout == f"3 templates: {out}\n"
-    stems = ("1_1", "1_2", "a%2Fb_thumb_1")
-    assert {path.name for path in out.iterdir()} == {
-        f"{stem}.{suffix}" for stem in stems for suffix in ("csv", "json")
-    }
-    with open_gallery(place) as gallery:
-        assert load_template(out / "1_2.json") == dict(gallery.templates())[2]
-    iso = run("gallery", "export", place, "-o", out, "--format", "iso2005", "--subject", "1")
-    assert iso.stdout == f"2 templates: {out}\n"
-    assert sorted(path.name for path in out.glob("*.iso")) == ["1_1.iso", "1_2.iso"]
-    assert load_record(out / "1_1.iso").format == "iso2005"
-    assert all(line.startswith(f"fpmatch: note: {out}") for line in iso.stderr.splitlines())
-
-
-def test_export_does_not_mix_up_names(run, place, tmp_path):
-    with open_gallery(place) as gallery:
-        template = Template(Minutiae([1], [1], [0]), 300, 300)
-        gallery.add([NewEntry(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
-    result = run("gallery", "export", place, "-o", tmp_path / "out")
-    assert_refused(result, "entries 3 and 4 would both be written as A%2FB_thumb_1")
-    assert not (tmp_path / "out").exists()
 
 
 def test_check_tells_which_fingers_disagree(run, place):

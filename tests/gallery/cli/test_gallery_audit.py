@@ -43,12 +43,12 @@ def test_commands_are_events(gallery: str, run: Any, tmp_path: Path, monkeypatch
     monkeypatch.setenv(OPERATOR, "grace")
     out = str(tmp_path / "out")
     for words in (
-        ("list", gallery, "--subject", "101"),
-        ("export", gallery, "-o", out),
-        ("check", gallery),
-        ("remove", gallery, "1"),
+        ("gallery", "list", gallery, "--subject", "101"),
+        ("extract", "--gallery", gallery, "-o", out),
+        ("gallery", "check", gallery),
+        ("gallery", "remove", gallery, "1"),
     ):
-        assert run("gallery", *words).exit_code == 0
+        assert run(*words).exit_code == 0
     found = run("gallery", "audit", "show", gallery, "--client", "grace", "--json")
     assert actions(found) == ["list", "export", "check", "remove"]
     assert json.loads(found.stdout)[0]["client"].startswith("grace (")

@@ -99,10 +99,10 @@ def test_exports_and_scores(tmp_path: Path) -> None:
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k, scattered(k, 30), Label(str(k))) for k in (1, 2)])
         sides = ("--references", gallery.name, "--probes", gallery.name)
-    run("gallery", "export", tmp_path / "g.db", "-o", tmp_path / "out")
+    run("extract", "--gallery", tmp_path / "g.db", "-o", tmp_path / "out")
     run("score", *sides, "-o", tmp_path / "scores.csv", "--workers", "1")
     probe = tmp_path / "probe.json"
     save_template(probe, scattered(1, 30))
-    pair = (probe, tmp_path / "out" / "2.json")
-    run("overlay", *pair, "-o", tmp_path / "overlay.png")
+    pair = (probe, tmp_path / "out" / "1.json")
+    run("verify", *pair, "--overlay", tmp_path / "overlay.png")
     assert_private(tmp_path, 7)

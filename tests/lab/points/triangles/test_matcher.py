@@ -4,10 +4,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pointset_strategies import check_sound, seeds, similarities, worn
 
-from fpmatch.lab.points.random_sets import independent_pair, random_pair
 from fpmatch.lab.points.triangles import _proposal_kernel as kernel
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.geometry.similarity import Similarity
+from research.points.random_sets import independent_pair, random_pair
 
 # Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
 BOUNDED = TriangleParameters(max_proposals=20_000 if kernel.COMPILED else 200)

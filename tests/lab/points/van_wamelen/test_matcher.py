@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from pointset_strategies import check_sound, seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.lab.points.random_sets import independent_pair, random_pair
 from fpmatch.lab.points.van_wamelen import _search_kernel
 from fpmatch.lab.points.van_wamelen.matcher import SearchPlan, match_van_wamelen, plan_search
+from research.points.random_sets import independent_pair, random_pair
 
 COMPILED = _search_kernel.COMPILED
 TRIALS = 10 if COMPILED else 2

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import as_move, crowded_pixels, moved, places, seeds, squared_distances
 
-from fpmatch.lab.points.random_sets import random_pair
 from fpmatch.lab.points.van_wamelen import _neighbours_kernel as neighbours
 from fpmatch.lab.points.van_wamelen import _search_kernel as kernel
 from fpmatch.lab.points.van_wamelen import matcher
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen, sort_set
 from fpmatch.pointset.geometry.frames import UnitFrame
 from fpmatch.pointset.geometry.similarity import Similarity
+from research.points.random_sets import random_pair
 
 clouds = st.one_of(
     crowded_pixels.filter(len),

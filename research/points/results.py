@@ -2,22 +2,20 @@
 
 The file holds ``{"settings": {...}, "cells": [...], "skipped": [...]}``. Rates in it are fractions,
 times in milliseconds, medians unless they are called means; `model`, `rho`, `eta`, `lambda`, `m`
-and `n` determine a condition. Files of version 0.1, in which `model` is called `reading`, the
-matcher `triangles` is called `ours` and steps are called looks, are read too.
+and `n` determine a condition.
 """
 
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from fpmatch.base.output import atomic_write_bytes, reason
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.points.bench.conditions import Condition, conditions
+from research.points.conditions import Condition, conditions
 
 if TYPE_CHECKING:
     import os
@@ -102,6 +100,13 @@ class BenchResults:
     cells: list[PointCell] = field(default_factory=list)
     skipped: list[SkippedCell] = field(default_factory=list)
 
+    def add(self, outcome: PointCell | SkippedCell) -> None:
+        """Add a cell, run or skipped."""
+        if isinstance(outcome, PointCell):
+            self.cells.append(outcome)
+        else:
+            self.skipped.append(outcome)
+
     def cell(self, condition: Condition, matcher: str) -> PointCell | None:
         """Return the cell of a matcher under a condition, if it was run."""
         cells = (c for c in self.cells if (c.condition, c.matcher) == (condition, matcher))
@@ -116,9 +121,6 @@ class BenchResults:
 
         cells, skipped = in_order(self.cells), in_order(self.skipped)
         return {"settings": self.settings, "cells": cells, "skipped": skipped}
-
-
-MOST_TRIALS: Final = 10_000_000  # of a cell
 
 
 def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
@@ -137,10 +139,10 @@ def read_results(path: str | os.PathLike[str]) -> BenchResults:
         raise FpmatchError(f"{path}: not a file of results: {error}") from error
     try:
         return BenchResults(
-            settings={_FORMER.get(k, k): v for k, v in document.get("settings", {}).items()},
+            settings=document.get("settings", {}),
             cells=[_cell_of(entry) for entry in document["cells"]],
             skipped=[
-                SkippedCell(_condition_of(entry), _matcher_of(entry), str(entry["reason"]))
+                SkippedCell(_condition_of(entry), str(entry["matcher"]), str(entry["reason"]))
                 for entry in document.get("skipped", [])
             ],
         )
@@ -155,21 +157,8 @@ def _key(condition: Condition, matcher: str) -> dict[str, Any]:
     return {"model": condition.model, "matcher": matcher, **sets}
 
 
-_FORMER = {  # names of settings in version 0.1
-    "genuine_looks": "genuine_steps",
-    "independent_looks": "independent_steps",
-    "spare_complete": "exempt_complete",
-}
-
-
-def _matcher_of(entry: dict[str, Any]) -> str:
-    name = str(entry["matcher"])
-    return "triangles" if name == "ours" else name
-
-
 def _condition_of(entry: dict[str, Any]) -> Condition:
-    former = {"model": entry["reading"]} if "reading" in entry else {}
-    key = tuple((entry | former)[name] for name in ("model", "rho", "eta", "lambda", "m", "n"))
+    key = tuple(entry[name] for name in ("model", "rho", "eta", "lambda", "m", "n"))
     for condition in conditions():
         model, _, *numbers = _key(condition, "").values()
         if key == (model, *numbers):
@@ -178,43 +167,5 @@ def _condition_of(entry: dict[str, Any]) -> Condition:
 
 
 def _cell_of(entry: dict[str, Any]) -> PointCell:
-    """Return a cell of the file; optional members follow from the others."""
-    condition, trials = _condition_of(entry), int(entry["trials"])
-    if trials > MOST_TRIALS:
-        raise ValueError(f"more than {MOST_TRIALS} trials")
-    recognised = round(_share(entry["recognised"]) * trials)
-    outcomes = str(entry.get("outcomes", "1" * recognised + "0" * (trials - recognised)))
-    independent = int(entry.get("independent_trials", trials))
-    cell = PointCell(
-        condition=condition,
-        matcher=_matcher_of(entry),
-        outcomes=outcomes,
-        false_positives=round(_share(entry["false_match"]) * independent),
-        independent_trials=independent,
-        time_ms=_milliseconds(entry["time_ms"]),
-        scipy_delaunay_ms=_milliseconds(entry["scipy_delaunay_ms"]),
-        independent_time_ms=_milliseconds(entry.get("independent_time_ms", entry["time_ms"])),
-        first_ms=_milliseconds(entry.get("first_ms", entry["time_ms"])),
-        stopped=int(entry.get("stopped", 0)),
-        mean_ms=_milliseconds_or_none(entry.get("mean_ms")),
-        independent_mean_ms=_milliseconds_or_none(entry.get("independent_mean_ms")),
-    )
-    if min(trials, independent) < 1 or (cell.trials, cell.true_positives) != (trials, recognised):
-        raise ValueError(f"trials and outcomes disagree: {cell.matcher}, {condition}")
-    return cell
-
-
-def _share(value: Any) -> float:
-    if not (isinstance(value, int | float) and 0 <= value <= 1):
-        raise ValueError(f"a rate must be a fraction: {value!r}")
-    return float(value)
-
-
-def _milliseconds_or_none(value: Any) -> float | None:
-    return None if value is None else _milliseconds(value)
-
-
-def _milliseconds(value: Any) -> float:
-    if not (isinstance(value, int | float) and 0 < value < math.inf):
-        raise ValueError(f"a time must be positive: {value!r}")
-    return float(value)
+    own = {one.name: entry[one.name] for one in fields(PointCell) if one.name in entry}
+    return PointCell(**own, condition=_condition_of(entry), false_positives=entry["false_matches"])

@@ -8,9 +8,9 @@ from PIL import Image
 
 from fpmatch.errors import OutputError
 from fpmatch.lab.plots.style import check_plot
-from fpmatch.lab.points.bench.conditions import conditions
-from fpmatch.lab.points.bench.plot import save_bench_plot
-from fpmatch.lab.points.bench.results import BenchResults, PointCell
+from research.points.conditions import conditions
+from research.points.plot import save_bench_plot
+from research.points.results import BenchResults, PointCell
 
 COLOURS = {"triangles": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}
 

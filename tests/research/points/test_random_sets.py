@@ -5,18 +5,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pointset_strategies import seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.lab.points.random_sets import (
+from fpmatch.pointset.geometry.point_match import share_of
+from research.points.random_sets import (
     MAX_SCALE,
     MIN_SCALE,
     POINT_MODELS,
     independent_pair,
     random_pair,
 )
-from fpmatch.pointset.geometry.point_match import share_of
 
+seeds = st.integers(0, 2**32 - 1)
 models = st.sampled_from(POINT_MODELS)
 sizes = st.integers(1, 60).flatmap(lambda m: st.tuples(st.just(m), st.integers(m, 8 * m)))
 every_model = pytest.mark.parametrize("model", POINT_MODELS)

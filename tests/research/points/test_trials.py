@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from fpmatch.lab.points.bench import trials as point_trials
-from fpmatch.lab.points.bench.conditions import Condition, make_pair
-from fpmatch.lab.points.bench.matchers import BenchMatcher, StoppedError
-from fpmatch.lab.points.bench.trials import QUICK_PLAN, TrialPlan, is_recognised, run_cell
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
+from research.points import trials as point_trials
+from research.points.conditions import Condition, make_pair
+from research.points.matchers import BenchMatcher, StoppedError
+from research.points.trials import QUICK_PLAN, TrialPlan, is_recognised, run_cell
 
 CONDITION = Condition("patch", 0, 2)
 PLAN = TrialPlan(trials=20, budget_s=10.0, fewest_trials=5)

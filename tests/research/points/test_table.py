@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.points.bench.conditions import PAPER_ROWS, Condition, conditions
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
-from fpmatch.lab.points.bench.results import BenchResults, PointCell, SkippedCell
-from fpmatch.lab.points.bench.summary import geometric_mean, speed_ups, summarise
-from fpmatch.lab.points.bench.table import format_bench, format_bench_markdown, format_ms
+from research.points.conditions import PAPER_ROWS, Condition, conditions
+from research.points.matchers import MATCHER_NAMES
+from research.points.results import BenchResults, PointCell, SkippedCell
+from research.points.summary import geometric_mean, speed_ups, summarise
+from research.points.table import format_bench, format_bench_markdown, format_ms
 
 CELL = PointCell(Condition("patch", 5, 2), "triangles", "1" * 9 + "0", 1, 100, 0.5, 1.0, 2.0, 3.0)
 

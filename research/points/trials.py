@@ -22,18 +22,18 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.lab.points.bench.conditions import make_pair
-from fpmatch.lab.points.bench.matchers import PointCase, StoppedError
-from fpmatch.lab.points.bench.results import PointCell
-from fpmatch.lab.points.random_sets import random_pair
+from research.points.conditions import make_pair
+from research.points.matchers import PointCase, StoppedError
+from research.points.random_sets import random_pair
+from research.points.results import PointCell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.lab.points.bench.conditions import Condition
-    from fpmatch.lab.points.bench.matchers import BenchMatcher
-    from fpmatch.lab.points.random_sets import RandomPair
     from fpmatch.pointset.geometry.point_match import PointMatch
+    from research.points.conditions import Condition
+    from research.points.matchers import BenchMatcher
+    from research.points.random_sets import RandomPair
 
     Clock = Callable[[], float]
 

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.lab.points.random_sets import POINT_MODELS, independent_pair, random_pair
+from research.points.random_sets import POINT_MODELS, independent_pair, random_pair
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.lab.points.random_sets import PointModel, RandomPair
+    from research.points.random_sets import PointModel, RandomPair
 
 
 TARGET_FACTORS: Final = (2, 4, 8)

@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.lab.points.bench import matchers as point_matchers
-from fpmatch.lab.points.bench.matchers import (
+from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.pointset.paper import matcher as unit_circle_matcher
+from research.points import matchers as point_matchers
+from research.points.matchers import (
     MATCHER_NAMES,
     PointCase,
     StoppedError,
     is_installed,
     matcher_named,
 )
-from fpmatch.lab.points.random_sets import independent_pair, random_pair
-from fpmatch.pointset.geometry.point_match import PointMatch
-from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.paper import matcher as unit_circle_matcher
+from research.points.random_sets import independent_pair, random_pair
 
 needs_astroalign = pytest.mark.skipif(not is_installed("astroalign"), reason="an extra")
 MATCHERS = [

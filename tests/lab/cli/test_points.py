@@ -1,4 +1,4 @@
-"""`fpmatch points match`: the transform it prints, its files, and what it says of bad input."""
+"""`fpmatch points`: the transform it prints, its files, and what it says of bad input."""
 
 import json
 import math
@@ -49,7 +49,7 @@ def match(run):
     """Return a function that runs the command and returns its result and its JSON."""
 
     def run_match(*words, **options):
-        result = run("points", "match", *words, "--json", **options)
+        result = run("points", *words, "--json", **options)
         return result, json.loads(result.stdout)
 
     return run_match
@@ -64,12 +64,10 @@ def test_columns_of_other_names_and_decimal_commas(run, match, stars):
         path.write_text(path.read_text().replace(f"x{separator}y", columns.format(separator), 1))
     both = ("--columns", "ra,dec", "--columns", "LON, lat")
     assert match(*stars, *both)[1] == given
-    assert_refused(
-        run("points", "match", *stars, *both[:2]), f"{stars[1]}, line 1: expected a header"
-    )
+    assert_refused(run("points", *stars, *both[:2]), f"{stars[1]}, line 1: expected a header")
     for wrong in ("ra", "ra,", "ra,dec,z", "ra,RA"):
-        assert "names of columns" in run("points", "match", *stars, "--columns", wrong).stderr
-    assert "once for each" in run("points", "match", *stars, *both, *both).stderr
+        assert "names of columns" in run("points", *stars, "--columns", wrong).stderr
+    assert "once for each" in run("points", *stars, *both, *both).stderr
 
 
 @pytest.mark.parametrize("matcher", POINT_MATCHERS)
@@ -106,7 +104,7 @@ def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
 
 
 def test_the_words_of_a_match_and_of_none(run, stars, unlike):
-    result, none = (run("points", "match", *files) for files in (stars, unlike))
+    result, none = (run("points", *files) for files in (stars, unlike))
     assert (result.exit_code, none.exit_code) == (0, 1)
     names = [[line.split()[0] for line in one.stdout.splitlines()] for one in (result, none)]
     assert names[0] == ["MATCH", "Points", "Pairs", "Transform", "Residual", "Chance"]
@@ -150,7 +148,7 @@ def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
     assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])
     assert transform["mirrored"] is document["reflect"] is True
     np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
-    assert " mirrored (" in run("points", "match", *words, "--reflect").stdout
+    assert " mirrored (" in run("points", *words, "--reflect").stdout
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -173,7 +171,7 @@ def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored
     assert document["pairs"] == [[i, i - 2] for i in range(2, 30)]
     rows = rows_of(tmp_path / "pairs.csv")
     assert max(float(row["distance"]) for row in rows) < 1e-6
-    text = run("points", "match", *words).stdout
+    text = run("points", *words).stdout
     assert "scale 3 along x and 1.2 along y, shear 0.5\n" in text
     assert ("  Stretch     mirrored " in text) == mirrored
 
@@ -197,10 +195,10 @@ def test_a_search_that_ends_at_its_limit_says_so(match, tmp_path, rng):
 
 def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
     words = (*stars, "--model", "affine", "--matcher", "paper")
-    assert_refused(run("points", "match", *words), "triangles")
+    assert_refused(run("points", *words), "triangles")
     along = np.arange(9.0)
     near = write(tmp_path / "near.csv", np.column_stack([along, along**2 / 1e9]))
-    assert_refused(run("points", "match", near, stars[1], "--model", "affine"), "line")
+    assert_refused(run("points", near, stars[1], "--model", "affine"), "line")
 
 
 def test_a_smaller_area_tolerance_follows_fewer_local_matches(match, stars):
@@ -232,8 +230,8 @@ def test_a_plot_is_drawn_whatever_the_decision(match, stars, unlike, tmp_path, s
 
 def test_without_matplotlib_there_is_no_plot(run, stars, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert_refused(run("points", "match", *stars, "--plot", tmp_path / "plot.png"), "matplotlib")
-    assert run("points", "match", *stars).exit_code == 0
+    assert_refused(run("points", *stars, "--plot", tmp_path / "plot.png"), "matplotlib")
+    assert run("points", *stars).exit_code == 0
 
 
 def test_a_dash_reads_standard_input(match, run, stars):
@@ -241,13 +239,13 @@ def test_a_dash_reads_standard_input(match, run, stars):
     for words, file in ((["-", q], stars[0]), ([p, "-"], stars[1])):
         _, document = match(*words, input=file.read_bytes())
         assert (document["match"], [document["p"], document["q"]]) == (True, words)
-    assert_refused(run("points", "match", p, "-", input=b"1,2\n3,a\n"), "standard input, line 2: ")
+    assert_refused(run("points", p, "-", input=b"1,2\n3,a\n"), "standard input, line 2: ")
 
 
 def test_repeated_points_are_noted_once(run, stars):
     p, q = stars
     lines = p.read_text().splitlines()
     p.write_text("\n".join([*lines, lines[2], lines[2], lines[8]]))
-    result = run("points", "match", p, q)
+    result = run("points", p, q)
     assert result.exit_code == 0
     assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"

@@ -1,23 +1,19 @@
-"""`fpmatch points bench` with fake matchers: what it prints, writes and refuses."""
+"""`measure points` with fake matchers: what it prints, writes and refuses."""
 
-import importlib
 import json
 from dataclasses import replace
 from functools import partial
 
 import pytest
 
-from fpmatch.lab.points.bench import bench as point_bench
-from fpmatch.lab.points.bench import matchers as point_matchers
-from fpmatch.lab.points.bench import trials as point_trials
-from fpmatch.lab.points.bench.conditions import conditions
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES, BenchMatcher
-from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.pointset.geometry.point_match import PointMatch
-from tests.conftest import assert_refused
-
-# The module: the package's attribute of this name is the command that is found in it.
-command = importlib.import_module("fpmatch.lab.cli.points_bench")
+from research.points import bench as point_bench
+from research.points import command as points
+from research.points import matchers as point_matchers
+from research.points import trials as point_trials
+from research.points.conditions import conditions
+from research.points.matchers import MATCHER_NAMES, BenchMatcher
+from research.points.random_sets import POINT_MODELS
 
 
 @pytest.fixture
@@ -40,23 +36,21 @@ def fakes(monkeypatch, calls):
     }
     monkeypatch.setattr(point_matchers, "_MATCHERS", matchers)
     monkeypatch.setattr(point_matchers, "find_spec", lambda _: True)
-    monkeypatch.setattr(point_trials, "QUICK_LARGEST_M", 50)
+    monkeypatch.setattr(points, "QUICK_LARGEST_M", 50)
     monkeypatch.setattr(point_trials, "_triangulate_both", lambda _: None)
 
 
 @pytest.fixture
-def bench(run):
+def bench(run_research):
     """Return a function that runs the command, quickly."""
-    return lambda *words: run("points", "bench", "--quick", "--trials", 1, *words)
+    return partial(run_research, "measure", "points", "--quick", "--trials", 1)
 
 
-def test_the_table_is_on_stdout_and_stderr_is_silent(bench):
+def test_the_tables_are_on_stdout_and_each_cell_on_stderr(bench):
     result = bench("--model", "patch", "--matcher", "triangles", "--matcher", "paper")
-    assert (result.exit_code, result.stderr) == (0, "")
+    assert (result.exit_code, result.stderr.count("\n")) == (0, 9 * 2)
     titles = [line for line in result.stdout.splitlines() if " model:" in line]
     assert [title.split(",")[0] for title in titles] == ["triangles", "triangles", "paper", "paper"]
-    result = bench("--model", "clutter", "--matcher", "triangles", "--markdown")
-    assert result.stdout.startswith("### triangles, clutter model: ")
 
 
 def test_all_matchers_and_both_models_by_default(bench, tmp_path):
@@ -70,17 +64,17 @@ def test_all_matchers_and_both_models_by_default(bench, tmp_path):
     assert {cell["model"] for cell in cells} == set(POINT_MODELS)
 
 
-def test_all_conditions_without_quick(run, tmp_path, monkeypatch):
+def test_all_conditions_without_quick(run_research, monkeypatch):
     plans = []
 
     def run_bench(results, where, chosen, plan, **_):
         plans.append((where, plan))
 
-    monkeypatch.setattr(point_bench, "run_bench", run_bench)
-    assert run("points", "bench").exit_code == 0
+    monkeypatch.setattr(points, "run_bench", run_bench)
+    assert run_research("measure", "points").exit_code == 0
     words = ["--trials", 7, "--independent-trials", 2, "--seed", 3, "--budget", 2.5]
-    assert run("points", "bench", *words).exit_code == 0
-    assert run("points", "bench", "--quick", "--budget", 2.5).exit_code == 0
+    assert run_research("measure", "points", *words).exit_code == 0
+    assert run_research("measure", "points", "--quick", "--budget", 2.5).exit_code == 0
     plan = point_trials.TrialPlan()
     assert (plan.trials, plan.budget_s) == (100, 20.0)
     assert plans == [
@@ -95,7 +89,8 @@ def test_a_matcher_that_is_not_installed_is_left_out_or_refused(bench, calls, mo
     result = bench("--model", "patch")
     assert (result.exit_code, "'fpmatch[bench]'" in result.stderr) == (0, True)
     assert set(calls) == {"triangles", "paper", "van-wamelen"}
-    assert_refused(bench("--matcher", "astroalign"), "astroalign")
+    refused = bench("--matcher", "astroalign")
+    assert (refused.exit_code, "astroalign is not installed" in refused.stderr) == (2, True)
 
 
 def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(bench, tmp_path, calls, monkeypatch):
@@ -114,13 +109,32 @@ def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(bench, tmp_path, calls, 
     words = ("--model", "patch", "--json", path, "--matcher", "triangles", "--resume")
     with monkeypatch.context() as patch:
         patch.setattr(point_bench, "run_cell", run_cell)
-        assert bench(*words).exit_code == 130
+        assert bench(*words).exit_code == 1
     first = cells()
     assert (len(first), list(tmp_path.iterdir())) == (4, [path])
     calls.clear()
     assert bench(*words).exit_code == 0
     assert (len(cells()), cells()[:4]) == (9, first)
     assert len(calls) == 5 * 3  # the five that were missing: warming up, genuine, independent
-    assert_refused(bench(*words, "--seed", 4), f"{path}: ")
+    assert f"{path}: cannot resume" in bench(*words, "--seed", 4).stderr
     bench(*words[:-1])
     assert cells() != first
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("--resume", "--resume needs the file of --json"),
+        ("--budget 0", "--budget"),
+        ("--budget nan", "no number of seconds"),
+        ("--plot b.gif", ".png, .svg, .pdf"),
+        ("--json nowhere/b.json", "cannot be written"),
+        ("--json {file} --resume", "not a file of results"),
+    ],
+)
+def test_wrong_usage_is_refused(bench, tmp_path, words, reason):
+    file = tmp_path / "notes.txt"
+    file.write_text("no results")
+    result = bench(*words.format(file=file).split())
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert reason in result.stderr

@@ -7,16 +7,16 @@ from itertools import product
 from statistics import linear_regression, median
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.lab.points.bench.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
-from fpmatch.lab.points.random_sets import POINT_MODELS
+from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
+from research.points.matchers import MATCHER_NAMES
+from research.points.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.lab.points.bench.conditions import Condition
-    from fpmatch.lab.points.bench.results import BenchResults
-    from fpmatch.lab.points.random_sets import PointModel
+    from research.points.conditions import Condition
+    from research.points.random_sets import PointModel
+    from research.points.results import BenchResults
 
 _FEWEST_SIZES: Final = 3  # of sets, from which on a power of growth is fitted
 

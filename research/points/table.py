@@ -5,18 +5,18 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.lab.points.bench.conditions import PAPER_ROWS, TARGET_FACTORS, Condition
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
-from fpmatch.lab.points.bench.summary import summarise
-from fpmatch.lab.points.random_sets import POINT_MODELS
 from fpmatch.printable import markdown_table, text_table
+from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, Condition
+from research.points.matchers import MATCHER_NAMES
+from research.points.random_sets import POINT_MODELS
+from research.points.summary import summarise
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.lab.points.bench.conditions import PaperRow
-    from fpmatch.lab.points.bench.results import BenchResults, PointCell
-    from fpmatch.lab.points.random_sets import PointModel
+    from research.points.conditions import PaperRow
+    from research.points.random_sets import PointModel
+    from research.points.results import BenchResults, PointCell
 
     Line = tuple[str, ...]
 

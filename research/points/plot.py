@@ -12,14 +12,14 @@ from fpmatch.lab.plots.style import (
     figure_bytes,
     plain_style,
 )
-from fpmatch.lab.points.bench.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
-from fpmatch.lab.points.bench.matchers import MATCHER_NAMES
-from fpmatch.lab.points.random_sets import POINT_MODELS
+from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
+from research.points.matchers import MATCHER_NAMES
+from research.points.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:
     import os
 
-    from fpmatch.lab.points.bench.results import BenchResults, PointCell
+    from research.points.results import BenchResults, PointCell
 
 _COLOURS: Final = dict(
     zip(("triangles", "van-wamelen", "paper", "astroalign"), SERIES_COLOURS, strict=True)

@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.points.bench import bench as point_bench
-from fpmatch.lab.points.bench.bench import check_same_settings, describe_settings, run_bench
-from fpmatch.lab.points.bench.conditions import Condition, conditions
-from fpmatch.lab.points.bench.matchers import BenchMatcher, StoppedError, matcher_named
-from fpmatch.lab.points.bench.results import BenchResults, PointCell, SkippedCell
-from fpmatch.lab.points.bench.trials import TrialPlan
 from fpmatch.pointset.geometry.point_match import PointMatch
+from research.points import bench as point_bench
+from research.points.bench import check_same_settings, describe_settings, run_bench
+from research.points.conditions import Condition, conditions
+from research.points.matchers import BenchMatcher, StoppedError
+from research.points.results import BenchResults, PointCell, SkippedCell
+from research.points.trials import TrialPlan
 
 PLAN = TrialPlan(trials=1, budget_s=20.0)
 WHERE = conditions(["patch"], largest_m=100)
@@ -109,26 +109,13 @@ def test_an_interruption_leaves_what_was_found(cells):
     assert [cell.condition for cell in results.cells] == WHERE[:2]
 
 
-@pytest.mark.slow
-def test_two_processes_find_what_one_finds():
-    where, found = [Condition("patch", 0, 2), Condition("clutter", 0, 2)], []
-    for workers in (1, 2):
-        results = BenchResults({})
-        run_bench(results, where, [matcher_named("paper")], PLAN, workers=workers)
-        cells = sorted(results.cells, key=lambda cell: where.index(cell.condition))
-        found.append([(c.condition, c.matcher, c.outcomes, c.false_positives) for c in cells])
-    assert found[0] == found[1]
-    assert [condition for condition, *_ in found[0]] == where
-
-
 def test_settings_name_what_results_depend_on():
-    settings = describe_settings(PLAN, workers=2)
+    settings = describe_settings(PLAN)
     assert (settings["trials"], settings["seed"], settings["budget_s"]) == (1, 0, 20.0)
-    assert settings["workers"] == 2
     assert {"fpmatch", "python", "numpy", "scipy", "astroalign"} == set(settings["versions"])
     assert settings["machine"]["cpus"] >= 1
     assert settings["kernels"] in {"compiled", "interpreted"}
-    check_same_settings("bench.json", settings, describe_settings(PLAN, workers=2))
+    check_same_settings("bench.json", settings, describe_settings(PLAN))
 
 
 @pytest.mark.parametrize(

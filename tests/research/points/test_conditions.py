@@ -5,15 +5,15 @@ import itertools
 import numpy as np
 import pytest
 
-from fpmatch.lab.points.bench.conditions import (
+from fpmatch.pointset.geometry.point_match import share_of
+from research.points.conditions import (
     PAPER_ROWS,
     TARGET_FACTORS,
     Condition,
     conditions,
     make_pair,
 )
-from fpmatch.lab.points.random_sets import POINT_MODELS
-from fpmatch.pointset.geometry.point_match import share_of
+from research.points.random_sets import POINT_MODELS
 
 SMALL = Condition("patch", 5, 2)
 

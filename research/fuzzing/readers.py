@@ -35,6 +35,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
         "dataset-info",
         "settings",
     ),
+    "base/plugins.py": "searches the metadata of installed packages for a name",
     "cli/doctor.py": "reads what the system states about memory",
     "cli/group.py": _OUT,
     "cli/verify.py": "hashes the files that were compared",

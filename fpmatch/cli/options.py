@@ -38,12 +38,19 @@ class PrintFile(click.Path):
         """Return the path of the file or of the copy."""
         if str(value) != "-" or ctx is None or ctx.resilient_parsing:
             return super().convert(value, param, ctx)
+        from fpmatch.image.io import grey
+
         if _STDIN in ctx.meta:
             self.fail("only one print can come from standard input", param, ctx)
+        if sys.stdin is None:
+            self.fail("standard input is closed", param, ctx)
         ctx.meta[_STDIN] = True
         folder = ctx.find_root().with_resource(TemporaryDirectory(prefix="fpmatch-"))
         copy = Path(folder, _STDIN)
-        copy.write_bytes(sys.stdin.buffer.read())
+        # One byte beyond the limit, so that the reader refuses a file that is too large.
+        copy.write_bytes(
+            sys.stdin.buffer.read(int(grey.DEFAULT_LIMITS.max_file_megabytes * 1e6) + 1)
+        )
         return copy
 
 

@@ -118,7 +118,7 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
     The table ``limits`` has values of `Limits` by their names. Each other table is a client, named
     by its title, with a ``role`` ("read", "verify", "enrol" or "admin") and either its ``token`` or
     the ``sha256`` of its token in hexadecimal digits. Raises SettingsError, which names the table,
-    also where other users than those of the file's group may read a token.
+    also where users outside the file's group may read a token.
     """
     try:
         with Path(path).open("rb") as stream:

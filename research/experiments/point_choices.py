@@ -1,7 +1,7 @@
 """Choices that the paper leaves open, measured on random point sets.
 
 They are the area tolerance, the decision rule, and the largest number of proposals of the default
-matcher. The pairs of sets are those of ``python -m research measure points``.
+matcher. The pairs of sets are made as by ``python -m research measure points``.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def command(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
     """Measure choices that the paper leaves open: rho and the area tolerance.
 
     DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
-    random point sets, those of `measure points` up to 200 points, the area tolerance, the
+    random point sets, made as by `measure points`, up to 200 points, the area tolerance, the
     decision rule, and an early exit of the default matcher are measured. Times are processor times.
     """
     results: dict[str, Any] = {"prints": _prints(folders)}

@@ -138,7 +138,7 @@ def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
 
 
 def _results(plan: TrialPlan, old: Path | None) -> BenchResults:
-    """Return results to add to: those of the file `old`, where there is one."""
+    """Return the results to add to, of the file `old` where it exists."""
     settings = describe_settings(plan)
     if old is None or not old.exists():
         return BenchResults(settings)

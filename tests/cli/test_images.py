@@ -1,16 +1,20 @@
 """What commands make of images: bare pixels, ``--polarity``, ``--enhance``, wrong resolutions."""
 
+import io
 import json
 import pickle
 import re
+import sys
 
+import click
 import pytest
 from PIL import Image
 
 from fpmatch import load_template, verify
-from fpmatch.cli.options import ENHANCEMENTS
+from fpmatch.cli.options import ENHANCEMENTS, PRINT
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.io import grey
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.lab.evaluation.databases import extraction
 from fpmatch.prints import reading
@@ -63,6 +67,19 @@ def test_a_dash_is_standard_input(run, prints, tmp_path):
         twice = run(*words, input=one)
         assert (twice.exit_code, "only one print can come from" in twice.stderr) == (2, True)
     assert_refused(run("verify", print_, "-", input=b""), "empty")
+
+
+def test_standard_input_may_be_closed_or_too_large(monkeypatch):
+    monkeypatch.setattr(grey, "DEFAULT_LIMITS", grey.ImageLimits(max_file_megabytes=0.001))
+    with click.Context(click.Command("verify")) as context:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(bytes(5000))))
+        assert PRINT.convert("-", None, context).stat().st_size == 1001
+    monkeypatch.setattr(sys, "stdin", None)
+    with (
+        click.Context(click.Command("verify")) as context,
+        pytest.raises(click.BadParameter, match="standard input is closed"),
+    ):
+        PRINT.convert("-", None, context)
 
 
 def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):

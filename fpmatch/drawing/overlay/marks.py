@@ -48,12 +48,12 @@ class MarkStyle:
     @property
     def pen(self) -> Pen:
         """The pen that draws the shape."""
-        return Pen(self.colour, None, self.width, self.opacity, self.halo)
+        return Pen(self.colour, width=self.width, opacity=self.opacity, halo=self.halo)
 
 
 PAIRED: Final = {
     "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, "reference paired"),
-    "probe": MarkStyle(PROBE_MARK, 4.0, 12.0, 2.0, 1.2, 1.0, "probe paired"),
+    "probe": MarkStyle(PROBE_MARK, 4.0, 12.0, 2.2, 0.8, 1.0, "probe paired"),
 }
 UNPAIRED: Final = {
     "reference": MarkStyle(REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, "reference unpaired"),

@@ -191,7 +191,7 @@ def points(
     plot: Path | None,
     pairs: Path | None,
 ) -> int:
-    """Find the scale, rotation and shift that lay the points of P.csv on points of Q.csv.
+    """Find the scale, rotation and shift that map the points of P.csv to points of Q.csv.
 
     Both are tables with columns x and y, or --columns, or two columns of numbers. A dash (-)
     reads standard input. Not every point needs a partner. --model affine also finds other

@@ -120,7 +120,7 @@ def synth(
     are damaged are made again; those that are not its own are never overwritten.
 
     Templates take a hundredth of the time: with --templates, a gallery of a million takes minutes.
-    Their fingers are others than those of the images.
+    Templates show other fingers than images.
     """
     from fpmatch.lab.synthesis.database import make_database
 

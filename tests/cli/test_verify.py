@@ -61,6 +61,8 @@ def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
     ):
         result = decision(run("verify", probe, reference, "--json"))
         assert (result["match"], result["identical"]) == (True, identical)
+    drawn = run("verify", original, copy, "--overlay", tmp_path / "overlay.png")
+    assert "same pixels" in drawn.output
 
 
 @pytest.mark.parametrize(("subject", "identical"), [(1, "template"), (2, None)])
@@ -192,13 +194,13 @@ def test_verify_writes_the_overlay_too(run, prints, tmp_path):
 
 def test_overlay_writes_a_picture_whatever_the_decision(run, prints, tmp_path):
     drawn, picture = [], tmp_path / "overlay.png"
-    for name, status, option in (
-        ("1_2.png", 0, []),
-        ("1_2.png", 0, ["--view", "side-by-side"]),
-        ("blank.png", 3, []),
+    for name, status, word, option in (
+        ("1_2.png", 0, "MATCH\n", []),
+        ("1_2.png", 0, "MATCH\n", ["--view", "side-by-side"]),
+        ("blank.png", 3, "INCONCLUSIVE: ", []),
     ):
         result = run("verify", prints / name, prints / "1_1.png", "--overlay", picture, *option)
-        assert result.exit_code == status
+        assert (result.exit_code, result.stdout.startswith(word)) == (status, True)
         with Image.open(picture) as opened:
             assert opened.width > 280
         drawn.append(picture.read_bytes())

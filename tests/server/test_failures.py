@@ -51,9 +51,12 @@ def check_answers(
     failures = 0
     for method, path, parts in requests(prints):
         response = http.request(method, path, headers=BEARER, **parts)  # type: ignore[arg-type]
-        text = response.text.lower() + str(response.headers).lower()
+        text = str(response.headers).lower()
+        kind = response.headers.get("content-type", "")
+        if not kind.startswith("image/"):  # pixels may read as words
+            text += response.text.lower()
         for secret in (*secrets, *LIBRARIES):
-            assert secret.lower() not in text, (path, response.text)
+            assert secret.lower() not in text, (path, text)
         if response.status_code >= 500:
             failures += 1
             number = response.json()["id"]

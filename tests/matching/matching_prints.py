@@ -1,5 +1,6 @@
 """Made prints for the tests of matching: as points, as templates, moved and worn."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -158,6 +159,13 @@ def even_field(step=16.0, side=25, orientation=0.6):
     """Return a field of ridges that run one way everywhere."""
     shape = (side, side)
     return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool))
+
+
+def along(points, orientation=0.6):
+    """Return points whose directions are turned into the ridges' orientation, either way."""
+    ridges = np.array([[math.cos(orientation)], [math.sin(orientation)]])
+    way = np.where((points[2:] * ridges).sum(axis=0) < 0.0, -1.0, 1.0)
+    return np.concatenate([points[:2], ridges * way])
 
 
 def packed_pictures(picture):

@@ -3,13 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from fpmatch.templates.bounds import (
-    LEAST_STEP_PX,
-    MOST_CELLS,
-    MOST_PX,
-    MOST_SIDE_PX,
-    MOST_STEP_PX,
-)
+from fpmatch.templates.bounds import LEAST_STEP_PX, MOST_CELLS, MOST_PX, MOST_SIDE_PX, MOST_STEP_PX
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from tests.matching.matching_prints import (
     COMPILED,

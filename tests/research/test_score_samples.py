@@ -13,11 +13,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
-from fpmatch.matching.pipeline.score_model import (
-    FEATURES,
-    ScoreModel,
-    ScoreWeights,
-)
+from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES

@@ -7,12 +7,7 @@ import pytest
 
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.templates.minutiae import Minutiae
-from research.experiments.template_statistics import (
-    TITLES,
-    Group,
-    compare_non_mates,
-    describe,
-)
+from research.experiments.template_statistics import TITLES, Group, compare_non_mates, describe
 from research.tables.synthesis import format_templates
 
 MIDDLE = 2  # of the quantiles

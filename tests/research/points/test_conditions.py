@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from fpmatch.pointset.geometry.point_match import share_of
-from research.points.conditions import (
-    PAPER_ROWS,
-    TARGET_FACTORS,
-    Condition,
-    conditions,
-    make_pair,
-)
+from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, Condition, conditions, make_pair
 from research.points.random_sets import POINT_MODELS
 
 SMALL = Condition("patch", 5, 2)

@@ -1,5 +1,3 @@
-"""Colours, letters, places and files of pictures."""
-
 import math
 
 import cv2

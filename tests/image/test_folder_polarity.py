@@ -1,5 +1,3 @@
-"""The images of a folder share one polarity."""
-
 import numpy as np
 import pytest
 from PIL import Image

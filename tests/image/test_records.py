@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from made_files import (
+
+from fpmatch.base.binary_records import Record
+from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.image.io.grey import DEFAULT_LIMITS
+from fpmatch.image.io.registry import find_reader
+from fpmatch.image.io.wsq import decode_wsq
+from tests.image.made_files import (
     an2,
     binary_print,
     finger_image_record,
@@ -12,12 +18,6 @@ from made_files import (
     with_fields,
     wsq,
 )
-
-from fpmatch.base.binary_records import Record
-from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.registry import find_reader
-from fpmatch.image.io.wsq import decode_wsq
 
 GREY = rings()
 PNG = saved(GREY, "PNG")

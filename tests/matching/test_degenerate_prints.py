@@ -1,5 +1,3 @@
-"""Prints that hardly are any: each comparison of them has an answer or a reason."""
-
 import math
 from dataclasses import replace
 

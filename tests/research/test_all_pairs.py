@@ -1,5 +1,3 @@
-"""`research.all_pairs`: 1:N comparison of all pairs gives what 1:1 gives."""
-
 import itertools
 from dataclasses import replace
 

@@ -1,5 +1,3 @@
-"""Backgrounds change what they should alone; the ridges of a finger, where they are shown."""
-
 from dataclasses import replace
 
 import cv2

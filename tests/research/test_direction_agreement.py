@@ -1,5 +1,3 @@
-"""`research.experiments.direction_agreement`: counts of directions that agree or are flipped."""
-
 import math
 from pathlib import Path
 

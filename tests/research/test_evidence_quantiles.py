@@ -1,5 +1,3 @@
-"""`research.training.evidence_quantiles`: sums that impostors reach, by amount of evidence."""
-
 import numpy as np
 import pytest
 from hypothesis import given

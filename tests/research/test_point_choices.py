@@ -1,5 +1,3 @@
-"""What the paper leaves open, measured on a few small sets."""
-
 import json
 
 import numpy as np

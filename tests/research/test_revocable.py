@@ -1,5 +1,3 @@
-"""The measurement of revocable templates, on the sample prints, and the attacks on them."""
-
 from pathlib import Path
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Plans of galleries on many machines: they fit, and their queues agree with theory."""
-
 from __future__ import annotations
 
 import json

@@ -1,5 +1,3 @@
-"""Samples for the fit of the score's weights: the features that the matcher weighs."""
-
 from dataclasses import replace
 from itertools import combinations
 

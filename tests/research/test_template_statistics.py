@@ -1,5 +1,3 @@
-"""Statistics of templates: known disturbances are measured, synthetic ones are near real ones."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Weights of quality follow the examples, those of polarity the cues; the model of the terms."""
-
 import json
 from dataclasses import replace
 

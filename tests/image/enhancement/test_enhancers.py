@@ -1,5 +1,3 @@
-"""The blend, the network and the angle of the ridges, everywhere in the mask."""
-
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
@@ -9,15 +7,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import (
-    along_and_across,
-    concentric_rings,
-    correlation,
-    dislocation,
-    hostile_pictures,
-    plane_wave,
-    turn_between,
-)
 
 from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement import enhancers
@@ -35,6 +24,15 @@ from fpmatch.image.enhancement.enhancers import (
 from fpmatch.image.enhancement.gabor import doubled_angles
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
+from tests.image.made_images import (
+    along_and_across,
+    concentric_rings,
+    correlation,
+    dislocation,
+    hostile_pictures,
+    plane_wave,
+    turn_between,
+)
 
 WAVE = plane_wave(30, 9)
 NOTHING = np.zeros_like(WAVE)

@@ -1,11 +1,8 @@
-"""The period of the ridges; each pixel by the filter of its ridge; the kernel and its twins."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import along_and_across, concentric_rings, correlation, plane_wave
 
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 from fpmatch.image.enhancement.enhancers import smoothed_orientation
@@ -21,6 +18,7 @@ from fpmatch.image.enhancement.gabor import (
 )
 from fpmatch.image.preprocess.arrays import BLOCK_PX, blocks_to_pixels
 from fpmatch.image.preprocess.spectrum import PERIODS_PX, ridge_spectrum
+from tests.image.made_images import along_and_across, concentric_rings, correlation, plane_wave
 
 needs_compiled = pytest.mark.skipif(
     not kernel.COMPILED, reason="this kernel uses C pointers: uncompiled, its numpy form runs"

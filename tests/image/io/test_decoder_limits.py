@@ -4,13 +4,13 @@ import struct
 
 import numpy as np
 import pytest
-from made_files import rings, saved, wsq
 
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.pillow_formats import MAX_JPEG_SCANS, MAX_PNM_TEXT
 from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.wsq import decode_wsq
+from tests.image.made_files import rings, saved, wsq
 
 GREY = rings()
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_files import damaged, one_of_each, rings, saved
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
@@ -15,6 +14,7 @@ from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
 from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader
 from fpmatch.image.quality.polarity import INVERTED
+from tests.image.made_files import damaged, one_of_each, rings, saved
 
 FILES = one_of_each()
 GREY = rings()

@@ -1,5 +1,3 @@
-"""Stages by name, percentiles, and fields of blocks brought to pixels and back."""
-
 import cv2
 import numpy as np
 import pytest

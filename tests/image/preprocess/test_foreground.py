@@ -1,19 +1,8 @@
-"""The box of a print, and its mask: where the ridges are, in one piece, without holes."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import (
-    along_and_across,
-    as_picture,
-    concentric_rings,
-    holes,
-    hostile_pictures,
-    parts,
-    plane_wave,
-)
 
 from fpmatch.image.enhancement.enhancers import enhance_by_network
 from fpmatch.image.preprocess.arrays import Box
@@ -30,6 +19,15 @@ from fpmatch.image.preprocess.foreground import (
 )
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.preprocess.spectrum import ridge_spectrum
+from tests.image.made_images import (
+    along_and_across,
+    as_picture,
+    concentric_rings,
+    holes,
+    hostile_pictures,
+    parts,
+    plane_wave,
+)
 
 
 def page(shape, top, left, noise=0.0):

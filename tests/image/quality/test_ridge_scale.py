@@ -1,5 +1,3 @@
-"""Resolutions that the distance of the ridges contradicts, and those that it does not."""
-
 from pathlib import Path
 
 import cv2
@@ -7,11 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_files import saved
-from made_images import concentric_rings
 
 from fpmatch.image.io.read import decode_image
 from fpmatch.image.quality.ridge_scale import contradiction, ridge_period_px
+from tests.image.made_files import saved
+from tests.image.made_images import concentric_rings
 
 SAMPLES = sorted((Path(__file__).parents[3] / "sample_data").glob("*_[12].tif"))
 

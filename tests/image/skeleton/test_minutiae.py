@@ -1,11 +1,8 @@
-"""Nodes drawn by hand and their qualities; the tracing kernel and its twins."""
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import drawn, extremes_too, plane_wave, shapes
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton.minutiae import (
@@ -17,6 +14,7 @@ from fpmatch.image.skeleton.minutiae import (
     nodes_with_numpy,
 )
 from fpmatch.image.skeleton.thin import bordered, thin
+from tests.image.made_images import drawn, extremes_too, plane_wave, shapes
 
 LINE = drawn("#######", margin=3)
 FORK = drawn(

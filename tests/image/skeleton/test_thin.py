@@ -5,7 +5,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import drawn, extremes_too, holes, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _thin_kernel as kernel
 from fpmatch.image.skeleton.thin import (
@@ -17,6 +16,7 @@ from fpmatch.image.skeleton.thin import (
     thin_with_kernel,
     thin_with_numpy,
 )
+from tests.image.made_images import drawn, extremes_too, holes, parts, plane_wave, shapes
 
 # East, then counter-clockwise on screen: the order of the bits of a neighbour byte, as (dy, dx).
 AROUND = [(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)]

@@ -1,5 +1,3 @@
-"""`fpmatch points`: the transform it prints, its files, and what it says of bad input."""
-
 import json
 import math
 import sys

@@ -1,5 +1,3 @@
-"""Which impressions are enrolled, and what is compared with them."""
-
 from pathlib import Path
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""An interrupted evaluation ends at once, and its workers with it."""
-
 import json
 import os
 import signal

@@ -1,5 +1,3 @@
-"""Skin touches inside the outline; what is legible is known; patches of skin move."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,5 +1,3 @@
-"""Dark skin on light glass, and what lies around it."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Ridges fill the field, with its orientation and its period."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,5 +1,3 @@
-"""The picture shows what the truth says, where it says."""
-
 from dataclasses import replace
 
 import cv2

@@ -1,5 +1,3 @@
-"""What is listed of drawn ridges, and what is not."""
-
 import cv2
 import numpy as np
 import pytest

@@ -1,5 +1,3 @@
-"""What a database was made from: plans, presets and sensors."""
-
 import tomllib
 from dataclasses import replace
 from itertools import pairwise

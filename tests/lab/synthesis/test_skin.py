@@ -1,5 +1,3 @@
-"""Random numbers by counter, smooth noise, and the skin that is made of it."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

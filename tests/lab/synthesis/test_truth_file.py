@@ -1,5 +1,3 @@
-"""What the file says is what was done; a grid of shifts indicates where the skin lies."""
-
 import json
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Rings on the unit circle; the kernel against slow, obvious numpy twins."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

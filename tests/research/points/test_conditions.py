@@ -1,5 +1,3 @@
-"""The conditions of the experiment, the paper's tables, and the seeds of the trials."""
-
 import itertools
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""The tables beside the paper's own, the summary, and the plot of time."""
-
 import math
 import sys
 from dataclasses import replace

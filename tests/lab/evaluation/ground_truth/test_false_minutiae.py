@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.ground_truth.false_minutiae`: each cause is seen where it is."""
-
 import numpy as np
 import pytest
 from truth_files import truth_of

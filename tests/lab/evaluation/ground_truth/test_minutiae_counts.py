@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.ground_truth.minutiae_counts`: the best assignment, and its counts."""
-
 import itertools
 import math
 

@@ -1,5 +1,3 @@
-"""A third of the searches have a mate, and all prints take all roles in turn."""
-
 from collections import Counter
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""The searches of a test are those that `identify` makes in a gallery of its own in each round."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""`lab.evaluation.rates.scores`: what files of scores are understood, and which are refused."""
-
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st

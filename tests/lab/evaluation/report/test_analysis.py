@@ -1,5 +1,3 @@
-"""Points of operation; errors by quality and overlap; curves as files."""
-
 import csv
 import json
 from dataclasses import replace

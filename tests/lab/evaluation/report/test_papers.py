@@ -1,5 +1,3 @@
-"""The files for papers: DET curves, and the table of rates as LaTeX and CSV."""
-
 import csv
 import re
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""Affine maps are found, whatever they stretch; the kernel against numpy."""
-
 import math
 
 import numpy as np

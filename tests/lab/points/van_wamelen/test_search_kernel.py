@@ -1,5 +1,3 @@
-"""The kernels against slow, obvious numpy twins."""
-
 import math
 from types import SimpleNamespace
 

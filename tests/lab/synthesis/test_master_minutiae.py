@@ -32,12 +32,8 @@ def the_one(found, kind, angle_deg, within_px=3):
 
 
 @pytest.mark.parametrize("angle", range(0, 360, 24))
-def test_an_ending_points_back_along_its_ridge(angle):
+def test_an_ending_points_back_along_its_ridge_and_a_fork_into_the_valley_in_it(angle):
     the_one(minutiae_of([(0, 100)], angle), MinutiaKind.ENDING, angle)
-
-
-@pytest.mark.parametrize("angle", range(0, 360, 24))
-def test_a_bifurcation_points_into_the_valley_between_its_close_branches(angle):
     fork = [(-100, 0), (0, 100 + 45j), (0, 100 - 45j)]
     the_one(minutiae_of(fork, angle), MinutiaKind.BIFURCATION, angle, within_px=7)
 

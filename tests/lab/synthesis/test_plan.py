@@ -83,7 +83,7 @@ def test_impossible_plans_are_refused(changes):
 
 
 def test_unknown_names_are_refused():
-    with pytest.raises(ImageError, match="unknown preset 'wet'"):
+    with pytest.raises(ImageError, match=r"^unknown preset 'wet'; known: clean, easy, [^\n]*$"):
         replace(PLAN, preset="wet")
     with pytest.raises(DatasetError, match=rf"'x': .*{next(iter(SENSORS))}, "):
         sensors_named(["x"])
@@ -92,8 +92,6 @@ def test_unknown_names_are_refused():
 def test_there_are_four_from_easy_to_hard_and_stretched_prints():
     assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
     assert all(preset_named(name) is preset for name, preset in PRESETS.items())
-    with pytest.raises(ImageError, match=r"^unknown preset 'harder'; known: clean, easy, [^\n]*$"):
-        preset_named("harder")
 
 
 def test_each_turns_and_stretches_at_least_as_far_as_the_one_before():
@@ -109,13 +107,10 @@ def test_each_turns_and_stretches_at_least_as_far_as_the_one_before():
         assert easier.smear.chance < harder.smear.chance
 
 
-@pytest.mark.parametrize(("width", "height"), [(0, 100), (100, -5), (31, 100), (100, 5000)])
-def test_impossible_sizes_are_refused(width, height):
-    with pytest.raises(ImageError, match=rf"^sensor bad: {width} x {height} [^\n]*$"):
-        Sensor("bad", width, height)
-
-
-@pytest.mark.parametrize("dpi", [0, 99, 4001, float("nan")])
-def test_impossible_resolutions_are_refused(dpi):
-    with pytest.raises(ResolutionError):
-        Sensor("bad", 100, 100, dpi)
+def test_impossible_sensors_are_refused():
+    for width, height in ((0, 100), (100, -5), (31, 100), (100, 5000)):
+        with pytest.raises(ImageError, match=rf"^sensor bad: {width} x {height} [^\n]*$"):
+            Sensor("bad", width, height)
+    for dpi in (0, 99, 4001, float("nan")):
+        with pytest.raises(ResolutionError):
+            Sensor("bad", 100, 100, dpi)

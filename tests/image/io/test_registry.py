@@ -117,10 +117,15 @@ def test_transparency_is_said(tmp_path):
         (white, GREY, GREY, (ON_BLACK,)),
     ):
         path = tmp_path / "print.png"
-        Image.fromarray(np.dstack([colours, alpha]).astype(np.uint8)).save(path)
-        image = read_image(path)
-        assert np.array_equal(image.pixels, expected)
-        assert image.notes == notes
+        rgba = Image.fromarray(np.dstack([colours, alpha]).astype(np.uint8))
+        for picture in (rgba, rgba.convert("LA")):
+            picture.save(path)
+            image = read_image(path)
+            assert np.array_equal(image.pixels, expected)
+            assert image.notes == notes
+    Image.fromarray(GREY).save(path, transparency=int(GREY[0, 0]))
+    keyed = np.where(GREY[0, 0] == GREY, 255, GREY)
+    assert np.array_equal(read_image(path).pixels, keyed)
 
 
 @pytest.mark.parametrize("kind", ["TIFF", "GIF", "PNG", "WEBP"])

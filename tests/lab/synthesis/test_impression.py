@@ -71,16 +71,6 @@ def test_without_slip_the_transform_is_the_placement(master):
     assert made.transform.rotation == pytest.approx(made.warp.placement.rotation, abs=1e-6)
 
 
-def test_the_same_skin_is_found_in_both_impressions(normal):
-    one, two = normal
-    _, in_one, in_two = np.intersect1d(one.master, two.master, return_indices=True)
-    assert len(in_one) > 3
-    there = two.warp.from_master(one.warp.to_master(one.minutiae.xy[in_one]))
-    assert np.abs(there - two.minutiae.xy[in_two]).max() < 1e-2
-    back = one.warp.from_master(two.warp.to_master(there))
-    assert np.abs(back - one.minutiae.xy[in_one]).max() < 1e-2
-
-
 def test_resolution_scales_the_picture(master):
     fine = make_impression(master, 1, PRESETS["clean"], Sensor("fine", 440, 480, 1000.0))
     coarse = make_impression(master, 1, PRESETS["clean"], SENSOR)

@@ -60,9 +60,7 @@ def test_neither_creases_nor_what_is_no_skin_touch():
     assert contact.threshold[60].min() > 1
     assert contact.threshold[:, :50].min() > 1
     assert contact.threshold[65, 55] < 0.2
-
-
-def test_a_preset_can_hide_creases():
+    # a preset can hide creases
     assert pressed(PRESETS["clean"].pressure, creases=NONE + 1).threshold[65, 55] < 0.5
 
 

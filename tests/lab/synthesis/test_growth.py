@@ -104,10 +104,12 @@ def test_an_ending_points_back_along_its_ridge_and_a_fork_into_the_valley_in_it(
     the_one(minutiae_of(fork, angle), MinutiaKind.BIFURCATION, angle, within_px=7)
 
 
-def test_minutiae_come_from_top_to_bottom():
+def test_minutiae_come_from_top_to_bottom_and_side_by_side_if_far_enough():
     found = minutiae_of([(30 - 20j, 100 - 20j), (10 + 0j, 100 + 0j), (-20 + 20j, 100 + 20j)])
     assert found.y.tolist() == sorted(found.y.tolist())
     assert len(found) == 3
+    found = minutiae_of([(0, 100), (0 + 12j, 100 + 12j)])
+    assert found.kind.tolist() == [MinutiaKind.ENDING] * 2
 
 
 @pytest.mark.parametrize(
@@ -127,11 +129,6 @@ def test_minutiae_come_from_top_to_bottom():
 )
 def test_flaws_are_no_minutiae(lines):
     assert len(minutiae_of(lines)) == 0
-
-
-def test_two_endings_side_by_side_but_far_enough_are_both_listed():
-    found = minutiae_of([(0, 100), (0 + 12j, 100 + 12j)])
-    assert found.kind.tolist() == [MinutiaKind.ENDING] * 2
 
 
 def test_nothing_is_listed_outside_the_silhouette():

@@ -137,36 +137,33 @@ def cause_of(x, y, angle=1.0, hidden=None):
     return false_minutiae(found, truth_of(TRUE, hidden=hidden)).get(1)
 
 
+@pytest.mark.parametrize(
+    ("minutia", "cause"),
+    [
+        ((141, 100), None),
+        ((141, 100, 4.0), Cause.DIRECTION),
+        ((105, 100, 4.0), Cause.NEAR_ANOTHER),  # the true one there is taken
+        # near the border of the image or of its ridges
+        *(
+            ((x, y), Cause.BORDER)
+            for x, y in ((60, 17), (17, 60), (60, 184), (145, 150), (170, 60))
+        ),
+        ((60, 60, 1.0, [[60, 80]]), Cause.NO_RIDGES),  # a hidden one
+        ((60, 60, 1.0, [[60, 150]]), Cause.OTHER),
+        ((100, 109.5), Cause.NEAR_ANOTHER),
+        ((100, 110.5), Cause.OTHER),
+    ],
+)
+def test_each_cause_is_seen_where_it_is(minutia, cause):
+    assert cause_of(*minutia) is cause
+
+
 def test_what_is_right_or_finds_an_invisible_minutia_is_not_false():
-    assert cause_of(141, 100) is None
     assert false_minutiae(template(), truth_of(TRUE)) == {}
     assert false_minutiae(template((100, 100, 1.0)), truth_of(TRUE, [False, True])) == {}
-
-
-def test_a_true_minutia_that_points_elsewhere():
-    assert cause_of(141, 100, 4.0) is Cause.DIRECTION
-    assert cause_of(105, 100, 4.0) is Cause.NEAR_ANOTHER  # the true one there is taken
-
-
-@pytest.mark.parametrize(("x", "y"), [(60, 17), (17, 60), (60, 184), (145, 150), (170, 60)])
-def test_near_the_border_of_the_image_or_of_its_ridges(x, y):
-    assert cause_of(x, y) is Cause.BORDER
-
-
-def test_where_no_ridges_can_be_seen():
-    assert cause_of(60, 60, hidden=[[60, 80]]) is Cause.NO_RIDGES
-    assert cause_of(60, 60, hidden=[[60, 150]]) is Cause.OTHER
-
-
-def test_near_another_that_was_extracted():
-    assert cause_of(100, 109.5) is Cause.NEAR_ANOTHER
-    assert cause_of(100, 110.5) is Cause.OTHER
+    assert false_minutiae(template((60, 60, 0)), truth_of(Minutiae.empty())) == {0: Cause.OTHER}
     both = false_minutiae(template((60, 60, 0), (64, 60, 3)), truth_of(TRUE))
     assert both == {0: Cause.NEAR_ANOTHER, 1: Cause.NEAR_ANOTHER}
-
-
-def test_without_true_minutiae_all_are_false():
-    assert false_minutiae(template((60, 60, 0)), truth_of(Minutiae.empty())) == {0: Cause.OTHER}
 
 
 def test_lengths_are_of_500_dpi():

@@ -14,6 +14,7 @@ from tests.matching.matching_prints import (
 )
 
 FIELDS = (None, even_field(side=20), striped_field(side=20 if COMPILED else 8))
+"""No field, one that does not show its ridges, and one that does."""
 USUAL = template_of(spread_points(np.random.default_rng(4), 15, 20.0))
 
 

@@ -16,14 +16,10 @@ from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader
 from fpmatch.image.io.wsq import decode_wsq
 from fpmatch.image.quality.polarity import INVERTED
-from tests.image.made_files import damaged, one_of_each, rings, saved, wsq
+from tests.image.made_files import damaged, decoded, one_of_each, rings, saved, wsq
 
 FILES = one_of_each()
 GREY = rings()
-
-
-def decoded(data):
-    return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
 def test_every_reader_reads_its_formats():
@@ -201,12 +197,11 @@ def test_links_and_odd_names(tmp_path):
 
 def test_a_jpeg_of_too_many_scans():
     whole = saved(GREY, "JPEG", progressive=True)
-    reader = find_reader(whole)
-    assert reader.decode(whole, DEFAULT_LIMITS).pixels.shape == GREY.shape
+    assert decoded(whole).pixels.shape == GREY.shape
     scan = whole.rindex(b"\xff\xda")
     many = whole[:-2] + whole[scan:-2] * MAX_JPEG_SCANS + whole[-2:]
     with pytest.raises(ImageReadError, match="more than 100 scans"):
-        reader.decode(many, DEFAULT_LIMITS)
+        decoded(many)
 
 
 @pytest.mark.parametrize(("order", "big"), [("<", False), (">", False), ("<", True), (">", True)])
@@ -216,10 +211,10 @@ def test_a_tiff_of_too_many_strips_or_tags(order, big):
     count, entry = ("Q", "HHQQ") if big else ("H", "HHLL")
     strips = start + struct.pack(order + count, 1) + struct.pack(order + entry, 273, 4, 300_001, 8)
     with pytest.raises(ImageReadError, match=r"300001 .*273"):
-        find_reader(strips).decode(strips, DEFAULT_LIMITS)
+        decoded(strips)
     tags = start + struct.pack(order + count, 1001)
     with pytest.raises(ImageReadError, match="1001 tags"):
-        find_reader(tags).decode(tags, DEFAULT_LIMITS)
+        decoded(tags)
 
 
 def test_a_pnm_of_nothing_but_comments_or_digits():
@@ -227,12 +222,12 @@ def test_a_pnm_of_nothing_but_comments_or_digits():
     assert find_reader(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
     talk = b"P5\n" + b"#" * 200_000 + b"\n" + pixels
     with pytest.raises(ImageReadError, match="header"):
-        find_reader(talk).decode(talk, DEFAULT_LIMITS)
+        decoded(talk)
     digits = b"P2 60 72 255 " + bytes(MAX_PNM_TEXT)
     with pytest.raises(ImageReadError, match="80 MB"):
-        find_reader(digits).decode(digits, DEFAULT_LIMITS)
+        decoded(digits)
     few = b"P2 60 72 255 " + b" ".join(b"%d" % value for value in GREY.ravel())
-    assert np.array_equal(find_reader(few).decode(few, DEFAULT_LIMITS).pixels, GREY)
+    assert np.array_equal(decoded(few).pixels, GREY)
 
 
 def test_a_wsq_of_nothing_but_segments_tables_or_empty_runs():

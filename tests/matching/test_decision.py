@@ -74,11 +74,6 @@ NO_PRINTS = {
 
 
 @pytest.fixture(scope="module")
-def print_(fingers):
-    return extract(fingers[0], dpi=500)
-
-
-@pytest.fixture(scope="module")
 def impostor(fingers):
     return extract(fingers[1], dpi=500)
 

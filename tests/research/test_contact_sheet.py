@@ -47,8 +47,5 @@ def test_captions_stand_below_their_prints_broken_where_they_are_too_wide():
 def test_what_cannot_be_a_sheet_is_refused(rows, dpi, error):
     with pytest.raises(error):
         print_sheet(rows, dpi=dpi)
-
-
-def test_a_resolution_of_nothing_is_refused():
     with pytest.raises(ResolutionError):
         tile(40, 40, dpi=0)

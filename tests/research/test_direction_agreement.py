@@ -1,7 +1,4 @@
-"""`research.experiments.direction_agreement`: counts of directions that agree or are flipped."""
-
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,15 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.experiments.direction_agreement import (
     Agreement,
     compare_directions,
     measure_agreement,
 )
+from tests.lab.evaluation.made_sets import extracted_set
 
 ONE = Minutiae(x=[50], y=[50], angle=[1.0])
 
@@ -63,10 +58,7 @@ def test_a_wrong_convention_is_recognised(seed, count):
 
 
 def extracted(*templates):
-    paths = [Path(f"101_{k}.tif") for k in range(1, len(templates) + 1)]
-    impressions = tuple(Impression(101, k, path) for k, path in enumerate(paths, start=1))
-    found = tuple(Extraction(one, "" if one else "no ridges", 0.0) for one in templates)
-    return ExtractedSet(Dataset("db", 500.0, "", impressions), found)
+    return extracted_set({(101, k): one for k, one in enumerate(templates, start=1)})
 
 
 def test_a_database_is_all_its_impressions_but_those_without_a_template(tmp_path):

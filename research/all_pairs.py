@@ -65,7 +65,7 @@ def impostors_among(
     # without impressions the list has no rows
     fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
     finger = finger.ravel()
-    similarity = compare_all_pairs(templates, workers=workers)
+    similarity = compare_all_pairs(templates, matcher=matcher, workers=workers)
     probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
     impostor = probe != reference
     trials = Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers))

@@ -30,7 +30,7 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "matching/numpy_forms": set(),
     "pointset/delaunay": {"pointset/geometry"},
     "pointset/paper": {"base", "pointset/delaunay"},
-    "matching/prints/_kernels": {"matching/numpy_forms", "pointset/paper"},
+    "matching/prints/_kernels": {"matching/numpy_forms", "pointset/paper", "templates"},
     "matching/pipeline/_kernels": {"matching/prints/_kernels"},
     "matching/prints": {"matching/prints/_kernels", "templates"},
     "matching/pipeline": {"matching/pipeline/_kernels", "matching/prints"},

@@ -22,12 +22,14 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def print_of(seed, size=30):
-    """Return a template of random minutiae with drawn ridges everywhere."""
+    """Return a template of random minutiae along drawn ridges that are everywhere."""
     rng = np.random.default_rng(seed)
-    columns = rng.uniform((20, 20, 0), (380, 380, 2 * np.pi), (size, 3)).T
+    x, y = rng.uniform(20, 380, (2, size))
     wave = templates.Wave.random(rng, (7.0, 11.0))
     field = templates.drawn_field(wave, lambda x, y: np.ones(x.shape, bool))
-    return Template(Minutiae(*columns), 400, 400, field=field)
+    row, column = (np.floor(each / field.step).astype(int) for each in (y, x))
+    angle = field.orientation[row, column] + np.pi * rng.integers(0, 2, size)
+    return Template(Minutiae(x, y, angle), 400, 400, field=field)
 
 
 def prints(count, impressions=1):

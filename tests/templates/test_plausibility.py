@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
 from fpmatch.lab.synthesis.templates import make_templates
+from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.print_area import FLOW_OF_CODE
 from fpmatch.prints.reading import make_given_print
 from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template

@@ -22,8 +22,8 @@ from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, workspace_for
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.score_model import amount_of_print
+from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
-from fpmatch.matching.prints.print_area import FLOW_OF_CODE
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI

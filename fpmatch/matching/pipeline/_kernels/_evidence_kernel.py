@@ -9,7 +9,7 @@ import numpy as np
 from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.prints.print_area import FLOW_OF_CODE
+from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount

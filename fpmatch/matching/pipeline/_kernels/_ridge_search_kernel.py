@@ -15,7 +15,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-from fpmatch.matching.prints.print_area import FLOW_OF_CODE
+from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 COMPILED = cython.compiled
 

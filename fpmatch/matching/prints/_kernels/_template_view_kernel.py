@@ -14,6 +14,10 @@ ENOUGH_ON_RIDGES = cython.declare(cython.Py_ssize_t, plausibility.ENOUGH_ON_RIDG
 LEAST_INSIDE = cython.declare(cython.double, plausibility.LEAST_INSIDE)
 LEAST_ALONG = cython.declare(cython.double, plausibility.LEAST_ALONG)
 
+_TURN = 2.0 * np.pi * (np.arange(256) - 1.0) / 255
+FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])
+"""Cosine and sine of twice the orientation that a code of a print area stands for; see there."""
+
 
 @cython.final
 @cython.cclass
@@ -62,7 +66,7 @@ class TemplateView:
     def lies_off_ridges(self, flow):
         """Return whether few minutiae lie on the print's ridges, or most across them.
 
-        `flow` is `print_area.FLOW_OF_CODE`; see `fpmatch.templates.plausibility`.
+        `flow` is `FLOW_OF_CODE`; see `fpmatch.templates.plausibility`.
         """
         if not self.has_flow or self.size < ENOUGH_ON_RIDGES:
             return False

@@ -148,10 +148,7 @@ research.add_command(
         name="check",
         help="Check a property of the package on data.",
         modules={
-            "calibration": (
-                "experiments.calibration_check",
-                "False match rates at scores.",
-            ),
+            "calibration": ("experiments.calibration_check", "False match rates at scores."),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "points": ("experiments.point_targets", "Results on point sets that miss targets."),

@@ -165,11 +165,7 @@ def _tried(
 @json_file
 @workers
 def command(
-    folders: tuple[Path, ...],
-    pairs: int,
-    images: int,
-    json_file: Path | None,
-    workers: int | None,
+    folders: tuple[Path, ...], pairs: int, images: int, json_file: Path | None, workers: int | None
 ) -> None:
     """Join prints of two fingers of the databases DIR, and of synthetic ones, into one.
 

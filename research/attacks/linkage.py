@@ -222,9 +222,7 @@ def try_all_cells(templates: Sequence[Template], key: Key) -> dict[str, float]:
 
 
 def try_dictionary(
-    sets: Sequence[PrintSet],
-    keys: tuple[Key, Key],
-    strangers: Sequence[Template],
+    sets: Sequence[PrintSet], keys: tuple[Key, Key], strangers: Sequence[Template]
 ) -> dict[str, dict[str, float]]:
     """Return what dictionaries of templates find, made with the key of the attacked or another.
 

@@ -74,10 +74,7 @@ def started(words: Sequence[str], gallery: str, log: Path, *, open_files: int) -
     limited = ["bash", "-c", f'ulimit -n {open_files}; exec "$0" "$@"']
     with log.open("wb") as file:
         process = subprocess.Popen(
-            [*limited, *words, "--gallery", gallery],
-            stdout=subprocess.PIPE,
-            stderr=file,
-            text=True,
+            [*limited, *words, "--gallery", gallery], stdout=subprocess.PIPE, stderr=file, text=True
         )
     try:
         assert process.stdout is not None

@@ -16,15 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 import repository  # noqa: F401
-from made_gallery import (
-    PART,
-    SEED,
-    index_of,
-    segment_of,
-    sensor_of,
-    template_of,
-    template_rows,
-)
+from made_gallery import PART, SEED, index_of, segment_of, sensor_of, template_of, template_rows
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import search_plan, with_votes
@@ -237,11 +229,7 @@ def losses(
 
 
 def summary(
-    name: str,
-    pairs: Sequence[dict[str, Any]],
-    count: int,
-    plan: SearchPlan,
-    least: float = 0.0,
+    name: str, pairs: Sequence[dict[str, Any]], count: int, plan: SearchPlan, least: float = 0.0
 ) -> dict[str, Any]:
     """Return the share of the mates that comparing all finds but a search loses, by stage.
 

@@ -117,9 +117,7 @@ def row_of(name: str, count: int, scores: Scores) -> list[str]:
 
 def table(folders: Sequence[Path], data: Path, fingers: int, workers: int | None) -> str:
     """Measure everything; return the table."""
-    rows = [
-        ["touches", "enrolled", "genuine", "impostor", *WAYS, "FMR / FNMR at score 40"],
-    ]
+    rows = [["touches", "enrolled", "genuine", "impostor", *WAYS, "FMR / FNMR at score 40"]]
     synthetic: dict[str, Prints] = {}
     for preset, seed in SEEDS.items():
         folder = data / f"{preset}-{seed}"

@@ -42,10 +42,7 @@ Example:
 @json_file
 @workers
 def command(
-    folders: tuple[Path, ...],
-    drawn: tuple[Path, ...],
-    json_file: Path | None,
-    workers: int | None,
+    folders: tuple[Path, ...], drawn: tuple[Path, ...], json_file: Path | None, workers: int | None
 ) -> None:
     """Compare synthetic templates that are made without images with those of real prints.
 

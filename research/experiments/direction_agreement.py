@@ -41,9 +41,7 @@ class Agreement:
 
     def __add__(self, other: Agreement) -> Agreement:
         return Agreement(
-            self.pairs + other.pairs,
-            self.agreeing + other.agreeing,
-            self.flipped + other.flipped,
+            self.pairs + other.pairs, self.agreeing + other.agreeing, self.flipped + other.flipped
         )
 
     @property

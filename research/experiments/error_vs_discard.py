@@ -36,10 +36,7 @@ if TYPE_CHECKING:
 
 
 def sample_quality(
-    datasets: Sequence[Dataset],
-    *,
-    workers: int | None = None,
-    progress: Progress = no_progress,
+    datasets: Sequence[Dataset], *, workers: int | None = None, progress: Progress = no_progress
 ) -> list[QualitySample]:
     """Extract, grade and compare the prints of databases; without a template the quality is 0."""
     found = [

@@ -127,10 +127,7 @@ def measure_image(path: Path, dpi: float | None) -> ImageStatistics:
 
 
 def measure_sets(
-    datasets: Sequence[Dataset],
-    *,
-    workers: int | None = None,
-    progress: Progress = no_progress,
+    datasets: Sequence[Dataset], *, workers: int | None = None, progress: Progress = no_progress
 ) -> list[DatabaseStatistics]:
     """Measure all images of some databases."""
     measured = attempt_each_image(

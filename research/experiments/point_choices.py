@@ -21,11 +21,7 @@ from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.matching.matchers.paper import PaperMatcher
 from fpmatch.pointset.geometry.point_match import share_of
-from fpmatch.pointset.paper.matcher import (
-    UnitCircleParameters,
-    match_prepared,
-    similar_rings,
-)
+from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_prepared, similar_rings
 from fpmatch.pointset.paper.prepared_points import prepare_points
 from research.commands import PATH, Command, folders, write_json
 from research.points.conditions import conditions, make_pair

@@ -5,13 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.lab.plots.style import (
-    PLOT_DPI,
-    SERIES_COLOURS,
-    check_plot,
-    figure_bytes,
-    plain_style,
-)
+from fpmatch.lab.plots.style import PLOT_DPI, SERIES_COLOURS, check_plot, figure_bytes, plain_style
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
 from research.points.matchers import MATCHER_NAMES
 from research.points.random_sets import POINT_MODELS

@@ -91,11 +91,7 @@ def plan_all(c: Constants, a: Assumptions) -> dict[str, Any]:
             for plan in plans
         ],
         "thresholds": [
-            {
-                "prints": prints,
-                "score": threshold(prints),
-                "found": found_shares(prints, c.genuine),
-            }
+            {"prints": prints, "score": threshold(prints), "found": found_shares(prints, c.genuine)}
             for prints in GALLERIES
         ],
         "measured_score": measured,

@@ -134,9 +134,7 @@ def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[Prep
 
 
 def measure(
-    model: IndexModel,
-    prints: list[PreparedTemplate],
-    pairs: Iterable[tuple[PreparedTemplate, ...]],
+    model: IndexModel, prints: list[PreparedTemplate], pairs: Iterable[tuple[PreparedTemplate, ...]]
 ) -> LossTable:
     """Return the shares of `prints` that rank before mates."""
     several = PreparedPrints.pack(prints)

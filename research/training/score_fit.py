@@ -29,12 +29,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.matching.pipeline.score_model import (
-    FEATURES,
-    RIDGE_FEATURES,
-    ScoreModel,
-    ScoreWeights,
-)
+from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, ScoreModel, ScoreWeights
 from research.training.rounding import round_significant
 from research.training.score_samples import LOCAL_HYPOTHESES, NO_PREFILTER, NO_QUANTILES
 
@@ -219,10 +214,7 @@ def _shares(sample: ScoreSample) -> NDArray[np.float64]:
 
 
 def _newton(
-    z: NDArray[np.float64],
-    genuine: NDArray[np.bool_],
-    share: NDArray[np.float64],
-    p: FitParameters,
+    z: NDArray[np.float64], genuine: NDArray[np.bool_], share: NDArray[np.float64], p: FitParameters
 ) -> NDArray[np.float64]:
     """Return the weights of the columns of `z`, the last of which is one, for even odds."""
     odds = np.log(p.impostor_weight)

@@ -174,9 +174,7 @@ def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tup
 
 
 def _features(
-    probe: PreparedTemplate,
-    reference: PreparedTemplate,
-    scorers: tuple[EvidenceScorer, ...],
+    probe: PreparedTemplate, reference: PreparedTemplate, scorers: tuple[EvidenceScorer, ...]
 ) -> tuple[NDArray[np.float64], float] | None:
     """Return the features of two prints by each hypothesis, and the strength of the local matches.
 

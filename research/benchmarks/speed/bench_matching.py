@@ -51,10 +51,7 @@ def test_comparison(
 @cpu("comparison of sample prints")
 @in_turn(5)
 def test_sample_prints(
-    benchmark: Any,
-    side: str,
-    templates: dict[str, Template],
-    nist_minutiae: list[Any],
+    benchmark: Any, side: str, templates: dict[str, Template], nist_minutiae: list[Any]
 ) -> None:
     """Compare each two of sixteen sample prints of four fingers, 24 genuine pairs among 120.
 

@@ -30,11 +30,7 @@ def compare_all_pairs(
     workers: int | None = None,
     matcher: UnitCircleMatcher = MATCHER,
 ) -> NDArray[np.float64]:
-    """Compare each template with every later one, by a matcher's 1:N comparison.
-
-    The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
-    protocol, and the same for any number of threads `workers` (default: one a core).
-    """
+    """Compare each template with every later one, by a matcher's 1:N comparison."""
     prints = [matcher.prepare(template) for template in templates]
     many = PreparedPrints.pack(prints)
 

@@ -108,11 +108,7 @@ ARRANGEMENTS: Final[Mapping[str, Callable[[np.random.Generator, int], Floats]]] 
 def arranged_pair(
     name: str, n: int, task: Task, seed: int = 0
 ) -> tuple[Floats, Floats, Similarity | None]:
-    """Return P, Q in another order, and the transform of P onto Q, None for independent sets.
-
-    Q is a moved copy of P; a "part" of it, where others of the same arrangement replace a fifth;
-    or "independent".
-    """
+    """Return P, Q in another order, and the transform of P onto Q, None for independent sets."""
     rng = np.random.default_rng(seed)
     make = ARRANGEMENTS[name]
     p = make(rng, n)

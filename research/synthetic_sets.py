@@ -43,10 +43,7 @@ def make_synthetic_sets(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[Path]:
-    """Make a database of each of `KINDS`, or what is missing of it; return their folders.
-
-    `first_seed` is that of the first; those of the others follow.
-    """
+    """Make a database of each of `KINDS`, or what is missing of it; return their folders."""
     made = []
     for seed, (preset, sensor) in enumerate(KINDS, first_seed):
         made.append(folder / f"{preset}-{seed}")

@@ -94,11 +94,7 @@ class OrdinaryClient:
             raise OSError(f"the server does not answer /{failed[0]}: {self._right[failed[0]]}")
 
     def ask_for(self, seconds: float, *, hangs: bool = False) -> Times:
-        """Request again and again for so many seconds, each time on a new connection.
-
-        Where the gallery `hangs`, all but a refusal of what needs it is wrong, and readiness must
-        be refused in time.
-        """
+        """Request again and again for so many seconds, each time on a new connection."""
         times, begin = Times(), time.perf_counter()
         end = time.monotonic() + seconds
         while time.monotonic() < end:

@@ -67,10 +67,7 @@ def enrol_samples(gallery: str) -> None:
 
 @contextmanager
 def started(words: Sequence[str], gallery: str, log: Path, *, open_files: int) -> Iterator[Server]:
-    """Start a server with a limit of open files; wait until it prints its address.
-
-    Raises an `OSError` if it ends before that.
-    """
+    """Start a server with a limit of open files; wait until it prints its address."""
     limited = ["bash", "-c", f'ulimit -n {open_files}; exec "$0" "$@"']
     with log.open("wb") as file:
         process = subprocess.Popen(

@@ -231,10 +231,7 @@ def losses(
 def summary(
     name: str, pairs: Sequence[dict[str, Any]], count: int, plan: SearchPlan, least: float = 0.0
 ) -> dict[str, Any]:
-    """Return the share of the mates that comparing all finds but a search loses, by stage.
-
-    Mates count whose score is at least `least`.
-    """
+    """Return the share of the mates that comparing all finds but a search loses, by stage."""
     right = [p for p in pairs if p["similarity"] > p["rival"] and p["score"] >= least]
     passed = [p for p in right if p["terms"] < plan.by_terms]
     compared = [p for p in passed if p["descriptors"] < plan.by_descriptors]

@@ -71,10 +71,7 @@ class Work:
 
 
 def ablation_command(variants: Sequence[Variant], script: str) -> click.Command:
-    """Return the command that measures variants, the first of which is the base.
-
-    `script` is the file that runs `run_worker` when its first argument is ``--worker``.
-    """
+    """Return the command that measures variants, the first of which is the base."""
 
     @click.command(cls=Command)
     @folders

@@ -99,10 +99,7 @@ def together(name: str, checks: Sequence[CalibrationCheck]) -> CalibrationCheck:
 def check_impostors(
     impostors: ImpostorSet, matcher: str, calibration: Calibration | None = None
 ) -> CalibrationCheck:
-    """Count the impostor comparisons by a matcher that reach the scores.
-
-    The scores are those of `calibration`, or of the package's for the matcher.
-    """
+    """Count the impostor comparisons by a matcher that reach the scores."""
     used = calibration or load_calibration(matcher)
     return _count(impostors.name, used.scores(impostors.trials.similarity))
 

@@ -125,10 +125,7 @@ def distortion_between(
 
 
 def true_transform(probe: Impression, reference: Impression) -> Similarity:
-    """Return the similarity nearest to the true map between impressions, over skin that both show.
-
-    Raises a `TransformError` if they share too little skin.
-    """
+    """Return the similarity nearest to the true map between impressions, over skin that both show."""
     points, there, shared = _skin_in_both(probe, reference, FITTED_EVERY_PX)
     return Similarity.fit(points[shared], there[shared])
 
@@ -176,10 +173,7 @@ def measure_distortion(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> dict[str, Any]:
-    """Return scores and error rates of the default matcher by classes of strain, as JSON values.
-
-    They are the same for any number of `workers`.
-    """
+    """Return scores and error rates of the default matcher by classes of strain, as JSON values."""
     p = parameters or DistortionParameters()
     done = 0
 

@@ -51,10 +51,7 @@ def impostor_pairs(scores: ScoresSet, calibration: Calibration, apart: int) -> N
 
 
 def check_fusion(sets: Sequence[ScoresSet], calibration: Calibration, apart: int) -> dict[str, Any]:
-    """Return the measured rates at the scores `CHECKED` as multiples of what these state.
-
-    Also the greatest rank correlation, in size, of both fingers' scores in a database.
-    """
+    """Return the measured rates at the scores `CHECKED` as multiples of what these state."""
     from scipy.stats import spearmanr  # noqa: PLC0415
 
     each = [impostor_pairs(one, calibration, apart) for one in sets]

@@ -152,10 +152,7 @@ def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
 def share_outside(
     one: DatabaseStatistics, others: Sequence[DatabaseStatistics], name: str
 ) -> float:
-    """Return the share of a database's images outside the range of others; NaN without values.
-
-    Of the others' own images, a tenth at most lies outside.
-    """
+    """Return the share of a database's images outside the range of others; NaN without values."""
     low, high = span(others, name)
     values = one.values(name)
     return float(((values < low) | (values > high)).mean()) if values.size else math.nan
@@ -164,12 +161,7 @@ def share_outside(
 def format_statistics(
     sets: Sequence[DatabaseStatistics], against: Sequence[DatabaseStatistics] = ()
 ) -> str:
-    """Return a table a statistic: a row a database, a column a quantile.
-
-    Where there are others to compare with, they follow, then their range; a last column holds the
-    share of the images of each of `sets` outside it. Raises a `DatasetError` if there is no
-    database.
-    """
+    """Return a table a statistic: a row a database, a column a quantile."""
     if not sets:
         raise DatasetError("no database given")
     return "\n\n".join(_table(name, sets, against) for name in TITLES)

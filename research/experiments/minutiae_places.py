@@ -76,10 +76,7 @@ def places_of(
     xy: NDArray[np.floating],
     cores: NDArray[np.floating] | None = None,
 ) -> dict[str, NDArray[np.bool_]]:
-    """Return which points (N, 2) of an image lie in each of `PLACES`.
-
-    Without `cores` (K, 2) no point is at the core.
-    """
+    """Return which points (N, 2) of an image lie in each of `PLACES`."""
     px = dpi / STANDARD_DPI
     window = WINDOW_PX * px
     image = grey.astype(np.float32)

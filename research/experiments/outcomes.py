@@ -91,10 +91,7 @@ class WholePrints:
         return decide(score >= DEFAULT_THRESHOLD, reachable, DEFAULT_THRESHOLD)
 
     def count(self, row: OutcomeRow, number: int, probe: Template, *, ordered: bool) -> None:
-        """Count the outcomes of print `number`, or of a part of it, with the prints after it.
-
-        A part is compared with all others, not `ordered`; none is compared with its own print.
-        """
+        """Count the outcomes of print `number`, or of a part of it, with the prints after it."""
         others = np.arange(len(self.templates))
         others = others[others > number] if ordered else others[others != number]
         outcome = self.outcomes(probe)[others]

@@ -96,10 +96,7 @@ def measure_paper(
 def measure_exit(
     condition: Condition, per_point: int, trials: int, independent_trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Measure the default matcher at one condition, with so many proposals per point of Q at most.
-
-    0 stands for the matcher's own limit.
-    """
+    """Measure the default matcher at one condition, with so many proposals per point of Q at most."""
     parameters = TriangleParameters()
     if per_point:
         most = min(per_point * condition.n, parameters.most_proposals(condition.n))
@@ -129,10 +126,7 @@ def measure_exit(
 def measure_points(
     trials: int, finished: Callable[[str], None] = lambda _: None
 ) -> dict[str, list[dict[str, Any]]]:
-    """Measure both matchers at every condition with up to 200 points of P.
-
-    A quarter of the `trials` is made where they are slow.
-    """
+    """Measure both matchers at every condition with up to 200 points of P."""
     few = max(1, trials // 4)
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}
     for condition in conditions(largest_m=LARGEST_M):

@@ -45,11 +45,7 @@ DELAUNAY_POINTS: Final = 40
 def measure_revocable(
     sets: Sequence[ExtractedSet], *, fingers: int = FINGERS, strangers: int = STRANGERS
 ) -> dict[str, Any]:
-    """Return error rates by database, what attacks find, sizes and times.
-
-    The prints of `fingers` synthetic fingers are attacked as well, with a dictionary of templates
-    of as many other ones as `strangers`.
-    """
+    """Return error rates by database, what attacks find, sizes and times."""
     keys = Key(os.urandom(32)), Key(os.urandom(32))
     rates: list[dict[str, Any]] = []
     attacked: list[PrintSet] = []

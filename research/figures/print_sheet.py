@@ -49,11 +49,7 @@ class PrintTile:
 def print_sheet(
     rows: Sequence[Sequence[PrintTile]], *, dpi: float = DEFAULT_DPI
 ) -> NDArray[np.uint8]:
-    """Draw prints row by row, all at one scale, each above its caption; rows may differ in length.
-
-    Raises an `OutputError` if there is no print, or the sheet would be larger than 16384 pixels on
-    a side; a `ResolutionError` if `dpi` is outside 100 to 4000.
-    """
+    """Draw prints row by row, all at one scale, each above its caption; rows may differ in length."""
     check_dpi(dpi)
     if not any(rows):
         raise OutputError("a sheet of prints needs at least one print")

@@ -152,11 +152,7 @@ def run(
     limits: Limits = Limits(),
     jobs: int = 1,
 ) -> Iterator[Count]:
-    """Feed a target until its limits are reached; yield the counts so far now and then.
-
-    They are the same object, updated. Another seed gives other inputs; so does another number of
-    jobs.
-    """
+    """Feed a target until its limits are reached; yield the counts so far now and then."""
     total = Count()
     corpus = [*reader.corpus, *extra]
     done = [Count() for _ in range(jobs)]

@@ -40,10 +40,7 @@ LEGEND: Final = (
 
 
 def format_bench(results: BenchResults) -> str:
-    """Return the results as plain text: times and answers by matcher and model, then a summary.
-
-    Lines have at most 120 characters (for up to 100 trials); "-" where a cell was not run.
-    """
+    """Return the results as plain text: times and answers by matcher and model, then a summary."""
     blocks = [
         f"{title}\n{text_table([_group_names(len(lines[0])), *lines], left=0)}"
         for title, lines in _tables(results)

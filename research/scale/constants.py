@@ -61,10 +61,7 @@ class Constants:
 
     @classmethod
     def from_dict(cls, document: Any) -> Constants:
-        """Return the constants in a JSON document.
-
-        Raises an `FpmatchError` if one is missing, or is not a positive number.
-        """
+        """Return the constants in a JSON document."""
         try:
             given = {f.name: document[f.name] for f in fields(cls)}
             given["search"] = [(int(n), float(s)) for n, s in given["search"]]

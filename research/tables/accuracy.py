@@ -198,10 +198,7 @@ def strain_class(row: Mapping[str, Any]) -> str:
 def distortion_rows(
     conditions: Sequence[Mapping[str, Any]], kind: str, names: Sequence[str] = ("",)
 ) -> list[list[str]]:
-    """Return one condition, measured once or several times, as rows of a table below a head.
-
-    Raises a `DatasetError` if the measurements are not of the same pairs.
-    """
+    """Return one condition, measured once or several times, as rows of a table below a head."""
     columns = ("median score", "below threshold", "FNMR")
     head = ["strain", "displacement", "pairs"]
     head += [f"{name} {column}".strip() for column in columns for name in names]

@@ -49,10 +49,7 @@ CONTRIBUTING: Final = ROOT / "CONTRIBUTING.md"
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file.
-
-    Raises a `DatasetError` if it cannot be read.
-    """
+    """Read a JSON file."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -307,10 +304,7 @@ PAGES: Final = {
 
 
 def load_results(page: Page) -> dict[str, Any]:
-    """Return the kept results of a page by part.
-
-    Raises a `DatasetError` if a file cannot be read or lacks a part.
-    """
+    """Return the kept results of a page by part."""
     results = {}
     for name, part in page.parts.items():
         path = DOCS / "data" / part.file

@@ -84,10 +84,7 @@ def command(
 def _impostors_by_form(
     real: Sequence[ExtractedSet], synthetic: Sequence[ExtractedSet], workers: int | None
 ) -> list[ImpostorSet]:
-    """Return the impostor comparisons of each real database, and of all synthetic prints.
-
-    The real ones come first, with their ridges and then on minutiae alone; then the synthetic ones.
-    """
+    """Return the impostor comparisons of each real database, and of all synthetic prints."""
     impostors = []
     for sets in (real, [_without_ridges(one) for one in real]):
         report = evaluate_templates(sets, matcher=MATCHER.calibrated, workers=workers)

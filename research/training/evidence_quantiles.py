@@ -248,10 +248,7 @@ def _aligned(
 def fit_quantile(
     samples: Sequence[AmountSample], rate: float, parameters: AmountParameters | None = None
 ) -> NDArray[np.float64]:
-    """Fit the sum that a share of the comparisons reach, given the amount of evidence.
-
-    The result is coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
-    """
+    """Fit the sum that a share of the comparisons reach, given the amount of evidence."""
     p = parameters or AmountParameters()
     x = np.concatenate([one.amounts for one in samples])
     y = np.concatenate([one.sums for one in samples])

@@ -124,10 +124,7 @@ def _greatest(
 def _sums(
     sample: ScoreSample, model: ScoreModel
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sums of the genuine and the impostor comparisons; least where nothing was found.
-
-    They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
-    """
+    """Return the sums of the genuine and the impostor comparisons; least where nothing was found."""
     local, by_ridges = np.split(sample.features, [LOCAL_HYPOTHESES], axis=1)
     total = _greatest(local, model)
     coarse = _greatest(sample.coarse, model, coarse=True)

@@ -91,10 +91,7 @@ def fit_weights(
     command: str = "",
     parameters: FitParameters | None = None,
 ) -> ScoreWeights:
-    """Fit the weights of all models, whose quantiles do not yet depend on what was compared.
-
-    The model of small prints is fitted to windows of the prints against whole ones, and to these.
-    """
+    """Fit the weights of all models, whose quantiles do not yet depend on what was compared."""
     p = parameters or FitParameters()
     genuine = np.concatenate([one.genuine for one in samples])
     provenance: dict[str, Any] = {
@@ -148,10 +145,7 @@ def fit_model(
 def _prefilter(
     passing: NDArray[np.float64], impostors: NDArray[np.float64], p: FitParameters
 ) -> tuple[float, float, float]:
-    """Return the prefilter threshold: its base, its growth a minutia, and its limit.
-
-    Both are rows as of `ScoreSample.descriptors`; of `passing`, all but a share must pass.
-    """
+    """Return the prefilter threshold: its base, its growth a minutia, and its limit."""
     if not len(passing) or not len(impostors):
         return NO_PREFILTER
     lost = int(p.prefilter_loss * len(passing))

@@ -140,10 +140,7 @@ def samples_of(
     *,
     workers: int | None = None,
 ) -> tuple[list[ScoreSample], list[ScoreSample], list[ScoreSample]]:
-    """Return samples with ridges, on minutiae alone, and of windows against whole prints.
-
-    The parameters are those of `sample_of`, for several databases.
-    """
+    """Return samples with ridges, on minutiae alone, and of windows against whole prints."""
     p = parameters or SampleParameters()
     with ProcessPoolExecutor(workers) as pool:
         with_ridges, alone = (
@@ -176,10 +173,7 @@ def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tup
 def _features(
     probe: PreparedTemplate, reference: PreparedTemplate, scorers: tuple[EvidenceScorer, ...]
 ) -> tuple[NDArray[np.float64], float] | None:
-    """Return the features of two prints by each hypothesis, and the strength of the local matches.
-
-    The features, shape (2, H, 12), are those of coarse alignment and of the refined one.
-    """
+    """Return the features of two prints by each hypothesis, and the strength of the local matches."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None

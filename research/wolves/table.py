@@ -66,11 +66,7 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
 
 
 def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
-
-    These are the ratios of the shares at the scores to the stated ones, and the share of unseen
-    prints that the worst matches.
-    """
+    """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms."""
     pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
     lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))
     found = {tuple(row[name] for name in _NAMED): row for row in rows}

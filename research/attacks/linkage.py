@@ -149,7 +149,7 @@ def judged(
     left: Sequence[Sequence[RevocableTemplate]],
     right: Sequence[Sequence[RevocableTemplate]],
 ) -> dict[str, float]:
-    """Return D_sys and EER of an attack, and the largest D_sys with the right side in random order."""
+    """Return D_sys and EER of an attack, and the largest D_sys in random order."""
     values = np.concatenate(
         [_agreements(attack, *sides) for sides in zip(left, right, strict=True)]
     )

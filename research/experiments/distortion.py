@@ -125,7 +125,7 @@ def distortion_between(
 
 
 def true_transform(probe: Impression, reference: Impression) -> Similarity:
-    """Return the similarity nearest to the true map between impressions, over skin that both show."""
+    """Return the similarity nearest to the true map between impressions, over common skin."""
     points, there, shared = _skin_in_both(probe, reference, FITTED_EVERY_PX)
     return Similarity.fit(points[shared], there[shared])
 

@@ -96,7 +96,7 @@ def measure_paper(
 def measure_exit(
     condition: Condition, per_point: int, trials: int, independent_trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Measure the default matcher at one condition, with so many proposals per point of Q at most."""
+    """Measure the default matcher with so many proposals per point of Q at most (0: its own)."""
     parameters = TriangleParameters()
     if per_point:
         most = min(per_point * condition.n, parameters.most_proposals(condition.n))

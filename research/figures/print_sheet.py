@@ -49,7 +49,7 @@ class PrintTile:
 def print_sheet(
     rows: Sequence[Sequence[PrintTile]], *, dpi: float = DEFAULT_DPI
 ) -> NDArray[np.uint8]:
-    """Draw prints row by row, all at one scale, each above its caption; rows may differ in length."""
+    """Draw prints row by row, at one scale, each above its caption; rows may differ in length."""
     check_dpi(dpi)
     if not any(rows):
         raise OutputError("a sheet of prints needs at least one print")

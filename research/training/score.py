@@ -124,7 +124,7 @@ def _greatest(
 def _sums(
     sample: ScoreSample, model: ScoreModel
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sums of the genuine and the impostor comparisons; least where nothing was found."""
+    """Return the sums of genuine and impostor comparisons, as their similarities are ordered."""
     local, by_ridges = np.split(sample.features, [LOCAL_HYPOTHESES], axis=1)
     total = _greatest(local, model)
     coarse = _greatest(sample.coarse, model, coarse=True)

@@ -173,7 +173,7 @@ def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tup
 def _features(
     probe: PreparedTemplate, reference: PreparedTemplate, scorers: tuple[EvidenceScorer, ...]
 ) -> tuple[NDArray[np.float64], float] | None:
-    """Return the features of two prints by each hypothesis, and the strength of the local matches."""
+    """Return the features of two prints, coarse and refined, (2, H, 12), and local strength."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None

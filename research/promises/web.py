@@ -143,7 +143,8 @@ def served(place: Place, *options: object, kind: str = "plain") -> Iterator[Web]
         place.gallery(kind=kind)
     settings = {"HOME": place.folder, "PYTHONPATH": ROOT, "TMPDIR": temporary, "FPMATCH_KEY": KEY}
     words = ["env", "-C", place.folder, *(f"{name}={value}" for name, value in settings.items())]
-    words += [sys.executable, "-m", "fpmatch", "serve", "--port", 0, "--workers", 2, *options]
+    words += [sys.executable, "-m", "fpmatch", "serve", "--port", 0, "--workers", 2]
+    words += ["--gallery", gallery, *options]
     log = place.folder.parent / "log.txt"
-    with started(list(map(str, words)), str(gallery), log, open_files=1024) as server:
+    with started(list(map(str, words)), log) as server:
         yield Web(server.place[1], server.pid, log)

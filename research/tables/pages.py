@@ -18,7 +18,7 @@ from research.experiments.error_vs_discard import format_quality
 from research.marked_blocks import marked_block, write_marked_block
 from research.points.plot import save_bench_plot
 from research.points.results import read_results
-from research.points.table import format_bench_markdown
+from research.points.table import format_bench
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import format_fusion, format_identification, tests_kept
@@ -190,9 +190,7 @@ PAGES: Final = {
             ),
         },
         {
-            (_tables("point_sets.md"), "measured"): lambda results: format_bench_markdown(
-                results["bench"]
-            ),
+            (_tables("point_sets.md"), "measured"): lambda results: format_bench(results["bench"]),
             **{
                 (_explanation("point_sets.md"), part): partial(_paper_choice, part)
                 for part in POINT_PARTS

@@ -18,7 +18,7 @@ from research.attacks.hanging import HangingDatabase, HangingFile
 from research.attacks.kinds import ATTACKS
 from research.attacks.requests import KINDS, OF_GALLERY, OrdinaryClient, Times
 from research.attacks.server import Memory, Server, enrol_samples, started
-from research.commands import Command, json_file, write_json
+from research.commands import Command, json_file, print_and_write
 from research.tables.serving import OTHER_SERVERS, format_attacks
 
 if TYPE_CHECKING:
@@ -142,9 +142,7 @@ def command(
                     outcomes.append(outcome)
                     click.echo(_row(outcome), err=True)
     documents = [asdict(outcome) for outcome in outcomes]
-    click.echo(format_attacks(documents))
-    if json_file:
-        write_json(json_file, documents)
+    print_and_write(format_attacks(documents), documents, json_file)
     context.exit(1 if any(outcome.missed for outcome in outcomes) else 0)
 
 

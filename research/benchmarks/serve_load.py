@@ -23,7 +23,7 @@ import repository  # noqa: F401
 from fpmatch.server.settings import Limits
 from research.attacks.requests import BUSY, SAMPLES
 from research.attacks.server import Server, started
-from research.commands import Command, json_file, write_json
+from research.commands import Command, json_file, print_and_write
 from research.tables.serving import format_serving
 
 PRINTS = ("101_1.tif", "101_3.tif", "102_1.tif", "103_2.tif")
@@ -147,9 +147,7 @@ def main(
     words = [sys.executable, "-m", "fpmatch", "serve", "--port", "0", "--workers", str(workers)]
     with tempfile.TemporaryDirectory() as folder, started(words, Path(folder, "log")) as server:
         load = asdict(measure(server, clients, requests, workers))
-    click.echo(format_serving(load))
-    if json_file:
-        write_json(json_file, load)
+    print_and_write(format_serving(load), load, json_file)
     context.exit(1 if load["refused"] or load["wrong"] else 0)
 
 

@@ -19,8 +19,15 @@ from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.printable import markdown_table
 from research.all_pairs import impostors_among
-from research.commands import Command, folders, json_file, synthetic_folder, workers, write_json
-from research.synthetic_sets import TEST_SEED, extract_synthetic_sets
+from research.commands import (
+    Command,
+    folders,
+    json_file,
+    print_and_write,
+    synthetic_folder,
+    workers,
+)
+from research.databases import TEST_SEED, extract_synthetic_sets
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -157,9 +164,7 @@ def command(
         checks.append(_check_synthetic(prints, workers))
         checks.append(together("together", checks[-2:]))
     sets = [check.as_json() for check in checks]
-    click.echo(format_calibration(sets))
-    if json_file:
-        write_json(json_file, {"matcher": report.matcher, "sets": sets})
+    print_and_write(format_calibration(sets), {"matcher": report.matcher, "sets": sets}, json_file)
     context.exit(0 if all(checks[-1].kept) else 1)
 
 

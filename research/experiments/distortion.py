@@ -29,6 +29,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.all_pairs import compare_all_pairs
+from research.databases import without_ridges
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -204,7 +205,7 @@ def _measured(
 ) -> dict[str, Any]:
     """Compare all prints of one condition, and summarise the genuine pairs by their strain."""
     templates = [template for finger in fingers for template in finger.templates]
-    bare = [replace(template, field=None) for template in templates]
+    bare = [without_ridges(template) for template in templates]
     whose = np.repeat(np.arange(p.fingers), p.impressions)
     probe, reference = np.triu_indices(len(templates), 1)
     genuine = whose[probe] == whose[reference]

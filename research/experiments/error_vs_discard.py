@@ -25,7 +25,7 @@ from fpmatch.lab.evaluation.rates.error_vs_discard import (
 )
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.printable import markdown_table
-from research.commands import Command, folders, json_file, workers, write_json
+from research.commands import Command, folders, json_file, print_and_write, workers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -144,6 +144,4 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
     """
     datasets = with_unique_names(load_datasets(folders))
     results = curves_as_json(sample_quality(datasets, workers=workers))
-    click.echo(discard_tables(results))
-    if json_file:
-        write_json(json_file, results)
+    print_and_write(discard_tables(results), results, json_file)

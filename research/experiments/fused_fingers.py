@@ -12,7 +12,7 @@ from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.lab.evaluation.report.results import scores_of
 from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from research.commands import Command, folders, json_file, workers, write_json
+from research.commands import Command, folders, json_file, print_and_write, workers
 from research.tables.identification import format_fusion
 
 if TYPE_CHECKING:
@@ -79,6 +79,4 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
     report = evaluate(list(folders), workers=workers)
     calibration = load_calibration(report.matcher)
     results = [check_fusion(scores_of(report), calibration, apart) for apart in (1, 5)]
-    click.echo(format_fusion(results))
-    if json_file is not None:
-        write_json(json_file, results)
+    print_and_write(format_fusion(results), results, json_file)

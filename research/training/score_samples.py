@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -26,6 +26,7 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreWeights,
 )
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from research.databases import without_ridges
 from research.partial_templates import window
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def sample_of(
     p = parameters or SampleParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
     templates = [
-        one if one is None or ridges else replace(one, field=None)
+        one if one is None or ridges else without_ridges(one)
         for one in (extraction.template for extraction in extracted.extractions)
     ]
     every = p.every_impostor

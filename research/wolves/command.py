@@ -11,11 +11,9 @@ import cv2
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError
 from fpmatch.formats.files import save_template
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, json_file, synthetic_folder, workers, write_json
-from research.synthetic_sets import TEST_SEED, extract_synthetic_sets
+from research.databases import TEST_SEED, extract_folders, extract_synthetic_sets
 from research.wolves.candidates import search_spaces
 from research.wolves.probes import groups
 from research.wolves.scores import FORMS, Prints, References, measured
@@ -93,7 +91,7 @@ def command(
     worst template of every row that matches any unseen print. With --steps the search is the same
     for the same prints and seed.
     """
-    sets = extract_datasets(load_datasets(folders), workers=workers) if folders else []
+    sets = extract_folders(folders, workers)
     if synthetic:
         sets += extract_synthetic_sets(TEST_SEED, prints, workers)
     budget = Budget(search_seconds, steps)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import STANDARD_DPI
+from research.databases import prints_of, without_ridges
 from research.experiments.calibration_check import SCORES, CalibrationCheck
 
 if TYPE_CHECKING:
@@ -44,10 +45,9 @@ class Prints:
     def of(cls, sets: Sequence[ExtractedSet]) -> Prints:
         """Return all prints of some databases that have a template."""
         rows = [
-            (found.template, (number, impression.finger), impression, one.dataset.dpi)
+            (template, (number, impression.finger), impression, one.dataset.dpi)
             for number, one in enumerate(sets)
-            for impression, found in zip(one.dataset.impressions, one.extractions, strict=True)
-            if found.template is not None
+            for impression, template in prints_of(one)
         ]
         templates, shown, impressions, dpi = (list(column) for column in zip(*rows, strict=True))
         _, finger = np.unique(np.array(shown), axis=0, return_inverse=True)
@@ -143,7 +143,7 @@ class Row:
 
 def in_form(template: Template, form: str) -> Template:
     """Return a template as it is, or without its ridges."""
-    return template if form == FORMS[0] else replace(template, field=None)
+    return template if form == FORMS[0] else without_ridges(template)
 
 
 def scores_of(

@@ -49,15 +49,13 @@ REPORTED: Final = ("eer", "fmr1000")
 class Variant:
     """Describe a variant: the lines that replace others, and features without a weight.
 
-    `name`: its name. `replaced`: file of the package, the lines that occur in it once, and those
-    that replace them. `without`: features of the score that get no weight. `conditioned`: whether
-    the sums are conditioned on how much was compared.
+    `replaced`: file of the package, the lines that occur in it once, and those that replace them.
     """
 
     name: str
     replaced: tuple[tuple[str, str, str], ...] = ()
-    without: tuple[str, ...] = ()
-    conditioned: bool = True
+    without: tuple[str, ...] = ()  # features of the score that get no weight
+    conditioned: bool = True  # whether the sums are conditioned on how much was compared
 
 
 @dataclass(frozen=True)

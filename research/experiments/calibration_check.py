@@ -47,15 +47,11 @@ LARGEST_FACTOR: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class CalibrationCheck:
-    """The numbers of impostor comparisons of a database that reach each of `SCORES`.
-
-    `name`: the database's. `impostors`: impostor comparisons, without those that lack a template.
-    `reached`: how many of them reach each score or more.
-    """
+    """The numbers of impostor comparisons of a database that reach each of `SCORES`."""
 
     name: str
-    impostors: int
-    reached: tuple[int, ...]
+    impostors: int  # impostor comparisons, without those that lack a template
+    reached: tuple[int, ...]  # how many of them reach each score or more
 
     @property
     def shares(self) -> tuple[float, ...]:

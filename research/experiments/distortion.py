@@ -60,21 +60,19 @@ class DistortionParameters:
     """Set the prints and the classes of strain; lengths in pixels at 500 dpi.
 
     `fingers`, `impressions`: numbers of prints: the first two impressions of a finger are not
-    distorted, the last most. `seed`: of the fingers. `max_torsion_deg`, `max_traction_px`: turn and
-    drag of the finger over the sensor in the last impression; proportionally less in the others. In
-    the contacts of the preset "clean" the skin just does not fold. `grid_px`: step of the grid on
-    which strain and displacement are measured. `limits`: strains between the classes. `min_pairs`:
-    least number of genuine pairs in a class that is reported.
+    distorted, the last most. `max_torsion_deg`, `max_traction_px`: turn and drag of the finger over
+    the sensor in the last impression; proportionally less in the others. In the contacts of the
+    preset "clean" the skin just does not fold.
     """
 
     fingers: int = 24
     impressions: int = 12
-    seed: int = 17
+    seed: int = 17  # of the fingers
     max_torsion_deg: float = 10.0
     max_traction_px: float = 24.0
-    grid_px: int = 12
-    limits: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-    min_pairs: int = 20
+    grid_px: int = 12  # step of the grid on which strain and displacement are measured
+    limits: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # strains between the classes
+    min_pairs: int = 20  # least number of genuine pairs in a class that is reported
 
 
 @dataclass(frozen=True, slots=True, eq=False)

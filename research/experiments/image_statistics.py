@@ -44,20 +44,17 @@ class ImageStatistics:
     """The statistics of one image; the foreground is where the extractor finds ridges.
 
     `period_px`: median ridge period in the foreground, in pixels at 500 dpi; NaN without a
-    foreground. `area_mm2`: area of the foreground in square millimetres. `minutiae_per_mm2`:
-    extracted minutiae by area; NaN without a foreground. `mean`, `contrast`: mean and standard
-    deviation of the grey levels of the whole image, 0 to 255. `ridge_contrast`: standard deviation
-    in the foreground alone; NaN without a foreground. `foreground`: share of the image that is
-    foreground.
+    foreground. `mean`, `contrast`: mean and standard deviation of the grey levels of the whole
+    image, 0 to 255.
     """
 
     period_px: float
-    area_mm2: float
-    minutiae_per_mm2: float
+    area_mm2: float  # area of the foreground in square millimetres
+    minutiae_per_mm2: float  # extracted minutiae by area; NaN without a foreground
     mean: float
     contrast: float
-    ridge_contrast: float
-    foreground: float
+    ridge_contrast: float  # standard deviation in the foreground alone; NaN without a foreground
+    foreground: float  # share of the image that is foreground
 
 
 TITLES: Final = {

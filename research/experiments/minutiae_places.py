@@ -39,17 +39,12 @@ SMEARED_BRIGHTNESS: Final = 0.3  # from ink (5th percentile) to paper (95th): fi
 
 @dataclass(frozen=True, slots=True)
 class PlaceCounts:
-    """Count the minutiae of one place; counts add up.
+    """Count the minutiae of one place; counts add up."""
 
-    `known`: known minutiae: true ones that can be seen, or those of another extractor. `found`:
-    those of them that were extracted. `extracted`: extracted minutiae, without those that are true
-    ones not to be seen. `right`: those of them that are known ones.
-    """
-
-    known: int = 0
-    found: int = 0
-    extracted: int = 0
-    right: int = 0
+    known: int = 0  # known minutiae: true ones that can be seen, or those of another extractor
+    found: int = 0  # those of them that were extracted
+    extracted: int = 0  # extracted minutiae, without those that are true ones not to be seen
+    right: int = 0  # those of them that are known ones
 
     def __add__(self, other: PlaceCounts) -> PlaceCounts:
         return PlaceCounts(

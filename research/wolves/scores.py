@@ -93,15 +93,11 @@ class References:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """A template that should match nothing.
-
-    `template`: the template. `finger`: its finger; `NO_FINGER` for none. `pixels`: the composed
-    image that it was extracted from.
-    """
+    """A template that should match nothing."""
 
     template: Template
-    finger: int = NO_FINGER
-    pixels: NDArray[np.uint8] | None = None
+    finger: int = NO_FINGER  # its finger; `NO_FINGER` for none
+    pixels: NDArray[np.uint8] | None = None  # the composed image that it was extracted from
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,22 +105,19 @@ class Row:
     """The scores of templates of one kind and size against references of one form.
 
     `kind`, `size`: of the templates; the size is in minutiae, of crops and composed images in
-    pixels. `probes`, `references`: whether they have ridges, one of `FORMS`. `templates`: their
-    number. `check`: the comparisons that reach each score. `highest`: the highest score. `worst`:
-    the template that matches the most of the prints that were searched on. `worst_share`: the share
-    of the other prints that it matches. `adversarial`: whether the templates were searched for.
+    pixels. `probes`, `references`: whether they have ridges, one of `FORMS`.
     """
 
     kind: str
     size: int
     probes: str
     references: str
-    templates: int
-    check: CalibrationCheck
+    templates: int  # their number
+    check: CalibrationCheck  # the comparisons that reach each score
     highest: float
-    worst: Probe | None
-    worst_share: float
-    adversarial: bool = False
+    worst: Probe | None  # the template that matches the most of the prints that were searched on
+    worst_share: float  # the share of the other prints that it matches
+    adversarial: bool = False  # whether the templates were searched for
 
     def as_json(self) -> dict[str, Any]:
         """Return the row as JSON values."""

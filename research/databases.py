@@ -37,20 +37,14 @@ KINDS: Final = (  # preset and sensor
 )
 
 
-def make_synthetic_sets(
-    folder: Path,
-    *,
-    first_seed: int,
-    fingers: int = FINGERS,
-    workers: int | None = None,
-) -> list[Path]:
+def make_synthetic_sets(folder: Path, *, first_seed: int, workers: int | None = None) -> list[Path]:
     """Make a database of each of `KINDS`, or what is missing of it; return their folders."""
     made = []
     for seed, (preset, sensor) in enumerate(KINDS, first_seed):
         made.append(folder / f"{preset}-{seed}")
         make_database(
             made[-1],
-            fingers=fingers,
+            fingers=FINGERS,
             impressions=IMPRESSIONS,
             preset=preset,
             seed=seed,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.gallery.engine.workers import run_chunks
 from fpmatch.image.extract import extract
 from fpmatch.lab.evaluation.rates.error_rates import threshold_at_fmr
 from fpmatch.lab.synthesis.contact import outline_radius
@@ -167,23 +167,12 @@ def _pressed_on(master: Master, sensor: Sensor, parameters: DistortionParameters
 
 
 def measure_distortion(
-    parameters: DistortionParameters | None = None,
-    *,
-    workers: int | None = None,
-    progress: Progress = no_progress,
+    parameters: DistortionParameters | None = None, *, workers: int | None = None
 ) -> dict[str, Any]:
     """Return scores and error rates of the default matcher by classes of strain, as JSON values."""
     p = parameters or DistortionParameters()
-    done = 0
-
-    def finished(_: int) -> None:
-        nonlocal done
-        done += 1
-        progress("press", done, p.fingers)
-
-    progress("press", 0, p.fingers)
     numbers = list(range(FIRST_FINGER, FIRST_FINGER + p.fingers))
-    fingers = run_chunks(press_finger, p, numbers, workers=workers, finished=finished)
+    fingers = run_chunks(press_finger, p, numbers, workers=workers)
     conditions = [
         {"name": name, **_measured([finger[k] for finger in fingers], p, workers)}
         for k, name in enumerate(CONDITIONS)

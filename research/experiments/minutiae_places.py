@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.ground_truth.minutiae_counts import Tolerance
     from fpmatch.templates.minutiae import Minutiae
 
 PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
@@ -111,10 +110,9 @@ def count_by_place(
     known: Minutiae,
     visible: NDArray[np.bool_],
     places: tuple[Mapping[str, NDArray[np.bool_]], Mapping[str, NDArray[np.bool_]]],
-    tolerance: Tolerance = MAIN_TOLERANCE,
 ) -> dict[str, PlaceCounts]:
     """Count extracted and known minutiae of one print in each place, given the places of both."""
-    pairs = assign_minutiae(extracted, known, visible, tolerance)
+    pairs = assign_minutiae(extracted, known, visible, MAIN_TOLERANCE)
     seen = visible[pairs[:, 1]]
     right = np.zeros(len(extracted), bool)
     counted = np.ones(len(extracted), bool)

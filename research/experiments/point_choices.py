@@ -45,9 +45,7 @@ _ANY_AREA: Final = 8.0  # more than any two areas on the unit circle differ
 _MS: Final = 1e3
 
 
-def measure_paper(
-    condition: Condition, area_tolerance: float, trials: int, seed: int = SEED
-) -> dict[str, Any]:
+def measure_paper(condition: Condition, area_tolerance: float, trials: int) -> dict[str, Any]:
     """Measure the paper's method at one condition with one area tolerance.
 
     ``passing`` is the share of similar pairs among the ring pairs of equal degree. Positives are
@@ -67,7 +65,7 @@ def measure_paper(
     seconds: dict[bool, list[float]] = {True: [], False: []}
     for genuine in (True, False):
         for trial in range(trials):
-            pair = make_pair(condition, seed, trial, genuine=genuine)
+            pair = make_pair(condition, SEED, trial, genuine=genuine)
             given = UnitCircleParameters(
                 area_tolerance=area_tolerance, tolerance=pair.tolerance, matching_factor=rho
             )
@@ -94,7 +92,7 @@ def measure_paper(
 
 
 def measure_exit(
-    condition: Condition, per_point: int, trials: int, independent_trials: int, seed: int = SEED
+    condition: Condition, per_point: int, trials: int, independent_trials: int
 ) -> dict[str, Any]:
     """Measure the default matcher with so many proposals per point of Q at most (0: its own)."""
     parameters = TriangleParameters()
@@ -105,7 +103,7 @@ def measure_exit(
     recognised = 0
     for genuine, count in ((True, trials), (False, independent_trials)):
         for trial in range(count):
-            pair = make_pair(condition, seed, trial, genuine=genuine)
+            pair = make_pair(condition, SEED, trial, genuine=genuine)
             start = time.process_time()
             match = match_by_triangles(
                 pair.p, pair.q, tolerance=pair.tolerance, parameters=parameters

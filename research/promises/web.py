@@ -135,12 +135,12 @@ def multipart(fields: Mapping[str, object]) -> bytes:
 
 
 @contextmanager
-def served(place: Place, *options: object, kind: str = "plain") -> Iterator[Web]:
+def served(place: Place, *options: object) -> Iterator[Web]:
     """Serve the gallery of an attack, which is made, in its folder."""
     gallery, temporary = place.folder / "plain.db", place.folder / "tmp"
     temporary.mkdir(exist_ok=True)
     if not gallery.exists():
-        place.gallery(kind=kind)
+        place.gallery()
     settings = {"HOME": place.folder, "PYTHONPATH": ROOT, "TMPDIR": temporary, "FPMATCH_KEY": KEY}
     words = ["env", "-C", place.folder, *(f"{name}={value}" for name, value in settings.items())]
     words += [sys.executable, "-m", "fpmatch", "serve", "--port", 0, "--workers", 2]

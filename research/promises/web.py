@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from research.attacks.requests import FORM, PROBE, REFERENCE, form_of
 from research.attacks.server import started
 from research.commands import ROOT
-from research.promises.program import KEY, PROBE, REFERENCE
+from research.promises.program import KEY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,8 +40,6 @@ ROUTES: Final[dict[str, tuple[str, Form]]] = {  # by docs/how-to: role, and the 
     "DELETE /gallery/16": ("admin", {}),
     "DELETE /gallery/prints?subject=103": ("admin", {}),
 }
-_BOUNDARY: Final = "promise"
-FORM: Final = f"content-type: multipart/form-data; boundary={_BOUNDARY}"
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ class Web:
         """Send a request, a method and an address, with the form that it takes or another body."""
         method, _, address = what.partition(" ")
         form = ROUTES.get(what, ("", {}))[1] if form is None else form
-        body = form if isinstance(form, bytes) else multipart(form) if form else b""
+        body = form if isinstance(form, bytes) else form_of(form) if form else b""
         sent = {"content-type": FORM.partition(": ")[2]} if body else {}
         connection = http.client.HTTPConnection(host, self.port, timeout=40)
         try:
@@ -119,19 +118,6 @@ def workers_of(pid: int) -> list[int]:
         with suppress(OSError):
             workers += [one] * (b"to_process" in Path(f"/proc/{one}/cmdline").read_bytes())
     return workers
-
-
-def multipart(fields: Mapping[str, object]) -> bytes:
-    """Return a form; a pair is the name of a file and its content, a list a repeated field."""
-    parts = []
-    for name, value in fields.items():
-        for one in value if isinstance(value, list) else [value]:
-            file, content = one if isinstance(one, tuple) else (None, one)
-            line = f'content-disposition: form-data; name="{name}"'
-            line += f'; filename="{file}"' if file is not None else ""
-            content = content if isinstance(content, bytes) else str(content).encode()
-            parts.append(f"--{_BOUNDARY}\r\n{line}\r\n\r\n".encode() + content + b"\r\n")
-    return b"".join(parts) + f"--{_BOUNDARY}--\r\n".encode()
 
 
 @contextmanager

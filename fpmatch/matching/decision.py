@@ -4,8 +4,8 @@ A score below the threshold is evidence of different fingers only where genuine 
 prints with as many minutiae, on as large an area, reach the threshold. The score that half of them
 reach is the reachable score of two prints. It was measured on synthetic prints and parts of them,
 by ``python -m research train score``. Where it is below the threshold, the comparison is
-inconclusive; so it is where a print shows no ridges of a finger, and where a resolution that no
-file states decides.
+inconclusive; so it is where a print shows no ridges of a finger, or minutiae that do not lie along
+them, and where a resolution that no file states decides.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH
+from fpmatch.templates.plausibility import OFF_RIDGES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.ridge_field import RidgeField
 
 NO_RIDGES: Final = "no ridges"
+NO_FINGER: Final = "no finger"
 TOO_LITTLE_SKIN: Final = "too little skin"
 TOO_FEW_MINUTIAE: Final = "too few minutiae"
 THRESHOLD_TOO_HIGH: Final = "threshold too high"
@@ -159,9 +161,13 @@ def find_shortage(
         return None
     sides = {"probe": probe[0], "reference": references[best][0]}
     why = {name: lacks_ridges(side) for name, side in sides.items()}
+    code = NO_RIDGES if any(why.values()) else NO_FINGER
+    for (name, side), minutiae in zip(sides.items(), (ours[0], theirs[best, 0]), strict=True):
+        if len(side.minutiae) and not minutiae:  # the matcher counts none
+            why[name] = why[name] or f"shows no finger: {OFF_RIDGES}"
     if any(why.values()):
         message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
-        return Shortage(NO_RIDGES, message)
+        return Shortage(code, message)
     if math.isinf(reachable[best]) and not hasattr(matcher, "available"):
         fewest = count(int(min(ours[0], theirs[best, 0])), "minutia", "minutiae")
         message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"

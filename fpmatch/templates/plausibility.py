@@ -56,10 +56,15 @@ def _is_off(minutiae: Minutiae, field: RidgeField) -> bool:
     rows, columns = field.mask.shape
     row, column = np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
     on = field.mask[row, column]
-    if on.mean() < LEAST_INSIDE:
-        return True
-    apart = minutiae.angle[on] - field.orientation[row, column][on]
-    return bool(np.cos(2.0 * apart).mean() < LEAST_ALONG)
+    return lie_off_ridges(on, minutiae.angle[on] - field.orientation[row, column][on])
+
+
+def lie_off_ridges(on: NDArray[np.bool_], apart: NDArray[np.floating]) -> bool:
+    """Return whether few minutiae of a print lie on its ridges, or most of them across.
+
+    `apart` has the angle between the direction and the ridges, in radians, where `on` is true.
+    """
+    return bool(on.mean() < LEAST_INSIDE or np.cos(2.0 * apart).mean() < LEAST_ALONG)
 
 
 def _coherence(xy: NDArray[np.floating], angle: NDArray[np.floating]) -> float:

@@ -4,10 +4,10 @@ import json
 import re
 
 import pytest
-from planted_targets import GOOD, planted
 
 from research.fuzzing import sanitizer
 from research.fuzzing.loop import Limits, run
+from tests.fuzzing.planted_targets import GOOD, planted
 
 
 def fed(name, extra=(), **limits):

@@ -8,6 +8,8 @@ import numpy as np
 from hypothesis import strategies as st
 from PIL import Image
 
+from fpmatch.image.io.grey import DEFAULT_LIMITS
+from fpmatch.image.io.registry import find_reader
 from research.fuzzing.targets.good_images import an2_text
 
 DATA = Path(__file__).parent / "data"
@@ -24,6 +26,11 @@ def saved(pixels, file_format, **options):
     stream = BytesIO()
     Image.fromarray(pixels).save(stream, format=file_format, **options)
     return stream.getvalue()
+
+
+def decoded(data):
+    """Return a picture as the reader of its format reads it."""
+    return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
 def wsq(name="rings_53x61"):

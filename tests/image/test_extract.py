@@ -11,14 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import (
-    as_picture,
-    concentric_rings,
-    dislocation,
-    hostile_pictures,
-    plane_wave,
-    turn_between,
-)
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.image.extract import QualityRecorder, extract, resample
@@ -27,6 +19,14 @@ from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind
+from tests.image.made_images import (
+    as_picture,
+    concentric_rings,
+    dislocation,
+    hostile_pictures,
+    plane_wave,
+    turn_between,
+)
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 DATASET = load_dataset(SAMPLES)

@@ -1,11 +1,10 @@
-"""The images of a folder share one polarity."""
-
 import numpy as np
 import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError
 from fpmatch.image import folder_polarity
+from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
 from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
@@ -86,3 +85,14 @@ def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pres
     assert find_polarities(paths, reader=reader) == {tmp_path: "dark"}
     assert len(looked) == len(set(looked)) == folder_polarity.MOST_IMAGES
     assert {paths[0], paths[-1]} <= set(looked)
+
+
+def test_a_description_says_what_it_says(tmp_path):
+    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "")
+    (tmp_path / "dataset.toml").write_text("dpi = 569\n")
+    assert read_dataset_info(tmp_path) == DatasetInfo(None, 569.0, "")
+    (tmp_path / "dataset.toml").write_text('polarity = "white"\n')
+    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "", "white")
+    (tmp_path / "dataset.toml").write_text("dpi = 50\n")
+    with pytest.raises(DatasetError, match=r"dataset\.toml: .*50 dpi"):
+        read_dataset_info(tmp_path)

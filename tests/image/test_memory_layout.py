@@ -1,8 +1,5 @@
-"""Stages accept arrays of any memory layout, and do not change them."""
-
 import numpy as np
 import pytest
-from made_images import as_picture, plane_wave
 
 from fpmatch.image.enhancement.gabor import gabor_filter
 from fpmatch.image.preprocess.normalize import normalize
@@ -10,6 +7,7 @@ from fpmatch.image.preprocess.spectrum import ridge_spectrum
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import find_nodes, minutia_quality
 from fpmatch.image.skeleton.thin import thin
+from tests.image.made_images import as_picture, plane_wave
 
 WAVE = plane_wave(33, 7, (60, 90))
 RIDGES = WAVE > 0

@@ -2,9 +2,15 @@
 
 import numpy as np
 import pytest
-from made_files import (
+
+from fpmatch.base.binary_records import Record
+from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.image.io.grey import DEFAULT_LIMITS
+from fpmatch.image.io.wsq import decode_wsq
+from tests.image.made_files import (
     an2,
     binary_print,
+    decoded,
     finger_image_record,
     rings,
     saved,
@@ -13,18 +19,8 @@ from made_files import (
     wsq,
 )
 
-from fpmatch.base.binary_records import Record
-from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.registry import find_reader
-from fpmatch.image.io.wsq import decode_wsq
-
 GREY = rings()
 PNG = saved(GREY, "PNG")
-
-
-def decoded(data):
-    return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
 @pytest.mark.parametrize(

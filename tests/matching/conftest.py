@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from fpmatch import extract
+
 sys.path.append(str(Path(__file__).parent))
 
 
@@ -14,3 +16,9 @@ def plain(interpreted):
     from plain_kernels import plain_kernels
 
     return plain_kernels(interpreted)
+
+
+@pytest.fixture(scope="session")
+def print_(fingers):
+    """Return a finger that never was as it is extracted."""
+    return extract(fingers[0], dpi=500)

@@ -3,13 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from fpmatch.templates.bounds import (
-    LEAST_STEP_PX,
-    MOST_CELLS,
-    MOST_PX,
-    MOST_SIDE_PX,
-    MOST_STEP_PX,
-)
+from fpmatch.templates.bounds import LEAST_STEP_PX, MOST_CELLS, MOST_PX, MOST_SIDE_PX, MOST_STEP_PX
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from tests.matching.matching_prints import (
     COMPILED,
@@ -20,6 +14,7 @@ from tests.matching.matching_prints import (
 )
 
 FIELDS = (None, even_field(side=20), striped_field(side=20 if COMPILED else 8))
+"""No field, one that does not show its ridges, and one that does."""
 USUAL = template_of(spread_points(np.random.default_rng(4), 15, 20.0))
 
 

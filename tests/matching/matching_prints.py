@@ -1,5 +1,6 @@
 """Made prints for the tests of matching: as points, as templates, moved and worn."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch.matching.pipeline._kernels import _local_kernel
-from fpmatch.matching.pipeline.alignment import (
-    aligner_of,
-    hypotheses,
-    local_similarity,
-)
+from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses, local_similarity
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
@@ -126,13 +123,7 @@ def plane(points):
     return points[0] + 1j * points[1]
 
 
-def template_of(
-    points,
-    dpi=500.0,
-    quality=None,
-    field=None,
-    size=400,
-):
+def template_of(points, dpi=500.0, quality=None, field=None, size=400):
     """Return a template of minutiae given at 500 dpi, in pixels of its own resolution."""
     zoom = dpi / 500.0
     minutiae = Minutiae(
@@ -158,6 +149,13 @@ def even_field(step=16.0, side=25, orientation=0.6):
     """Return a field of ridges that run one way everywhere."""
     shape = (side, side)
     return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool))
+
+
+def along(points, orientation=0.6):
+    """Return points whose directions are turned into the ridges' orientation, either way."""
+    ridges = np.array([[math.cos(orientation)], [math.sin(orientation)]])
+    way = np.where((points[2:] * ridges).sum(axis=0) < 0.0, -1.0, 1.0)
+    return np.concatenate([points[:2], ridges * way])
 
 
 def packed_pictures(picture):
@@ -254,14 +252,7 @@ def assert_mirrored(forth, back):
         assert inverse == pytest.approx(forth.transform.matrix, rel=1e-6, abs=1e-6)
 
 
-def alignments(
-    a,
-    b,
-    similarity,
-    parameters=USUAL,
-    *,
-    coarse=False,
-):
+def alignments(a, b, similarity, parameters=USUAL, *, coarse=False):
     """Return the alignments of two prints by each hypothesis of their local matches."""
     return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
 
@@ -272,12 +263,7 @@ def ridge_correlation(a, b, alignment):
     return correlator.correlation, cells
 
 
-def heaviest(
-    a,
-    b,
-    similarity,
-    parameters=USUAL,
-):
+def heaviest(a, b, similarity, parameters=USUAL):
     """Return the alignment whose pairs fit best, or None where nothing is paired."""
     found = alignments(a, b, similarity, parameters)
     return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from matching_prints import fragment
 from skimage import data
 
-from fpmatch import extract, verify
+from fpmatch import Minutiae, extract, verify
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     INCONCLUSIVE,
     MATCH,
+    NO_FINGER,
     NO_MATCH,
     decide,
     evidence_in,
@@ -73,11 +74,6 @@ NO_PRINTS = {
 
 
 @pytest.fixture(scope="module")
-def print_(fingers):
-    return extract(fingers[0], dpi=500)
-
-
-@pytest.fixture(scope="module")
 def impostor(fingers):
     return extract(fingers[1], dpi=500)
 
@@ -93,6 +89,23 @@ def test_what_is_no_print_is_inconclusive(print_, name):
             if name != "face":  # a few of its lines lie together, like those of a fragment
                 assert found.shortage.code == "no ridges"
                 assert "has no ridges" in found.reason
+
+
+def test_minutiae_across_their_own_ridges_match_nothing(print_, impostor):
+    m = print_.minutiae
+    turned = replace(print_, minutiae=Minutiae(m.x, m.y, m.angle + np.pi / 2, m.kind, m.quality))
+    bare = replace(turned, field=None)
+    assert verify(bare, bare).match
+    for pair in product((turned, bare), repeat=2):
+        if pair == (bare, bare):
+            continue
+        found = verify(*pair)
+        assert (found.decision, found.shortage.code) == (INCONCLUSIVE, NO_FINGER)
+        assert "shows no finger: its minutiae do not lie along its own ridges" in found.reason
+        assert found.fmr > 0.005
+        unheld = MATCHER.calibrated.compare(*map(MATCHER.prepare, pair))
+        assert unheld.similarity > 2 * found.comparison.similarity
+    assert verify(turned, impostor).shortage.code == NO_FINGER
 
 
 def test_whole_prints_of_two_fingers_do_not_match(print_, impostor):

@@ -19,10 +19,7 @@ from matching_prints import (
 from matching_weights import all_with, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, overlay, some_case, with_itself
 
-from fpmatch.matching.pipeline.alignment import (
-    identity_alignment,
-    local_similarity,
-)
+from fpmatch.matching.pipeline.alignment import identity_alignment, local_similarity
 from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing

@@ -97,11 +97,6 @@ def triangles_of(mesh):
     return np.array(mesh.corner)[: mesh.triangles]
 
 
-def triangulated(z):
-    """Return Qhull's triangles."""
-    return sorted_corners(Delaunay(np.column_stack([z.real, z.imag])).simplices)
-
-
 def sorted_corners(triangles):
     return {tuple(sorted(corners)) for corners in triangles.tolist()}
 
@@ -183,15 +178,19 @@ def test_an_affine_map_is_predicted_exactly_where_pairs_close_the_ring(seed):
     assert found.weight_agreement[closed] == pytest.approx(1.0)
 
 
-def test_without_pairs_the_prediction_is_that_of_the_frame():
-    a = spread_points(np.random.default_rng(2), 6)
+@pytest.mark.parametrize("n", [0, 6])
+@pytest.mark.parametrize("room", [0, 2])
+def test_without_pairs_the_mesh_and_the_prediction_are_those_of_the_frame(n, room):
+    a = spread_points(np.random.default_rng(2), n)
     expected = moved(a, 0.7, 30 - 8j, 1.02)
     transform = transform_of(0.7, 30 - 8j, 1.02)
-    mesh = mesh_of(Case(a, expected, np.full(6, -1, np.int32), transform))
+    mesh = mesh_of(Case(a, expected, np.full(n, -1, np.int32), transform), room=room)
     assert (mesh.vertices, mesh.triangles) == (FRAME, FRAME - 2)
-    assert predicted_by(mesh, 6) == pytest.approx(expected, abs=1e-6)
-    assert np.array(mesh.nearest)[:6] == pytest.approx(FAR_AWAY)
+    assert np.isfinite(np.array(mesh.ax)[:FRAME]).all()
+    assert predicted_by(mesh, n) == pytest.approx(expected, abs=1e-6)
+    assert np.array(mesh.nearest)[:n] == pytest.approx(FAR_AWAY)
     assert (mesh.places, mesh.weights, mesh.full, mesh.mean_strain()) == (0, 0, 0, 0)
+    assert mesh.turned == 0
 
 
 @given(seeds)
@@ -254,16 +253,6 @@ def test_no_vertex_is_lost_where_pairs_nearly_coincide_on_a_circle():
         check_whole(mesh_of(Case(a, a, np.arange(12, dtype=np.int32), AT_REST)))
 
 
-def test_no_minutiae_make_the_frame_alone():
-    nothing = np.empty((4, 0))
-    case = Case(nothing, nothing, np.empty(0, np.int32), AT_REST)
-    for room in (0, 2):
-        mesh = mesh_of(case, room=room)
-        assert (mesh.vertices, mesh.triangles) == (FRAME, FRAME - 2)
-        assert np.isfinite(np.array(mesh.ax)[:FRAME]).all()
-        assert (mesh.places, mesh.turned, mesh.mean_strain()) == (0, 0, 0)
-
-
 @pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 def test_a_mesh_is_filled_to_its_last_place():
     n = 2000
@@ -271,7 +260,9 @@ def test_a_mesh_is_filled_to_its_last_place():
     case = Case(a, moved(a, 1.0), np.arange(n, dtype=np.int32), transform_of(1.0, 0j))
     mesh = mesh_of(case, room=0)
     assert mesh.vertices == n + FRAME == mesh.capacity
-    assert sorted_corners(triangles_of(mesh)) == triangulated(vertices_of(mesh)[0])
+    z, _ = vertices_of(mesh)
+    by_qhull = Delaunay(np.column_stack([z.real, z.imag])).simplices
+    assert sorted_corners(triangles_of(mesh)) == sorted_corners(by_qhull)
     assert predicted_by(mesh, n) == pytest.approx(case.b, abs=1e-5)
 
 

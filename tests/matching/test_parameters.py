@@ -1,5 +1,3 @@
-"""Parameters of matchers: as arguments, in names, and what they change."""
-
 import math
 import pickle
 from functools import cache

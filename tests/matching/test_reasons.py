@@ -151,10 +151,3 @@ def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed):
     assert "pairs among" in explained.reason
     assert turned.reason == explained.reason
     assert_mirrored(explained, turned)
-
-
-def test_what_cannot_be_aligned_is_explained_as_compared(rng):
-    one, few = template_of(spread_points(rng, 20)), template_of(spread_points(rng, 2))
-    pair = MATCHER.prepare(one), MATCHER.prepare(few)
-    found = MATCHER.compare(*pair)
-    assert MATCHER.explain(*pair, found).reason == found.reason != ""

@@ -32,7 +32,6 @@ from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 MOST_CELLS = 16384
 ROOM = 20  # for pairs
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
-NOBODY = np.empty(0, np.int32)
 
 
 def mesh_of(a, b, partner, transform):
@@ -63,10 +62,10 @@ def bare(field):
     return prepare(template_of(NO_POINTS, field=field))
 
 
-def compared_interpreted(plain, a, b, transform, partner=NOBODY):
+def compared_interpreted(plain, a, b, transform):
     """Return correlation and cells as the interpreted kernel finds them."""
     correlator = plain.ridge.RidgeCorrelator(ROOM)
-    mesh = mesh_of(a, b, partner, transform)
+    mesh = mesh_of(a, b, np.empty(0, np.int32), transform)
     cells = correlator.compare(print_for(plain, a), print_for(plain, b), mesh, *transform)
     assert cells == correlator.cells
     return float(correlator.correlation), cells
@@ -146,34 +145,20 @@ def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
 
 @given(seeds)
 @settings(max_examples=20)
-def test_cells_interpreted_agree(plain, seed):
-    a, b, partner, transform = some_case(seed)
-    mesh = mesh_of(a, b, partner, transform)
-    cells = np.empty((2, 3, *a.region.code.shape))
-    for k, (kernel, first, second) in enumerate(
-        [
-            (_ridge_kernel, a.for_kernels(), b.for_kernels()),
-            (plain.ridge, print_for(plain, a), print_for(plain, b)),
-        ]
-    ):
-        correlator = kernel.RidgeCorrelator(ROOM)
-        compared = correlator.compare(first, second, mesh, *transform)
-        correlator.copy_cells(first, cells[k])
-        assert correlator.cells == compared
-    np.testing.assert_allclose(cells[1], cells[0], rtol=1e-12, atol=1e-9)
-
-
-@given(seeds)
-@settings(max_examples=20)
 def test_correlators_used_before_and_interpreted_agree(plain, seed):
-    correlator = _ridge_kernel.RidgeCorrelator(ROOM)
+    correlator, interpreted = (one.RidgeCorrelator(ROOM) for one in (_ridge_kernel, plain.ridge))
     for a, b, partner, transform in map(some_case, (seed + 1, seed)):
         mesh = mesh_of(a, b, partner, transform)
         cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
         found = compared(a, b, transform, partner)
-        assert (correlator.correlation, cells) == found
-    same = compared_interpreted(plain, a, b, transform, partner)
-    assert same == pytest.approx(found, rel=1e-12)
+        assert (correlator.correlation, correlator.cells) == found == (found[0], cells)
+    sides = print_for(plain, a), print_for(plain, b)
+    assert interpreted.compare(*sides, mesh, *transform) == interpreted.cells == cells
+    assert interpreted.correlation == pytest.approx(found[0], rel=1e-12)
+    of_each = np.empty((2, 3, *a.region.code.shape))
+    correlator.copy_cells(a.for_kernels(), of_each[0])
+    interpreted.copy_cells(sides[0], of_each[1])
+    np.testing.assert_allclose(of_each[1], of_each[0], rtol=1e-12, atol=1e-9)
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind():

@@ -69,11 +69,6 @@ def test_skin_is_let_be_and_a_wrong_resolution_is_not(scattered):
     assert measure_scale(heap, heap, all_pairs(heap)) is None
 
 
-@pytest.fixture(scope="module")
-def print_(fingers):
-    return extract(fingers[0], dpi=500)
-
-
 @pytest.mark.parametrize("factor", [1.0, 0.88, 1.138, 0.5, 2.0])
 def test_a_wrong_resolution_is_found_match_or_not(print_, factor):
     decision = verify(replace(print_, dpi=print_.dpi * factor), print_)

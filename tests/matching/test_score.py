@@ -133,7 +133,8 @@ def test_an_estimate_is_lowered_to_20_at_most(seed, estimate):
     aligner.impose(rng.permutation(20).astype(np.int32), 1.0, 0.0, 0.0, 0.0)
     aligner.keep(0)
     scorer = scorer_of(some_weights(), pairs=20)
-    one, other = (scorer.beyond_chance(aligner, 0, x) for x in (estimate, estimate + 1.0))
+    sides = a.for_kernels(), b.for_kernels()
+    one, other = (scorer.beyond_chance(*sides, aligner, 0, x) for x in (estimate, estimate + 1.0))
     least = 2.0 * math.log(10)
     assert min(estimate, least) <= one <= min(estimate, max(other, least))
 

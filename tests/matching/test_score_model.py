@@ -1,5 +1,3 @@
-"""The file of weights: read back as it was written, and refused where it is none."""
-
 import json
 
 import numpy as np

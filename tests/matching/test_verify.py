@@ -1,5 +1,3 @@
-"""Verification: what a decision says, and what it refuses."""
-
 import math
 import pickle
 import re

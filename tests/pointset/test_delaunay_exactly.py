@@ -186,12 +186,6 @@ def test_order_of_the_points_does_not_matter(family, seed, n):
     assert one.points[one.hull].tolist() == other.points[other.hull].tolist()
 
 
-def test_squares_of_a_lattice_are_all_split_the_same_way():
-    mesh = triangulate(np.argwhere(np.ones((7, 9))))
-    along = mesh.points[mesh.edges[:, 1]] - mesh.points[mesh.edges[:, 0]]
-    assert {tuple(step) for step in along.tolist()} == {(0, 1), (1, 0), (1, 1)}
-
-
 @given(any_finite_points)
 def test_whole_numbers_are_the_points_to_the_precision_promised(points):
     in_order = sort_points(points, 0.0)

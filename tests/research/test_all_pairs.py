@@ -1,19 +1,12 @@
-"""`research.all_pairs`: 1:N comparison of all pairs gives what 1:1 gives."""
-
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs, impostors_among
-
-FAILED = Extraction(None, "no ridges", 0.0)
+from tests.lab.evaluation.made_sets import extracted_set
 
 
 def made(seed, n):
@@ -31,23 +24,19 @@ def test_all_pairs_are_those_of_one_to_one_in_the_protocols_order():
     assert compare_all_pairs([]).size == compare_all_pairs([made(1, 10)]).size == 0
 
 
-def a_set(name, seed, folder):
+def a_set(name, seed):
     """Return impressions of two fingers, the last without a template."""
-    rng = np.random.default_rng(seed)
-    taken, extractions = [], []
+    rng, templates = np.random.default_rng(seed), {}
     for finger in (1, 2):
         x, y, angle = rng.uniform(20, 180, (3, 12))
         for number in (1, 2, 3):
-            taken.append(Impression(finger, number, folder / f"{finger}_{number}.tif"))
-            template = Template(Minutiae(x + number, y, angle), 200, 200)
-            extractions.append(Extraction(template, "", 0.0))
-    extractions[-1] = FAILED
-    return ExtractedSet(Dataset(name, 500.0, "", tuple(taken)), tuple(extractions))
+            templates[finger, number] = Template(Minutiae(x + number, y, angle), 200, 200)
+    return extracted_set({**templates, (2, 3): None}, name)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_among_all_impressions_are_those_of_other_fingers(tmp_path, workers):
-    sets = [a_set("one", 1, tmp_path), a_set("two", 2, tmp_path)]
+def test_among_all_impressions_are_those_of_other_fingers(workers):
+    sets = [a_set("one", 1), a_set("two", 2)]
     shown = [
         (number, impression.finger, found.template)
         for number, one in enumerate(sets)
@@ -65,7 +54,7 @@ def test_among_all_impressions_are_those_of_other_fingers(tmp_path, workers):
     assert not found.trials.genuine.any()
 
 
-def test_among_no_impressions_there_are_no_impostors(tmp_path):
-    failed = replace(a_set("none", 3, tmp_path), extractions=(FAILED,) * 6)
+def test_among_no_impressions_there_are_no_impostors():
+    failed = extracted_set({(finger, 1): None for finger in (1, 2)})
     assert impostors_among([failed], "none").trials.similarity.size == 0
     assert impostors_among([], "none").trials.fingers == 0

@@ -1,10 +1,15 @@
-"""Only what is meant to change does."""
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from fpmatch.errors import ImageError
-from research.training.background import BACKGROUNDS, MIN_CROP_PX, other_background
+from fpmatch.lab.synthesis.impression import make_impression
+from fpmatch.lab.synthesis.master import MasterParameters, make_master
+from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import Sensor
+from research.training.background import BACKGROUNDS, MIN_CROP_PX, other_background, ridge_target
 
 
 @pytest.fixture
@@ -34,3 +39,53 @@ def test_no_print_and_no_such_kind(whorl, rng):
     assert np.array_equal(other_background(whorl, nowhere, "none", rng), whorl)
     with pytest.raises(ImageError, match="no background 'blue': there are own, none"):
         other_background(whorl, nowhere, "blue", rng)
+
+
+SENSOR = Sensor("small", 100, 130)
+
+
+@pytest.fixture(scope="module")
+def master():
+    return make_master(7, 1, MasterParameters(shape=(170, 130)))
+
+
+def impression_of(master, preset, number=1):
+    return make_impression(master, number, PRESETS[preset], SENSOR)
+
+
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_the_target_covers_the_picture_and_is_nothing_off_the_print(master, preset):
+    made = impression_of(master, preset)
+    relief, inside = ridge_target(made, master)
+    assert relief.shape == inside.shape == made.image.shape
+    assert (relief.dtype, inside.dtype) == (np.float32, bool)
+    assert (np.abs(relief) <= 1 + 1e-5).all()
+    assert not relief[~inside].any()
+    assert inside.any()
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_clean_picture_is_dark_on_ridges_and_light_in_valleys(master, number):
+    made = impression_of(master, "clean", number)
+    relief, inside = ridge_target(made, master)
+    assert made.image[relief > 0.5].mean() + 60 < made.image[inside & (relief < -0.5)].mean()
+    assert ((made.image < 128) == (relief > 0))[inside].mean() > 0.8
+
+
+def test_what_hides_ridges_in_the_picture_is_not_in_the_target(master):
+    made = impression_of(master, "hard")
+    blank = replace(made, image=np.full_like(made.image, 255))
+    for one, other in zip(ridge_target(made, master), ridge_target(blank, master), strict=True):
+        assert np.array_equal(one, other)
+    same = impression_of(master, "hard")
+    assert np.array_equal(ridge_target(same, master)[0], ridge_target(made, master)[0])
+
+
+def test_the_target_is_the_relief_at_the_places_that_the_warp_tells(master):
+    made = impression_of(master, "normal", 2)
+    relief, inside = ridge_target(made, master)
+    spots = np.argwhere(inside)[::97]
+    x, y = made.warp.to_master(spots[:, ::-1].astype(float)).astype(np.float32).T
+    there = cv2.remap(master.relief, x[:, None], y[:, None], cv2.INTER_LINEAR).ravel()
+    np.testing.assert_allclose(relief[tuple(spots.T)], there, atol=1e-5)
+    assert master.silhouette[np.rint(y).astype(int), np.rint(x).astype(int)].mean() > 0.95

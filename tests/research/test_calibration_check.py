@@ -1,5 +1,3 @@
-"""`research.experiments.calibration_check`: impostors counted, and held against the scores."""
-
 import json
 from types import SimpleNamespace
 

@@ -1,5 +1,3 @@
-"""`research.experiments.distortion`: the strain of a known warp, and the table."""
-
 import math
 from dataclasses import replace
 

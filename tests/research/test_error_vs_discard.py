@@ -1,5 +1,3 @@
-"""`research.experiments.error_vs_discard`: the pairs that are left and lost."""
-
 import json
 from collections import Counter
 

@@ -1,13 +1,8 @@
-"""`research.training.evidence_quantiles`: sums that impostors reach, by amount of evidence."""
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.score_model import (
@@ -26,27 +21,26 @@ from research.training.evidence_quantiles import (
     fit_amounts,
     fit_quantile,
 )
+from tests.lab.evaluation.made_sets import extracted_set
 
 SLOW = pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 FEW = AmountParameters(fragments=(3, 6), windows_px=(96,), probes=6, references=5)
 
 
 @pytest.fixture
-def synthetic_set(tmp_path):
+def synthetic_set():
     """Two impressions of three fingers, whose minutiae are drawn at random."""
     rng = np.random.default_rng(1)
     shape = (15, 15)
     ridges = rng.integers(0, 2**63, shape).astype(np.uint64)
     field = RidgeField(16.0, np.zeros(shape, np.float32), np.ones(shape, bool), ridges)
-    taken, found = [], []
+    made = {}
     for finger in (1, 2, 3):
         x, y = rng.uniform(10, 230, (2, 30))
         angle = rng.uniform(0, 6, 30)
         for number in (1, 2):
-            taken.append(Impression(finger, number, tmp_path / f"{finger}_{number}.tif"))
-            template = Template(Minutiae(x + number, y, angle), 240, 240, field=field)
-            found.append(Extraction(template, "", 0.0))
-    return ExtractedSet(Dataset("three", 500.0, "", tuple(taken)), tuple(found))
+            made[finger, number] = Template(Minutiae(x + number, y, angle), 240, 240, field=field)
+    return extracted_set(made)
 
 
 def sample(seed, count, slope=3.0):

@@ -1,5 +1,3 @@
-"""Impostor pairs of virtual subjects, and the rates that their fused scores state."""
-
 import numpy as np
 
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials

@@ -1,5 +1,3 @@
-"""`research.experiments.image_statistics`: what is measured on prints, and how it is shown."""
-
 import json
 import math
 

@@ -1,5 +1,3 @@
-"""Two prints joined into one: how they are joined, measured and noticed."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Where in a print points lie, and what is counted there."""
-
 import json
 import shutil
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""Tests of research.partial_templates: fragments and windows of templates."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,10 +1,11 @@
-"""The measurement of revocable templates, on the sample prints, and the attacks on them."""
-
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+import research  # noqa: F401  (puts the example on the path)
 from fpmatch.base.encryption.keys import Key
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
@@ -14,6 +15,7 @@ from fpmatch_revocable.cells import pair_cells
 from fpmatch_revocable.template import RevocableTemplate, protect
 from research.attacks import linkage
 from research.attacks.linkage import ATTACKS, SAME_KEY, PrintSet, judged, linkability, open_template
+from research.attacks.unlinkability import d_sys
 from research.experiments.revocable import measure_revocable
 from research.tables.revocable import format_revocable
 
@@ -72,7 +74,6 @@ def test_a_known_key_opens_all_cells_of_a_template(prints):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample prints are not here")
 def test_the_table_has_each_attack_and_dictionary(monkeypatch):
     monkeypatch.setattr(linkage, "CELLS", 1 << 20)
@@ -85,3 +86,30 @@ def test_the_table_has_each_attack_and_dictionary(monkeypatch):
     table = format_revocable({"measured": found})
     assert "50,688 bytes" in table
     assert all(f"| {name} |" in table for name in (*ATTACKS, SAME_KEY))
+
+
+VALUES = st.lists(st.floats(-10, 10), min_size=1, max_size=60)
+
+
+@given(VALUES, VALUES)
+def test_d_sys_lies_between_0_and_1(mated, non_mated):
+    assert 0 <= d_sys(mated, non_mated) <= 1
+
+
+@given(VALUES)
+def test_equal_samples_are_not_linked(values):
+    assert d_sys(values, values) == 0
+
+
+def test_samples_are_linked_as_far_as_their_distributions_differ(rng):
+    assert d_sys(rng.uniform(0, 1, 500), rng.uniform(2, 3, 900)) == 1
+    # where both occur the ratio is 1; the other half of the mated values is linked surely
+    by_half = d_sys(rng.uniform(0, 2, 20_000), rng.uniform(1, 3, 20_000))
+    assert by_half == pytest.approx(0.5, abs=0.03)
+    assert d_sys(rng.normal(size=20_000), rng.normal(size=20_000)) < 0.06
+
+
+def test_the_prior_ratio_counts():
+    mated, non_mated = [0.0] * 30 + [1.0] * 10, [0.0] * 10 + [1.0] * 30
+    assert d_sys(mated, non_mated) == pytest.approx(0.75 * (2 * 3 / 4 - 1))
+    assert d_sys(mated, non_mated, omega=1 / 3) == 0

@@ -1,7 +1,3 @@
-"""Plans of galleries on many machines: they fit, and their queues agree with theory."""
-
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
@@ -33,11 +29,11 @@ CONSTANTS = Constants(
 EVEN = replace(Assumptions(), spread=0.0, jitter=0.0, front_ms=0.0, network_ms=0.0)
 
 
-def document() -> dict[str, object]:
+def document():
     return {name: getattr(CONSTANTS, name) for name in Constants.__dataclass_fields__}
 
 
-def test_the_time_of_a_search_is_that_measured_and_grows_as_it_did() -> None:
+def test_the_time_of_a_search_is_that_measured_and_grows_as_it_did():
     for prints, taken in CONSTANTS.search:
         assert CONSTANTS.search_s(prints) == pytest.approx(taken)
     assert CONSTANTS.search_s(100_000_000) == pytest.approx(4.0)  # ten times that of a tenth
@@ -51,9 +47,7 @@ def test_the_time_of_a_search_is_that_measured_and_grows_as_it_did() -> None:
     st.integers(1, 5),
     st.floats(0.05, 0.95),
 )
-def test_a_plan_fits_into_memory_and_is_not_overloaded(
-    prints: int, rate: float, memory: float, replicas: int, utilisation: float
-) -> None:
+def test_a_plan_fits_into_memory_and_is_not_overloaded(prints, rate, memory, replicas, utilisation):
     a = replace(Assumptions(), memory_gb=memory, replicas=replicas, utilisation=utilisation)
     plan = make_plan(prints, rate, CONSTANTS, a)
     bytes_each = prints / plan.shards * CONSTANTS.print_bytes
@@ -65,7 +59,7 @@ def test_a_plan_fits_into_memory_and_is_not_overloaded(
     assert fewer.machines <= plan.machines
 
 
-def test_a_queue_waits_as_long_as_pollaczek_and_khinchine_say() -> None:
+def test_a_queue_waits_as_long_as_pollaczek_and_khinchine_say():
     plan = replace(make_plan(10_000_000, 10.0, CONSTANTS, EVEN), shards=1, replicas=1)
     for used in (0.3, 0.7):
         run = simulate(plan, EVEN, rate=used / plan.service_s, probes=40_000)
@@ -74,7 +68,7 @@ def test_a_queue_waits_as_long_as_pollaczek_and_khinchine_say() -> None:
         assert run.whole.all()
 
 
-def test_the_answer_waits_for_the_last_shard() -> None:
+def test_the_answer_waits_for_the_last_shard():
     a = replace(EVEN, jitter=0.3)
     one = make_plan(10_000_000, 1e-3, CONSTANTS, a)
     medians = []
@@ -85,7 +79,7 @@ def test_the_answer_waits_for_the_last_shard() -> None:
     assert medians[2] > 1.5 * medians[0]
 
 
-def test_without_another_replica_answers_lack_the_lost_shard() -> None:
+def test_without_another_replica_answers_lack_the_lost_shard():
     plan = make_plan(100_000_000, 50.0, CONSTANTS, Assumptions())
     alone = loss_row(plan, Assumptions(), replicas=1, down_s=30.0)
     both = loss_row(plan, Assumptions(), replicas=plan.replicas, down_s=30.0)
@@ -93,14 +87,14 @@ def test_without_another_replica_answers_lack_the_lost_shard() -> None:
     assert both["meanwhile_s"][2] >= both["before_s"][2]
 
 
-def test_thresholds_rise_with_the_gallery_until_one_finger_is_not_enough() -> None:
+def test_thresholds_rise_with_the_gallery_until_one_finger_is_not_enough():
     assert threshold(10**6) == pytest.approx(80.0)
     shares = [found_shares(prints, GENUINE) for prints in (10**6, 10**7, 10**8, 10**9)]
     assert [one for one, _ in shares] == pytest.approx([1.0, 11 / 21, 1 / 21, 0.0])
     assert all(two == pytest.approx(1.0) for _, two in shares)
 
 
-def test_limits_are_in_the_order_in_which_they_are_reached() -> None:
+def test_limits_are_in_the_order_in_which_they_are_reached():
     rows = limits(CONSTANTS, Assumptions(), 56.4)
     reached = [prints for prints, _, _ in rows]
     assert reached == sorted(reached)
@@ -109,7 +103,7 @@ def test_limits_are_in_the_order_in_which_they_are_reached() -> None:
 
 
 @pytest.mark.slow
-def test_the_command_plans_and_says_what_it_assumed(tmp_path) -> None:
+def test_the_command_plans_and_says_what_it_assumed(tmp_path):
     given_file, made = tmp_path / "constants.json", tmp_path / "plan.json"
     given_file.write_text(json.dumps(document()))
     words = ["scale", "plan", str(given_file), "--cores", "64", "--json", str(made)]
@@ -135,12 +129,12 @@ BAD = [
 
 
 @pytest.mark.parametrize(("change", "message"), BAD)
-def test_impossible_constants_are_refused(change: dict[str, object], message: str) -> None:
+def test_impossible_constants_are_refused(change, message):
     with pytest.raises(FpmatchError, match=message):
         Constants.from_dict({**document(), **change})
 
 
-def test_times_of_searches_are_the_sums_of_the_stages() -> None:
+def test_times_of_searches_are_the_sums_of_the_stages():
     by_default = {"plan": {"loss": DEFAULT_LOSS}, "threshold": 0.0}
     rows = [
         {"prints": 100, "ms": {"terms": 3.0, "comparison": 2.0}, **by_default},
@@ -154,7 +148,7 @@ def test_times_of_searches_are_the_sums_of_the_stages() -> None:
 @pytest.mark.parametrize(
     "wrong", [None, [], {}, {"speed": [{}]}, {"speed": 3}, {"speed": [{"prints": 1, "ms": []}]}]
 )
-def test_documents_of_another_kind_are_refused(wrong: object, tmp_path) -> None:
+def test_documents_of_another_kind_are_refused(wrong, tmp_path):
     with pytest.raises(FpmatchError):
         Constants.from_dict(wrong)
     with pytest.raises(FpmatchError):
@@ -166,7 +160,7 @@ def test_documents_of_another_kind_are_refused(wrong: object, tmp_path) -> None:
     assert len(result.stderr.splitlines()) == 1
 
 
-def test_an_assumption_that_is_not_positive_is_refused(tmp_path) -> None:
+def test_an_assumption_that_is_not_positive_is_refused(tmp_path):
     path = tmp_path / "constants.json"
     path.write_text(json.dumps(document()))
     result = CliRunner().invoke(research, ["scale", "plan", str(path), "--cores", "0"])

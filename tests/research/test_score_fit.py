@@ -1,5 +1,3 @@
-"""The fit of the score's weights, on samples drawn from known distributions."""
-
 from dataclasses import replace
 
 import numpy as np

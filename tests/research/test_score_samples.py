@@ -1,23 +1,14 @@
-"""Samples for the fit of the score's weights: the features that the matcher weighs."""
-
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
 
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
-from fpmatch.matching.pipeline.score_model import (
-    FEATURES,
-    ScoreModel,
-    ScoreWeights,
-)
+from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
@@ -28,6 +19,7 @@ from research.training.score_samples import (
     sample_of,
     samples_of,
 )
+from tests.lab.evaluation.made_sets import extracted_set
 
 N = len(FEATURES)
 OF_MATCHES = AlignmentParameters().hypotheses
@@ -35,25 +27,23 @@ EVERY_PAIR = SampleParameters(every_impostor=1, every_window_impostor=1)
 
 
 @pytest.fixture
-def two_fingers(tmp_path):
+def two_fingers():
     """Three impressions of two fingers with ridges."""
     rng = np.random.default_rng(5)
     pictures = rng.integers(0, 2**63, (12, 12), np.uint64)
     field = RidgeField(16.0, np.zeros((12, 12), np.float32), np.ones((12, 12), bool), pictures)
-    taken, extractions = [], []
+    made = {}
     for finger in (1, 2):
         x, y, angle = rng.uniform(20, 180, (3, 9))
         for number in (1, 2, 3):
-            taken.append(Impression(finger, number, tmp_path / f"{finger}_{number}.tif"))
-            template = Template(Minutiae(x + number, y, angle), 192, 192, field=field)
-            extractions.append(Extraction(template, "", 0.0))
-    return ExtractedSet(Dataset("two", 500.0, "", tuple(taken)), tuple(extractions))
+            made[finger, number] = Template(Minutiae(x + number, y, angle), 192, 192, field=field)
+    return extracted_set(made)
 
 
 def of_templates(extracted, change):
     """Return a set whose templates are changed."""
-    changed = tuple(Extraction(change(one.template), "", 0.0) for one in extracted.extractions)
-    return ExtractedSet(extracted.dataset, changed)
+    changed = tuple(replace(one, template=change(one.template)) for one in extracted.extractions)
+    return replace(extracted, extractions=changed)
 
 
 def without_field(template):

@@ -1,5 +1,3 @@
-"""Statistics of templates: known disturbances are measured, synthetic ones are near real ones."""
-
 from dataclasses import replace
 
 import numpy as np
@@ -7,12 +5,7 @@ import pytest
 
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.templates.minutiae import Minutiae
-from research.experiments.template_statistics import (
-    TITLES,
-    Group,
-    compare_non_mates,
-    describe,
-)
+from research.experiments.template_statistics import TITLES, Group, compare_non_mates, describe
 from research.tables.synthesis import format_templates
 
 MIDDLE = 2  # of the quantiles

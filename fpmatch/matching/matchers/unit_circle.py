@@ -23,6 +23,7 @@ from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, workspace_for
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.score_model import amount_of_print
 from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
+from fpmatch.matching.prints.print_area import FLOW_OF_CODE
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -177,10 +178,15 @@ class UnitCircleMatcher(Parametrised):
         return minutiae, area * MM2_PER_PX2
 
     def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
-        """Return the amount of evidence in a print with `factor` times as much skin, shape (5,)."""
+        """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).
+
+        It has no minutiae where they do not lie along the print's own ridges.
+        """
         region = prepared.region
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
-        return amount_of_print(factor * len(prepared), area, shown=shown)
+        held = self.parameters.score.beyond_share > 0.0
+        off = held and prepared.for_kernels().lies_off_ridges(FLOW_OF_CODE)
+        return amount_of_print(0.0 if off else factor * len(prepared), area, shown=shown)
 
     def typical_similarities(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]

@@ -48,6 +48,7 @@ A Poisson distribution with that mean gives the decades of the FMR for so many p
 nearer to their predictions than by chance, and ridges that correlate by over 0.315, add to them.
 Of what the estimate exceeds these decades by, less 1, only 20 % counts; less up to 1.4 where
 the smaller print has fewer than 28 minutiae, since few minutiae can be arranged to match more.
+Nothing counts beyond 1 % where the minutiae of a print do not lie along its own ridges.
 
 The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
 similarity is ``log(1 + e^estimate)``, which is positive. Prints that the prefilter rejects get an

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
+_TURN: Final = 2.0 * np.pi * (np.arange(ORIENTATIONS + 1) - 1.0) / ORIENTATIONS
+FLOW_OF_CODE: Final = np.stack([np.cos(_TURN), np.sin(_TURN)])  # (2, 256), of twice the orientation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

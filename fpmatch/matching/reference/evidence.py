@@ -14,8 +14,10 @@ from fpmatch.matching.pipeline._kernels._amount_kernel import (
 )
 from fpmatch.matching.pipeline.evidence import Evidence, load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
+from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
+from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, lie_off_ridges
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,7 +65,7 @@ def weigh(
         features = _features(model, entries, p)
     total = float(model.sums(features))
     decade, estimate = _condition(model, total, entries, p.usual_correlation)
-    estimate = _beyond_chance(pairing, entries, estimate, p)
+    estimate = _beyond_chance(a, b, pairing, entries, estimate, p)
     entries |= {"features": features, "total": total, "decade": decade, "minus_log_fmr": estimate}
     return pairing, Evidence(**entries)
 
@@ -158,11 +160,19 @@ def _condition(
 
 
 def _beyond_chance(
-    pairing: Pairing, e: dict[str, Any], estimate: float, p: ScoreParameters
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    pairing: Pairing,
+    e: dict[str, Any],
+    estimate: float,
+    p: ScoreParameters,
 ) -> float:
-    """Return an estimate of -ln(FMR), lowered where the pairs are by chance."""
-    if not estimate > math.log(10.0) * p.beyond_from:
+    """Return an estimate of -ln(FMR), lowered where the pairs are by chance, or a print is made."""
+    least = math.log(10.0) * p.beyond_from
+    if not estimate > least or p.beyond_share == 0.0:
         return estimate
+    if _lies_off_ridges(a) or _lies_off_ridges(b):
+        return least
     _, place, direction, _ = pairing.mesh
     squared = abs(pairing.places[1] - place[:, None]) ** 2
     cosine = (direction[:, None] * pairing.directions[1].conj()).real
@@ -180,4 +190,14 @@ def _beyond_chance(
     less = p.beyond_less + p.beyond_few * min(max(few, 0.0), 1.0)
     above = estimate - math.log(10.0) * (bound - less)
     lowered = estimate - p.beyond_share * max(above, 0.0)
-    return float(max(lowered, math.log(10.0) * p.beyond_from))
+    return float(max(lowered, least))
+
+
+def _lies_off_ridges(side: PreparedTemplate) -> bool:
+    """Return whether the minutiae of a print do not lie along its own ridges."""
+    if not side.region.has_flow or len(side) < ENOUGH_ON_RIDGES:
+        return False
+    x, y, dx, dy = side.points
+    code = codes_at(side.region, x + 1j * y)
+    on, ridges = code > 0, (code - 1.0) * math.pi / ORIENTATIONS
+    return lie_off_ridges(on, (np.arctan2(dy, dx) - ridges)[on])

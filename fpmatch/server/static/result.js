@@ -7,7 +7,7 @@ import { Viewer } from "./viewer.js";
 import { aboutRidges, bent, bentInk, bentPlace, cells, scale } from "./views.js";
 import { count, minutia, odds, place, stem } from "./words.js";
 
-const ALWAYS_MISSING = ["no ridges", "unknown resolution"]; // at any threshold
+const ALWAYS_MISSING = ["no ridges", "no finger", "unknown resolution"]; // at any threshold
 const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
 
 // Show one comparison. `source.verify(threshold)` and `source.overlay(format, view, threshold)`

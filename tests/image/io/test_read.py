@@ -76,17 +76,6 @@ def test_files_of_other_depths_and_colours(tmp_path, grey):
     assert np.array_equal(read_image(inverted).pixels, 255 - grey)
 
 
-def test_transparent_pixels_lie_over_white(tmp_path, grey):
-    opacity = np.where(np.arange(60) < 30, np.full_like(grey, 255), 0).astype(np.uint8)
-    expected = np.where(opacity == 255, grey, 255)
-    rgba = Image.fromarray(np.dstack([grey, grey, grey, opacity]))
-    for picture in (rgba, rgba.convert("LA")):
-        path = save(tmp_path / "transparent.png", picture)
-        assert np.array_equal(read_image(path).pixels, expected)
-    keyed = save(tmp_path / "keyed.png", Image.fromarray(grey), transparency=7)
-    assert np.array_equal(read_image(keyed).pixels, np.where(grey == 7, 255, grey))
-
-
 @pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "jpg"])
 @pytest.mark.parametrize("dpi", [500, 569, 600])
 def test_resolution_comes_from_the_tag(tmp_path, whorl, suffix, dpi):

@@ -1,27 +1,25 @@
 """Every image format: what is read of it, and the one-line errors for damage."""
 
+import struct
 import warnings
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_files import damaged, one_of_each, rings, saved
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import ALL_TRANSPARENT, DEFAULT_LIMITS, ON_BLACK, ON_WHITE, RawSize
-from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
+from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL, MAX_JPEG_SCANS, MAX_PNM_TEXT
 from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader
+from fpmatch.image.io.wsq import decode_wsq
 from fpmatch.image.quality.polarity import INVERTED
+from tests.image.made_files import damaged, decoded, one_of_each, rings, saved, wsq
 
 FILES = one_of_each()
 GREY = rings()
-
-
-def decoded(data):
-    return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
 def test_every_reader_reads_its_formats():
@@ -117,10 +115,15 @@ def test_transparency_is_said(tmp_path):
         (white, GREY, GREY, (ON_BLACK,)),
     ):
         path = tmp_path / "print.png"
-        Image.fromarray(np.dstack([colours, alpha]).astype(np.uint8)).save(path)
-        image = read_image(path)
-        assert np.array_equal(image.pixels, expected)
-        assert image.notes == notes
+        rgba = Image.fromarray(np.dstack([colours, alpha]).astype(np.uint8))
+        for picture in (rgba, rgba.convert("LA")):
+            picture.save(path)
+            image = read_image(path)
+            assert np.array_equal(image.pixels, expected)
+            assert image.notes == notes
+    Image.fromarray(GREY).save(path, transparency=int(GREY[0, 0]))
+    keyed = np.where(GREY[0, 0] == GREY, 255, GREY)
+    assert np.array_equal(read_image(path).pixels, keyed)
 
 
 @pytest.mark.parametrize("kind", ["TIFF", "GIF", "PNG", "WEBP"])
@@ -190,3 +193,53 @@ def test_links_and_odd_names(tmp_path):
             read_image(path)
     with pytest.raises(ImageReadError, match="not a regular file"):
         read_image("/dev/zero")
+
+
+def test_a_jpeg_of_too_many_scans():
+    whole = saved(GREY, "JPEG", progressive=True)
+    assert decoded(whole).pixels.shape == GREY.shape
+    scan = whole.rindex(b"\xff\xda")
+    many = whole[:-2] + whole[scan:-2] * MAX_JPEG_SCANS + whole[-2:]
+    with pytest.raises(ImageReadError, match="more than 100 scans"):
+        decoded(many)
+
+
+@pytest.mark.parametrize(("order", "big"), [("<", False), (">", False), ("<", True), (">", True)])
+def test_a_tiff_of_too_many_strips_or_tags(order, big):
+    start = (b"II" if order == "<" else b"MM") + struct.pack(order + "H", 43 if big else 42)
+    start += struct.pack(order + "HHQ", 8, 0, 16) if big else struct.pack(order + "L", 8)
+    count, entry = ("Q", "HHQQ") if big else ("H", "HHLL")
+    strips = start + struct.pack(order + count, 1) + struct.pack(order + entry, 273, 4, 300_001, 8)
+    with pytest.raises(ImageReadError, match=r"300001 .*273"):
+        decoded(strips)
+    tags = start + struct.pack(order + count, 1001)
+    with pytest.raises(ImageReadError, match="1001 tags"):
+        decoded(tags)
+
+
+def test_a_pnm_of_nothing_but_comments_or_digits():
+    pixels = b"60 72 255\n" + GREY.tobytes()
+    assert find_reader(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
+    talk = b"P5\n" + b"#" * 200_000 + b"\n" + pixels
+    with pytest.raises(ImageReadError, match="header"):
+        decoded(talk)
+    digits = b"P2 60 72 255 " + bytes(MAX_PNM_TEXT)
+    with pytest.raises(ImageReadError, match="80 MB"):
+        decoded(digits)
+    few = b"P2 60 72 255 " + b" ".join(b"%d" % value for value in GREY.ravel())
+    assert np.array_equal(decoded(few).pixels, GREY)
+
+
+def test_a_wsq_of_nothing_but_segments_tables_or_empty_runs():
+    start = wsq()[: wsq().index(b"\xff\xa6")]
+    comments = b"\xff\xa8\x00\x02" * 1001
+    tables = (bytes([0, 1]) + bytes(15) + b"\xb4") * 9
+    table = bytes([0, 1]) + bytes(15) + b"\x69"  # one code of one bit: a run of what follows
+    runs = b"\xff\xa6\x00\x14" + table + b"\xff\xa3\x00\x03\x00" + bytes(100) + b"\xff\xa1"
+    for rest, reason in (
+        (comments, "more than 1000 segments"),
+        (b"\xff\xa6" + (2 + len(tables)).to_bytes(2, "big") + tables, "too many Huffman tables"),
+        (runs, "a run of no coefficients"),
+    ):
+        with pytest.raises(ImageReadError, match=reason):
+            decode_wsq(start + rest, DEFAULT_LIMITS)

@@ -1,21 +1,17 @@
-"""The resolution, wherever a file may tell it."""
-
 from io import BytesIO
 
 import pytest
-from made_files import rings, saved
 from PIL import Image, PngImagePlugin
 
-from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.resolution import ASSUMED_UNIT, usable_dpi
+from tests.image.made_files import decoded, rings, saved
 
 GREY = rings()
 DIFFERENT = "its resolution is not the same along both axes ({} and {} dpi): ignored"
 
 
 def told(data):
-    picture = find_reader(data).decode(data, DEFAULT_LIMITS)
+    picture = decoded(data)
     return picture.dpi, picture.notes
 
 

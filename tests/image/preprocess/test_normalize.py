@@ -1,14 +1,12 @@
-"""Every neighbourhood alike, and nothing where nothing was recorded."""
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import as_picture, correlation, hostile_pictures, plane_wave
 
 from fpmatch.image.preprocess.normalize import CLIP, _Blur, normalize
+from tests.image.made_images import as_picture, correlation, hostile_pictures, plane_wave
 
 
 @pytest.mark.parametrize("name", ["black", "white", "grey"])

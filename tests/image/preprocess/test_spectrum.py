@@ -1,13 +1,11 @@
-"""A wave shows as its own angle and period, where it is."""
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import plane_wave, turn_between
 
 from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX, ridge_spectrum
+from tests.image.made_images import plane_wave, turn_between
 
 
 def peak(spectrum, row, column):

@@ -1,13 +1,11 @@
-"""What differs between the lines changes its sign in the negative."""
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_images import hostile_pictures
 
 from fpmatch.image.quality import line_cues as line_cues_module
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
+from tests.image.made_images import hostile_pictures
 
 
 def stripes(shape=(160, 160)):

@@ -1,5 +1,3 @@
-"""Weights are read back as they were written, and only for the features they belong to."""
-
 import numpy as np
 import pytest
 

@@ -1,11 +1,8 @@
-"""White ridges are noticed, and nothing else is taken for them."""
-
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import hostile_pictures
 
 from fpmatch.errors import ImageError
 from fpmatch.image.quality import polarity
@@ -24,6 +21,7 @@ from fpmatch.image.quality.polarity import (
     polarity_evidence,
 )
 from research.training.background import other_background
+from tests.image.made_images import hostile_pictures
 
 
 def test_prints_on_white_and_their_negatives(pressed):

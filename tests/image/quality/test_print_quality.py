@@ -1,5 +1,3 @@
-"""Every fault is named where it is, and nowhere else."""
-
 import math
 from dataclasses import replace
 from functools import cache

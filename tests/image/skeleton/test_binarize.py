@@ -1,15 +1,13 @@
-"""Positive pixels in the mask, without specks and pores."""
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import extremes_too, parts, plane_wave, shapes
 
 from fpmatch.image.skeleton import _small_parts_kernel as kernel
 from fpmatch.image.skeleton import binarize as module
 from fpmatch.image.skeleton.binarize import binarize, flip_with_kernel, flip_with_opencv
+from tests.image.made_images import extremes_too, parts, plane_wave, shapes
 
 
 def binarized(ridges, min_ridge_area=0, min_hole_area=0, mask=None):

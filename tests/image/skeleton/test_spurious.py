@@ -1,5 +1,3 @@
-"""Drawn spurs, islands, bridges, lakes, breaks, crowds, and borders."""
-
 import tracemalloc
 from contextlib import contextmanager
 
@@ -7,7 +5,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import extremes_too, lines, shapes, turn_between
 
 from fpmatch.image.skeleton import minutiae as spurious
 from fpmatch.image.skeleton.minutiae import (
@@ -18,6 +15,7 @@ from fpmatch.image.skeleton.minutiae import (
     remove_spurs_and_islands,
 )
 from fpmatch.image.skeleton.thin import thin
+from tests.image.made_images import extremes_too, lines, shapes, turn_between
 
 SHAPE = (80, 100)
 RIDGE = ((15, 40), (85, 40))

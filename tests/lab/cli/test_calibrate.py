@@ -1,5 +1,3 @@
-"""`fpmatch calibrate`: a file that verify accepts, and how far its data reach."""
-
 import importlib
 import json
 

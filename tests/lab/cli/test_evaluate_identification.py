@@ -1,5 +1,3 @@
-"""`fpmatch evaluate-identification`: searches in databases of prints."""
-
 import json
 import shutil
 

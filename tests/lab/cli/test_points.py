@@ -1,5 +1,3 @@
-"""`fpmatch points`: the transform it prints, its files, and what it says of bad input."""
-
 import json
 import math
 import sys
@@ -8,15 +6,11 @@ import numpy as np
 import pytest
 
 from fpmatch.lab.points.match import POINT_MATCHERS
-from fpmatch.lab.points.triangles._proposal_kernel import COMPILED
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.similarity import Similarity
 from tests.conftest import assert_refused, rows_of
 
 MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
-needs_compiled_kernels = pytest.mark.skipif(
-    not COMPILED, reason="interpreted, a search in vain takes minutes"
-)
 KEYS = [
     "match", "transform", "pairs", "matched_share", "rms", "chance", "local_matches", "reason",
     "points", "matcher", "tolerance", "rho", "area_tolerance", "p", "q",
@@ -55,10 +49,8 @@ def match(run):
     return run_match
 
 
-def test_columns_of_other_names_and_decimal_commas(run, match, stars):
-    given, catalogue = match(*stars)[1], stars[1].read_text()
-    stars[1].write_text(catalogue.replace(".", ","))
-    assert match(*stars)[1] == given
+def test_columns_of_other_names(run, match, stars):
+    given = match(*stars)[1]
     for path, columns in zip(stars, ("ra{}dec", "lon{}lat"), strict=True):
         separator = ",;"[path == stars[1]]
         path.write_text(path.read_text().replace(f"x{separator}y", columns.format(separator), 1))
@@ -184,13 +176,6 @@ def test_both_options_are_named_where_both_are_needed(match, views):
     assert "--model affine --reflect" in document["reason"]
     reason = match(*words, "--model", "affine")[1]["reason"]
     assert ("--reflect" in reason, "--model" in reason) == (True, False)
-
-
-@needs_compiled_kernels
-def test_a_search_that_ends_at_its_limit_says_so(match, tmp_path, rng):
-    p, q = (write(tmp_path / name, rng.uniform(0, 100, (1500, 2))) for name in ("p.csv", "q.csv"))
-    result, document = match(p, q)
-    assert (result.exit_code, "200,000 proposals" in document["reason"]) == (1, True)
 
 
 def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):

@@ -1,5 +1,3 @@
-"""`fpmatch rates`: error rates of scores that are already there."""
-
 import json
 
 import numpy as np

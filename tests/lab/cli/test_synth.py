@@ -1,5 +1,3 @@
-"""`fpmatch synth`: what it makes, says and refuses."""
-
 import importlib
 import json
 from typing import Any

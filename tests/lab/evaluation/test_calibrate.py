@@ -1,3 +1,4 @@
+import json
 import math
 from dataclasses import replace
 
@@ -7,12 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fpmatch
-from fpmatch.errors import MatcherError
-from fpmatch.lab.evaluation import calibrate
+from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.lab.evaluation import calibrate, calibration_report, impostors
 from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration
-from fpmatch.lab.evaluation.impostors import impostors_of_report
+from fpmatch.lab.evaluation.calibration_report import report_calibration
+from fpmatch.lab.evaluation.impostors import ImpostorSet, gather_impostors, impostors_of_report
+from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.report.score_rows import write_scores
 from fpmatch.lab.evaluation.run import evaluate
-from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.matching.calibration import Calibration, score_to_fmr
 
 
 def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_database):
@@ -28,7 +32,7 @@ def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_data
     assert (origin.matcher, origin.fingers) == ("fake", 20)
 
 
-def impostors(kind, n=20_000, seed=0):
+def drawn(kind, n=20_000, seed=0):
     rng = np.random.default_rng(seed)
     return {
         "exponential": lambda: rng.exponential(0.1, n),
@@ -45,7 +49,7 @@ KINDS = ("exponential", "heavy", "bounded", "mostly zero", "counts")
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_score_is_the_fmr_of_fitted_and_of_fresh_impostors(kind):
-    s, fresh = impostors(kind), impostors(kind, 400_000, seed=1)
+    s, fresh = drawn(kind), drawn(kind, 400_000, seed=1)
     calibration, ordered = fit_calibration(s), np.sort(s)
     for x in np.unique(np.quantile(s, [0.0, 0.1, 0.5, 0.9, 0.99, 0.998])):
         fmr = (s.size - np.searchsorted(ordered, x)) / s.size
@@ -57,7 +61,7 @@ def test_score_is_the_fmr_of_fitted_and_of_fresh_impostors(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_score_increases_and_its_tail_never_steepens(kind):
-    calibration = fit_calibration(impostors(kind))
+    calibration = fit_calibration(drawn(kind))
     first, last = calibration.knots[0][0], calibration.knots[-1][0]
     scores = calibration.scores(np.linspace(first, last + 5 * (last - first), 5000))
     assert (np.diff(scores[scores < 100]) > 0).all()
@@ -70,7 +74,7 @@ def test_score_increases_and_its_tail_never_steepens(kind):
 
 
 def test_empirical_part_ends_where_impostors_get_few():
-    s = impostors("exponential", 5000)
+    s = drawn("exponential", 5000)
     last, score = fit_calibration(s).knots[-1]
     assert (s >= last - 1e-8).sum() == 20
     assert score == pytest.approx(-10 * math.log10(20 / 5000))
@@ -102,7 +106,7 @@ def test_weighted_comparisons_count_by_their_weight():
 def test_shape_of_the_tail():
     heavy = fit_calibration(np.random.default_rng(3).pareto(4, 100_000))
     assert heavy.tail_shape == pytest.approx(0.25, abs=0.15)
-    assert fit_calibration(impostors("bounded")).tail_shape == calibrate.MIN_SHAPE
+    assert fit_calibration(drawn("bounded")).tail_shape == calibrate.MIN_SHAPE
 
 
 def test_jump_of_the_curve_stays_a_jump():
@@ -114,7 +118,7 @@ def test_jump_of_the_curve_stays_a_jump():
 
 
 def test_similarities_closer_than_the_digits_kept():
-    calibration = fit_calibration(impostors("close together"))
+    calibration = fit_calibration(drawn("close together"))
     assert len(calibration.knots) == 2
     assert calibration.score(2.0) == pytest.approx(-10 * math.log10(0.02), abs=0.5)
 
@@ -149,3 +153,90 @@ def test_any_similarities_give_a_calibration_or_a_clear_refusal(similarities, ra
 def test_unusable_impostors(similarities, reason):
     with pytest.raises(MatcherError, match=reason):
         fit_calibration(similarities)
+
+
+def test_scores_and_folders_give_the_same(options, report, tmp_path):
+    scores = tmp_path / "scores.csv"
+    folders = [row.extracted.dataset.impressions[0].path.parent for row in report.sets]
+    write_scores(scores, report)
+    expected = impostors_of_report(report)
+    assert sum(one.trials.similarity.size for one in expected) == 252 - 21 + 240
+    for sources in (folders, [scores]):
+        found = gather_impostors(sources, **options)
+        assert [one.name for one in found] == ["set, one", "b"]
+        for one, other in zip(found, expected, strict=True):
+            assert not one.trials.genuine.any()
+            assert one.trials.fingers == other.trials.fingers
+            np.testing.assert_array_equal(one.trials.similarity, other.trials.similarity)
+    with pytest.raises(DatasetError, match="set, one: scores of this database are given twice"):
+        gather_impostors([scores, scores], **options)
+    with pytest.raises(DatasetError, match="b: given both as a folder and as scores"):
+        gather_impostors([scores, folders[1]], **options)
+
+
+def test_unusable_sources(options, tmp_path):
+    with pytest.raises(DatasetError, match="no such folder"):
+        gather_impostors([tmp_path / "nowhere"], **options)
+    with pytest.raises(MatcherError, match="unknown matcher 'nobody'"):
+        gather_impostors([tmp_path], matcher="nobody")
+
+
+def test_dpi_and_polarity_of_the_prints_may_be_given(make_database, options, monkeypatch):
+    asked = set()
+
+    def extract(path, dpi, reader):
+        asked.add((dpi, reader.folders[path.parent]))
+        return options["extractor"](path, dpi)
+
+    monkeypatch.setattr(impostors, "extract_image", extract)
+    place = make_database("prints", toml="dpi = 569\n")
+    given = {name: options[name] for name in ("matcher", "workers")}
+    gather_impostors([place], **given, dpi=1000, reading={"polarity": "white"})
+    assert asked == {(1000.0, "white")}
+
+
+def impostor_set(name, seed, fingers=12, impressions=5):
+    finger = np.repeat(np.arange(fingers), impressions)
+    i, j = np.triu_indices(finger.size, k=1)
+    apart = finger[i] != finger[j]
+    similarity = np.random.default_rng(seed).exponential(1.0, i.size)[apart]
+    return ImpostorSet(name, Trials(similarity, finger[i][apart], finger[j][apart], fingers))
+
+
+SETS = [impostor_set("ours", 0), impostor_set("theirs", 1)]
+CALIBRATION = calibrate_on(SETS, "fake")
+
+
+def test_the_largest_measured_score_is_where_the_knots_end():
+    found = report_calibration(CALIBRATION, SETS, bootstrap=50)
+    assert (found.sets, found.fingers, found.impostors) == (2, 24, 2 * 1650)
+    assert found.largest_measured_score == CALIBRATION.largest_measured_score
+    assert found.fmr_interval.low <= found.smallest_measured_fmr <= found.fmr_interval.high
+    assert found.highest_score > found.largest_measured_score
+    assert found.package == ()
+    document = json.loads(json.dumps(found.as_json()))
+    assert document["smallest_measured_fmr"] == pytest.approx(20 / 3300)
+    assert document["smallest_measured_fmr_interval"] == list(found.fmr_interval)
+    text = found.as_text()
+    assert "3,300 impostor comparisons\n              of 24 fingers (2 databases)" in text
+    assert "Measured    up to score 22.2, a false match rate of 1 in 160" in text
+    assert "so is the default threshold, 40: to measure it takes\n" in text
+    assert "200,000 impostor comparisons" in text
+
+
+def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch):
+    ten_a_unit = Calibration(((0.0, 0.0), (9.0, 90.0)), tail_scale=1.0)
+    monkeypatch.setattr(calibration_report, "calibration_of", lambda name: ten_a_unit)
+    found = report_calibration(CALIBRATION, SETS, bootstrap=20)
+    pooled = np.concatenate([one.trials.similarity for one in SETS])
+    assert found.package == ((20.0, np.mean(pooled >= 2.0)), (30.0, np.mean(pooled >= 3.0)))
+    assert "As supplied 1 in 7.6 reach 20 on the package" in found.as_text()
+
+
+def test_scores_of_unknown_fingers_have_no_interval():
+    rng = np.random.default_rng(3)
+    unknown = Trials(rng.exponential(size=2000), np.zeros(2000, int), np.ones(2000, int), 0)
+    sets = [ImpostorSet("scores", unknown)]
+    found = report_calibration(calibrate_on(sets, "fake"), sets)
+    assert (found.fmr_interval, found.fingers) == (None, 0)
+    assert "of unknown fingers" in found.as_text()

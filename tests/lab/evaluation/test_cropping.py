@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.cropping`: squares of prints as probes, whole prints as references."""
-
 from functools import partial
 
 import numpy as np

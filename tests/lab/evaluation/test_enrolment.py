@@ -1,5 +1,3 @@
-"""Which impressions are enrolled, and what is compared with them."""
-
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +9,11 @@ from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.lab.evaluation import enrolment, run
 from fpmatch.lab.evaluation.databases import comparison
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
 from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.lab.evaluation.enrolment import Enrolment, plan_enrolment
 from fpmatch.matching.calibration import Calibration
 from fpmatch.templates.minutiae import Minutiae, Template
+from tests.lab.evaluation.made_sets import extracted_set
 
 CURVE = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
 
@@ -27,10 +24,8 @@ def impressions_of(fingers, numbers):
 
 def extracted(name, places):
     """Return a database of one print for each (finger, x); None for no template."""
-    prints = [Impression(f, k, Path(f"{f}_{k}.tif")) for k, (f, _) in enumerate(places)]
     made = [x if x is None else Template(Minutiae([x], [0.0], [0.0]), 10, 10) for _, x in places]
-    extractions = tuple(Extraction(one, "" if one else "none", 1.0) for one in made)
-    return ExtractedSet(Dataset(name, None, "", tuple(prints)), extractions)
+    return extracted_set({(places[k][0], k): one for k, one in enumerate(made)}, name)
 
 
 @pytest.fixture

@@ -1,5 +1,3 @@
-"""Lists of pairs: separators, names of prints, and which pairs are genuine."""
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

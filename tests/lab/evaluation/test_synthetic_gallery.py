@@ -1,5 +1,3 @@
-"""Galleries of synthetic templates: whole after any interruption, nothing twice, nothing else."""
-
 import pytest
 
 from fpmatch.errors import DatasetError

@@ -1,5 +1,3 @@
-"""Mirrored maps, for every matcher and model."""
-
 import numpy as np
 import pytest
 from hypothesis import given

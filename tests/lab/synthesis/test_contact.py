@@ -1,4 +1,4 @@
-"""Skin touches inside the outline; what is legible is known; patches of skin move."""
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +15,9 @@ from fpmatch.lab.synthesis.contact import (
     smear,
     stain,
 )
+from fpmatch.lab.synthesis.develop import develop, framed
 from fpmatch.lab.synthesis.presets import PRESETS
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
 
 SHAPE = (130, 110)
 Y, X = np.mgrid[-1.4 : 1.4 : SHAPE[0] * 1j, -1.4 : 1.4 : SHAPE[1] * 1j]
@@ -58,9 +60,7 @@ def test_neither_creases_nor_what_is_no_skin_touch():
     assert contact.threshold[60].min() > 1
     assert contact.threshold[:, :50].min() > 1
     assert contact.threshold[65, 55] < 0.2
-
-
-def test_a_preset_can_hide_creases():
+    # a preset can hide creases
     assert pressed(PRESETS["clean"].pressure, creases=NONE + 1).threshold[65, 55] < 0.5
 
 
@@ -126,3 +126,70 @@ def test_stains_lie_where_the_finger_touches_and_are_no_darker_than_said():
     assert stained.dtype == np.float32
     clean = SmearParameters(stain=(0.0, 0.0))
     assert not stain(touching, np.random.default_rng(4), clean).any()
+
+
+SMALL = Sensor("small", 90, 80, specks=0)
+
+
+def contact_of(threshold):
+    return Contact(threshold, np.ones_like(threshold), np.zeros_like(threshold))
+
+
+def bare(sensor, seed=1):
+    """Return a picture of nothing, far from any finger."""
+    nothing = np.full(sensor.shape, 99, np.float32)
+    return develop(nothing - 100, contact_of(nothing), sensor, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("sensor", SENSORS.values(), ids=str)
+def test_skin_is_darker_than_glass_on_every_sensor(sensor):
+    skin = np.zeros(sensor.shape, np.float32)
+    skin[:, : sensor.width // 2] = 1
+    flat = np.zeros(sensor.shape, np.float32)
+    picture = develop(2 * skin - 1, contact_of(flat), sensor, np.random.default_rng(1))
+    assert picture.shape == (sensor.height, sensor.width)
+    assert picture.dtype == np.uint8
+    middle = slice(sensor.height // 3, -sensor.height // 3)
+    dark = picture[middle, sensor.width // 4 : sensor.width // 2 - 3]
+    light = picture[middle, sensor.width // 2 + 3 : -sensor.width // 4]
+    assert light.mean() - dark.mean() > 40
+
+
+def test_white_glass_saturates_a_vignette_darkens_the_corners_and_stripes_run_along_columns():
+    assert np.median(bare(SMALL)) == SMALL.ceiling
+    picture = bare(replace(SMALL, paper=180, vignette=60))
+    assert picture[30:50, 35:55].mean() > picture[:5, :5].mean() + 20
+    picture = bare(replace(SMALL, paper=120, stripes=5, noise=0)).astype(float)
+    assert picture.mean(axis=0).std() > 3
+    assert picture.mean(axis=1).std() < 0.5
+
+
+def test_residue_lies_around_the_print_and_not_far_from_it():
+    threshold = np.zeros((200, 300), np.float32) + np.linspace(-1, 40, 300, dtype=np.float32)
+    sensor = Sensor("damp", 300, 200, residue=1.6, paper=200, noise=0, specks=0)
+    relief, rng = np.full_like(threshold, -99), np.random.default_rng(1)
+    picture = develop(relief, contact_of(threshold), sensor, rng)
+    near, far = picture[:, 20:60], picture[:, 250:]
+    assert (near < 180).mean() > (far < 180).mean() + 0.01
+
+
+def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners():
+    assert not framed(SMALL).any()
+    covered = framed(replace(SMALL, frame=0.2))
+    assert covered[0].sum() == pytest.approx(2 * 0.2 * SMALL.width, abs=1)
+    assert not covered[-1].any()
+    np.testing.assert_array_equal(covered, covered[:, ::-1])
+    image = bare(replace(SMALL, paper=180, frame=0.2))
+    assert (image[covered == 1] == SMALL.ceiling).all()
+    assert image[covered == 0].max() < 200
+
+
+def test_stains_darken_the_glass():
+    flat = np.zeros(SMALL.shape, np.float32)
+    glass = [
+        develop(flat - 9, contact_of(flat), SMALL, np.random.default_rng(1), flat + share)
+        for share in (0.0, 0.3, 0.6)
+    ]
+    means = [picture.mean() for picture in glass]
+    assert means == sorted(means, reverse=True)
+    assert means[0] - means[2] > 80

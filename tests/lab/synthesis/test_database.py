@@ -275,8 +275,7 @@ def test_truths_of_earlier_versions_have_no_digest_and_are_whole(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content",
-    [b"", b"[]", b"{}", b'{"impressions":3}', b"[" * 100_000, b"\xff\xfe", b"null"],
+    "content", [b"", b"[]", b"{}", b'{"impressions":3}', b"[" * 100_000, b"\xff\xfe", b"null"]
 )
 def test_a_truth_of_any_content_is_damaged_and_nothing_worse(tmp_path, content):
     make(tmp_path, fingers=1)

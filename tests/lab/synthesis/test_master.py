@@ -1,5 +1,3 @@
-"""The same finger everywhere, another in everything else: its period, its outline, its minutiae."""
-
 import hashlib
 import os
 import subprocess

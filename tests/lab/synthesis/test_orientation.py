@@ -1,5 +1,3 @@
-"""Classes in natural shares; ridges singular where they should be, smooth elsewhere, arching."""
-
 import math
 
 import numpy as np

@@ -1,14 +1,14 @@
-"""What a database was made from, said and compared."""
-
 import tomllib
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
-from fpmatch.errors import DatasetError, ImageError
+from fpmatch.errors import DatasetError, ImageError, ResolutionError
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
-from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.lab.synthesis.presets import PRESETS, preset_named
+from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
 
 PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
 
@@ -83,7 +83,34 @@ def test_impossible_plans_are_refused(changes):
 
 
 def test_unknown_names_are_refused():
-    with pytest.raises(ImageError, match="unknown preset 'wet'"):
+    with pytest.raises(ImageError, match=r"^unknown preset 'wet'; known: clean, easy, [^\n]*$"):
         replace(PLAN, preset="wet")
     with pytest.raises(DatasetError, match=rf"'x': .*{next(iter(SENSORS))}, "):
         sensors_named(["x"])
+
+
+def test_there_are_four_from_easy_to_hard_and_stretched_prints():
+    assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
+    assert all(preset_named(name) is preset for name, preset in PRESETS.items())
+
+
+def test_each_turns_and_stretches_at_least_as_far_as_the_one_before():
+    presets = [preset for preset in PRESETS.values() if preset.name != "stretched"]
+    for easier, harder in pairwise(presets):
+        for name in ("rotation_deg", "shift", "torsion_deg", "traction", "off_centre"):
+            one, two = (getattr(p.placement, name)[1] for p in (easier, harder))
+            assert one <= two, name
+        assert easier.placement.tip_only <= harder.placement.tip_only
+        assert easier.placement.cut_off <= harder.placement.cut_off
+        assert easier.pressure.grain < harder.pressure.grain
+        assert easier.pressure.max_spots < harder.pressure.max_spots
+        assert easier.smear.chance < harder.smear.chance
+
+
+def test_impossible_sensors_are_refused():
+    for width, height in ((0, 100), (100, -5), (31, 100), (100, 5000)):
+        with pytest.raises(ImageError, match=rf"^sensor bad: {width} x {height} [^\n]*$"):
+            Sensor("bad", width, height)
+    for dpi in (0, 99, 4001, float("nan")):
+        with pytest.raises(ResolutionError):
+            Sensor("bad", 100, 100, dpi)

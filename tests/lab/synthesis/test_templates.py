@@ -1,5 +1,3 @@
-"""Templates without images: alone as together, different fingers, bad input."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""Both ways agree, the middle sticks, the outside moves as a whole."""
-
 import math
 
 import numpy as np

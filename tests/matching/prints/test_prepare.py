@@ -1,5 +1,3 @@
-"""What is prepared of a template: points, region, order."""
-
 from dataclasses import replace
 
 import numpy as np

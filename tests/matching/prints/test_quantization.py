@@ -1,5 +1,3 @@
-"""Rounding: what is kept in few bytes comes back, and is near to what it was."""
-
 from itertools import pairwise
 
 import numpy as np

@@ -42,13 +42,6 @@ def test_wholly_coincident_points_are_joined_to_the_first():
     assert not mesh.interior.any()
 
 
-def test_co_circular_points_are_fanned_out_from_the_smallest():
-    octagon = [[1, 0], [2, 0], [3, 1], [3, 2], [2, 3], [1, 3], [0, 2], [0, 1]]
-    mesh = triangulate(octagon)
-    assert len(mesh.triangles) == 6
-    assert (mesh.triangles == 7).any(axis=1).all()
-
-
 def test_result_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         triangulate([[0, 0], [1, 0], [0, 1]]).ring[0] = 1

@@ -1,5 +1,3 @@
-"""Affine transforms: parts, inverse, composition and fit."""
-
 import math
 
 import numpy as np

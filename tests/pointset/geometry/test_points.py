@@ -104,8 +104,7 @@ def test_points_outside_the_grid_are_found_too(seed, side):
 
 
 @pytest.mark.parametrize(
-    "place",
-    [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e150), (math.nan, 0.5), (0.5, math.nan)],
+    "place", [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e150), (math.nan, 0.5), (0.5, math.nan)]
 )
 def test_nothing_is_near_a_place_out_of_this_world(place):
     grid = grid_of(np.random.default_rng(1).uniform(0, 1, (2, 20)), 0.2)

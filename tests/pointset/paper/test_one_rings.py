@@ -1,12 +1,16 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from pointset_strategies import any_finite_points, crowded_pixels, seeds
+from hypothesis import given, settings
+from pointset_strategies import any_finite_points, as_move, crowded_pixels, moved, seeds, worn
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.frames import UnitFrame
+from fpmatch.pointset.geometry.similarity import Similarity
+from fpmatch.pointset.paper import _one_ring_kernel
+from fpmatch.pointset.paper.matcher import best_overlay, fit_rings, similar_rings
 from fpmatch.pointset.paper.one_rings import map_to_unit_circle
 from fpmatch.pointset.paper.parametrize import parametrize
+from fpmatch.pointset.paper.prepared_points import prepare_points
 
 even_points = seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 400, (30, 2)))
 
@@ -40,3 +44,100 @@ def test_rings_are_ordered_by_degree_then_area(rng):
     keys = list(zip(rings.degree.tolist(), rings.area.tolist(), strict=True))
     assert keys == sorted(keys)
     assert len(set(rings.degree.tolist())) > 2
+
+
+def two_views(seed):
+    """Return a set, a worn copy of it, and the moves of their similar rings."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0, 1, (30, 2))
+    move = Similarity(rng.uniform(0.5, 2), rng.uniform(-3, 3), *rng.uniform(-90, 90, 2))
+    p, q = prepare_points(points), prepare_points(worn(points, move, seed, 0.05, 0.1)[0])
+    return p, q, fit_rings(p, q, similar_rings(p.rings, q.rings, 0.3))
+
+
+def fit_with_numpy(p, q, ring_p, ring_q):
+    """Return the move of one pair of rings from the definition, every cyclic shift tried."""
+    corners, circles, images = [], [], []
+    for each, ring in ((p.rings, ring_p), (q.rings, ring_q)):
+        entry = slice(*each.start[ring : ring + 2])
+        corners.append(each.vertex[entry])
+        circles.append(np.array([1, 1j]) @ each.circle[:, entry])
+        images.append(np.array([1, 1j]) @ each.image[:, ring])
+    degree = len(corners[0])
+    strength = [
+        abs(np.vdot(circles[0], np.roll(circles[1], -shift)) + degree * np.vdot(*images))
+        for shift in range(degree)
+    ]
+    shift = int(np.argmax(strength))
+    corners_p = [p.rings.centre[ring_p], *corners[0]]
+    corners_q = [q.rings.centre[ring_q], *np.roll(corners[1], -shift)]
+    return as_move(Similarity.fit(p.unit.T[corners_p], q.unit.T[corners_q]))
+
+
+def count_with_numpy(move, p, q, tolerance):
+    """Return how many points match under a move, from all distances."""
+    near = np.hypot(*(moved(p.unit, move)[:, :, None] - q.unit[:, None, :])) <= tolerance
+    return int(min(near.any(axis=1).sum(), near.any(axis=0).sum()))
+
+
+def star(rng, degree, centre):
+    """Return a ring (degree, 2) round a centre, counter-clockwise, no side seen from behind."""
+    angle = np.sort(np.arange(degree) + rng.uniform(-0.2, 0.2, degree)) * 2 * np.pi / degree
+    radius = rng.uniform(10, 60, degree)
+    return centre + np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def test_a_ring_that_does_not_go_round_its_centre_has_no_image(rng):
+    centre = np.array([5.0, 9.0])
+    ring = star(rng, 6, centre)
+    beside, clockwise, at_vertex = ring + 200, ring[::-1], ring - ring[2] + centre
+    xy = np.ascontiguousarray(np.vstack([[centre] * 4, beside, ring, clockwise, at_vertex]).T)
+    own, start, vertex = (np.arange(*of, dtype=np.int32) for of in ((4,), (0, 25, 6), (4, 28)))
+    boundary = np.ascontiguousarray(xy[:, vertex])  # and not on the unit circle
+    image = np.empty((2, 4))
+    _one_ring_kernel.centre_images(xy, own, start, vertex, boundary, np.empty(24), image)
+    assert image[:, [0, 2, 3]].tolist() == [[2.0, 2.0, 2.0], [0.0, 0.0, 0.0]]
+    assert image[:, 1] == pytest.approx(centre)
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_weights_of_any_place_in_a_ring_give_the_place_back(plain, seed):
+    """The place need not be one of the points, where another kernel asks."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(0, 100, 2)
+    points = np.ascontiguousarray(star(rng, 7, np.array([x, y])).T)
+    weight, vertex = np.full(9, np.nan), np.array([0, 0, *range(7)], np.int32)
+    kernel = plain("pointset.paper._one_ring_kernel")
+    assert kernel.shape_preserving_weights(*points, vertex, 2, 9, x, y, weight)
+    assert np.isnan(weight[:2]).all()
+    assert weight[2:].sum() == pytest.approx(1.0)
+    assert points @ weight[2:] == pytest.approx([x, y])
+
+
+@given(seeds)
+def test_fit_agrees_with_its_twin(seed):
+    p, q, moves = two_views(seed)
+    alike = similar_rings(p.rings, q.rings, 0.3)
+    for move, (ring_p, ring_q) in zip(moves, alike, strict=True):
+        assert move == pytest.approx(fit_with_numpy(p, q, ring_p, ring_q), abs=1e-9)
+
+
+@given(seeds)
+def test_overlay_finds_the_best_move_or_the_first_that_is_good_enough(seed):
+    p, q, moves = two_views(seed)
+    tolerance, enough = 0.3 * q.spacing, len(p) // 3
+    counts = np.array([count_with_numpy(move, p, q, tolerance) for move in moves])
+    best = best_overlay(p, q, moves, tolerance, len(p))
+    assert best == ((counts.argmax(), counts.max()) if counts.any() else None)
+    good = np.flatnonzero(counts >= enough)
+    if len(good):
+        assert best_overlay(p, q, moves, tolerance, enough) == (good[0], counts[good[0]])
+
+
+def test_points_moved_onto_one_point_count_once():
+    p, q, moves = two_views(5)
+    collapse = np.array([[1e-6, 0.0, *q.unit[:, 3]]])
+    genuine = best_overlay(p, q, moves, 0.03, len(p))
+    best = best_overlay(p, q, np.vstack([collapse, moves]), 0.03, len(p))
+    assert best == (genuine[0] + 1, genuine[1])

@@ -1,5 +1,3 @@
-"""The whole experiment: which cells run, which are left out, and how it goes on."""
-
 from dataclasses import replace
 
 import pytest

@@ -1,5 +1,3 @@
-"""`measure points` with fake matchers: what it prints, writes and refuses."""
-
 import json
 from dataclasses import replace
 from functools import partial

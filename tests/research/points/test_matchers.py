@@ -1,5 +1,3 @@
-"""The matchers of the experiment behind one interface."""
-
 import importlib.util
 import math
 import signal

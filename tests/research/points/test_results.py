@@ -1,5 +1,3 @@
-"""The file that keeps the results."""
-
 import json
 import math
 import re

@@ -1,14 +1,18 @@
-"""The tables beside the paper's own, and the summary."""
-
 import math
+import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
+from fpmatch.errors import OutputError
+from fpmatch.lab.plots.style import check_plot
 from research.points.conditions import PAPER_ROWS, Condition, conditions
 from research.points.matchers import MATCHER_NAMES
+from research.points.plot import save_bench_plot
 from research.points.results import BenchResults, PointCell, SkippedCell
 from research.points.summary import geometric_mean, speed_ups, summarise
 from research.points.table import format_bench, format_ms
@@ -153,3 +157,50 @@ def test_growth_averages_and_times_on_independent_pairs():
 def test_of_nothing_there_is_only_the_legend():
     assert table_of()[0].startswith("- median, mean: ")
     assert summary_of() == []
+
+
+COLOURS = {"triangles": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}
+
+
+def results(models=("patch", "clutter")):
+    cells = [
+        PointCell(where, name, "1", 0, 1, where.n * factor / 100, where.n / 50, 1.0, 1.0)
+        for where in conditions(models)
+        for name, factor in (("triangles", 1), ("paper", 4))
+    ]
+    return BenchResults({}, cells)
+
+
+def test_the_lines_of_the_matchers_are_in_the_picture(tmp_path):
+    pytest.importorskip("matplotlib")
+    save_bench_plot(tmp_path / "bench.png", results())
+    with Image.open(tmp_path / "bench.png") as image:
+        pixels = np.asarray(image.convert("RGB"))
+    for colour in COLOURS.values():
+        assert (np.abs(pixels.astype(int) - colour).max(axis=2) < 8).sum() > 500
+    assert pixels.shape[:2] == (1050, 1800)
+
+
+@pytest.mark.slow
+def test_a_model_that_did_not_run_has_no_panels_and_the_svg_is_always_the_same(tmp_path):
+    pytest.importorskip("matplotlib")
+    one, two = tmp_path / "one.svg", tmp_path / "two.svg"
+    for path in (one, two):
+        save_bench_plot(path, results(("clutter",)))
+    assert one.read_bytes() == two.read_bytes()
+    assert "clutter model" in one.read_text()
+    assert "patch model" not in one.read_text()
+    save_bench_plot(tmp_path / "bench.PDF", BenchResults({}))
+    assert (tmp_path / "bench.PDF").read_bytes().startswith(b"%PDF")
+
+
+def test_a_plot_that_cannot_be_written_is_refused_at_once(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    for name, reason in (
+        ("bench.gif", r"bench\.gif: a plot's name ends with \.png, \.svg, \.pdf"),
+        ("bench", "bench: a plot's name ends with"),
+        ("nowhere/bench.png", r"bench\.png: cannot be written: "),
+        ("bench.png", r"bench\.png: needs matplotlib: .*fpmatch\[plot\]"),
+    ):
+        with pytest.raises(OutputError, match=reason):
+            check_plot(tmp_path / name)

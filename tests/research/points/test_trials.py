@@ -1,5 +1,3 @@
-"""Trials by fake matchers on a fake clock: what is counted, and when a cell ends."""
-
 import gc
 from dataclasses import replace
 

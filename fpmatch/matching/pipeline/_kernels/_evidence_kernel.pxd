@@ -13,7 +13,7 @@ cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES
 cdef class EvidenceScorer:
     cdef readonly double[::1] evidence, feature, term
     cdef const double[:, :, ::1] standard
-    cdef const double[:, ::1] limits
+    cdef const double[:, ::1] limits, flow
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
     cdef readonly RidgeCorrelator correlator
@@ -40,7 +40,10 @@ cdef class EvidenceScorer:
     cdef double _compare_ridges(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cpdef double condition(self, double total) noexcept nogil
-    cpdef double beyond_chance(self, Aligner aligner, Py_ssize_t row, double estimate) noexcept nogil
+    cpdef double beyond_chance(
+        self, TemplateView a_print, TemplateView b_print, Aligner aligner, Py_ssize_t row,
+        double estimate
+    ) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity

@@ -9,6 +9,7 @@ import numpy as np
 from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
+from fpmatch.matching.prints.print_area import FLOW_OF_CODE
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
@@ -79,6 +80,7 @@ class EvidenceScorer:
         self.beyond_less = score.beyond_less
         self.beyond_few = score.beyond_few
         self.beyond_share = score.beyond_share
+        self.flow = memoryview(FLOW_OF_CODE)
 
     def last_evidence(self) -> tuple:
         """Return the evidence and the features of the alignment scored last, as lists."""
@@ -119,7 +121,7 @@ class EvidenceScorer:
         if total > self.limits[self.model, REFINE]:
             total = self._compare_ridges(a, b, aligner)
         aligner.keep(0)
-        return self.beyond_chance(aligner, 0, self.condition(total))
+        return self.beyond_chance(a, b, aligner, 0, self.condition(total))
 
     def refine_threshold(self):
         """Return the sum beyond which a hypothesis is grown to the end."""
@@ -208,7 +210,7 @@ class EvidenceScorer:
         limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
         return LOG_10 * min(2.0 + (total - low) / high, limit)
 
-    def beyond_chance(self, aligner, row, estimate):
+    def beyond_chance(self, a_print, b_print, aligner, row, estimate):
         """Return an estimate of -ln(FMR), lowered where the pairs of a kept row are by chance.
 
         An estimate above the decades that `decades_beyond_chance` finds, less some, and less more
@@ -216,10 +218,13 @@ class EvidenceScorer:
         decades; lower ones stay. The pairs expected by chance are measured where the pairs lie: by
         how many minutiae of B lie around the prediction of a minutia of A in about its direction.
         So minutiae that are made to match many prints, in frequent places and directions, are
-        expected to pair.
+        expected to pair. Nothing counts beyond `beyond_from` where the minutiae of a print do not
+        lie along its own ridges: no finger can have it.
         """
-        if not estimate > LOG_10 * self.beyond_from:
+        if not estimate > LOG_10 * self.beyond_from or self.beyond_share == 0.0:
             return estimate
+        if a_print.lies_off_ridges(self.flow) or b_print.lies_off_ridges(self.flow):
+            return LOG_10 * self.beyond_from
         around: cython.double = 0.0
         nearness: cython.double = 0.0
         place, b = aligner.kept_predicted, aligner.b

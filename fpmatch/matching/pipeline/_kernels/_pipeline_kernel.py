@@ -115,7 +115,7 @@ class Pipeline:
         if best < 0:
             return 0.0
         estimate = self.scorer.score(self.evidence, best)
-        return self.scorer.beyond_chance(aligner, best, estimate)
+        return self.scorer.beyond_chance(a, b, aligner, best, estimate)
 
     def _match_locally(self, a, b, aligner):
         """Fill the local similarities of A and B: the probe is B in the aligner `before`."""

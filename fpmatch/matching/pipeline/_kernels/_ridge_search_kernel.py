@@ -15,9 +15,10 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
+from fpmatch.matching.prints.print_area import FLOW_OF_CODE
+
 COMPILED = cython.compiled
 
-CODES = cython.declare(cython.int, 256)  # of the orientation; 0 is none
 SAMPLES = cython.declare(cython.int, 24)  # cells whose orientation is compared, at most
 ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
 FOUND = cython.declare(cython.int, 8)  # pairs found, at most
@@ -35,9 +36,7 @@ class RidgeSearch:
 
     def __init__(self, parameters) -> None:
         p = parameters
-        angle = 2.0 * np.pi * (np.arange(CODES) - 1.0) / (CODES - 1)
-        self.flow_c = memoryview(np.cos(angle))
-        self.flow_s = memoryview(np.sin(angle))
+        self.flow_c, self.flow_s = map(memoryview, FLOW_OF_CODE)
         self.sample, self.sample_flow = map(memoryview, np.zeros((2, 2, SAMPLES)))
         self.samples = 0
         self.best_flow = memoryview(np.zeros(ROOM))

@@ -8,6 +8,12 @@ Minutiae, neighbourhoods and regions are as `fpmatch.matching.prints.prepare` an
 import cython
 import numpy as np
 
+from fpmatch.templates import plausibility
+
+ENOUGH_ON_RIDGES = cython.declare(cython.Py_ssize_t, plausibility.ENOUGH_ON_RIDGES)
+LEAST_INSIDE = cython.declare(cython.double, plausibility.LEAST_INSIDE)
+LEAST_ALONG = cython.declare(cython.double, plausibility.LEAST_ALONG)
+
 
 @cython.final
 @cython.cclass
@@ -53,15 +59,36 @@ class TemplateView:
         self.first_row, self.first_column, self.inside = first_row, first_column, inside
         self.step, self.per_px, self.has_flow = step, 1.0 / step, has_flow
 
+    def lies_off_ridges(self, flow):
+        """Return whether few minutiae lie on the print's ridges, or most across them.
+
+        `flow` is `print_area.FLOW_OF_CODE`; see `fpmatch.templates.plausibility`.
+        """
+        if not self.has_flow or self.size < ENOUGH_ON_RIDGES:
+            return False
+        on: cython.Py_ssize_t = 0
+        along: cython.double = 0.0
+        for i in range(self.size):
+            code: cython.Py_ssize_t = self.code_at(self.points[0, i], self.points[1, i])
+            if code > 0:
+                x, y = self.points[2, i], self.points[3, i]
+                on += 1
+                along += (x * x - y * y) * flow[0, code] + 2.0 * x * y * flow[1, code]
+        return on < LEAST_INSIDE * self.size or along < LEAST_ALONG * on
+
     def contains(self, x, y):
         """Return whether a place lies in the print area."""
+        return self.code_at(x, y) > 0
+
+    def code_at(self, x, y):
+        """Return the code of the cell at a place; 0 outside."""
         x = x * self.per_px - self.first_column
         y = -y * self.per_px - self.first_row
         if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
-            return False
+            return 0
         row: cython.Py_ssize_t = int(y)
         column: cython.Py_ssize_t = int(x)
-        return self.cell[self.cell_at + row * self.columns + column] > 0
+        return self.cell[self.cell_at + row * self.columns + column]
 
     def contains_with_margin(self, x, y, margin):
         """Return whether the places so far to all four sides lie in the print area."""

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
+    along,
     impressions_of_a_finger,
     jittered,
     seeds,
@@ -84,13 +85,17 @@ def some_field(rng, k):
 
 
 def impressions(seed, kinds=0):
-    """Return impressions of one finger and of others, with and without ridges, and of nothing."""
+    """Return impressions of one finger and of others, with and without ridges, and of nothing.
+
+    Of an odd seed, their minutiae lie along the ridges.
+    """
     rng = np.random.default_rng(seed)
     found = []
     for k, side in enumerate(impressions_of_a_finger(seed, PRINT_SIZE)):
         quality = rng.integers(0, 101, side.shape[1])
         field = some_field(rng, kinds * k)
-        found.append(prepare(template_of(side, (500.0, 569.0)[k % 2], quality, field)))
+        points = along(side) if seed % 2 else side
+        found.append(prepare(template_of(points, (500.0, 569.0)[k % 2], quality, field)))
     return found
 
 

@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.ground_truth.minutiae_counts`: the best assignment, and its counts."""
-
 import itertools
 import math
 
@@ -7,7 +5,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from truth_files import truth_of
 
+from fpmatch.lab.evaluation.ground_truth.false_minutiae import (
+    Cause,
+    distance_to_border,
+    false_minutiae,
+)
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
     TOLERANCES,
     MinutiaeCounts,
@@ -16,7 +20,7 @@ from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
     count_minutiae,
     differences,
 )
-from fpmatch.templates.minutiae import Minutiae
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 SEEN = np.array([True])
 CLOSE = Tolerance(10.0, 0.5)
@@ -113,3 +117,64 @@ def test_what_agrees_with_itself_does_so_wholly(seed, count):
     for tolerance in TOLERANCES:
         counts = count_minutiae(minutiae, minutiae, all_seen(minutiae), tolerance, with_kind=True)
         assert counts == MinutiaeCounts(true_positives=count)
+
+
+TRUE = Minutiae(x=[100, 150], y=[100, 100], angle=[1.0, 1.0])
+
+
+def template(*xy_angle, dpi=500.0):
+    """Return a template of 200 x 200 px whose ridges end at x = 160."""
+    mask = np.zeros((10, 10), bool)
+    mask[:, :8] = True
+    x, y, angle = np.array(xy_angle, dtype=np.float64).reshape(-1, 3).T
+    field = RidgeField(20.0, np.zeros(mask.shape, np.float32), mask)
+    return Template(Minutiae(x, y, angle), 200, 200, dpi, field)
+
+
+def cause_of(x, y, angle=1.0, hidden=None):
+    """Return the cause of one minutia beside one that is right."""
+    found = template((100, 100, 1.0), (x, y, angle))
+    return false_minutiae(found, truth_of(TRUE, hidden=hidden)).get(1)
+
+
+@pytest.mark.parametrize(
+    ("minutia", "cause"),
+    [
+        ((141, 100), None),
+        ((141, 100, 4.0), Cause.DIRECTION),
+        ((105, 100, 4.0), Cause.NEAR_ANOTHER),  # the true one there is taken
+        # near the border of the image or of its ridges
+        *(
+            ((x, y), Cause.BORDER)
+            for x, y in ((60, 17), (17, 60), (60, 184), (145, 150), (170, 60))
+        ),
+        ((60, 60, 1.0, [[60, 80]]), Cause.NO_RIDGES),  # a hidden one
+        ((60, 60, 1.0, [[60, 150]]), Cause.OTHER),
+        ((100, 109.5), Cause.NEAR_ANOTHER),
+        ((100, 110.5), Cause.OTHER),
+    ],
+)
+def test_each_cause_is_seen_where_it_is(minutia, cause):
+    assert cause_of(*minutia) is cause
+
+
+def test_what_is_right_or_finds_an_invisible_minutia_is_not_false():
+    assert false_minutiae(template(), truth_of(TRUE)) == {}
+    assert false_minutiae(template((100, 100, 1.0)), truth_of(TRUE, [False, True])) == {}
+    assert false_minutiae(template((60, 60, 0)), truth_of(Minutiae.empty())) == {0: Cause.OTHER}
+    both = false_minutiae(template((60, 60, 0), (64, 60, 3)), truth_of(TRUE))
+    assert both == {0: Cause.NEAR_ANOTHER, 1: Cause.NEAR_ANOTHER}
+
+
+def test_lengths_are_of_500_dpi():
+    found = template((100, 100, 1.0), (100, 115, 1.0), dpi=1000)
+    assert false_minutiae(found, truth_of(TRUE)) == {1: Cause.NEAR_ANOTHER}
+    assert false_minutiae(template((120, 100, 1.0), dpi=1000), truth_of(TRUE)) == {}
+
+
+def test_distance_to_the_border_without_a_field_and_to_blocks_without_ridges():
+    bare = Template(Minutiae.empty(), 100, 50)
+    points = np.array([[10, 20], [50, 48], [-5, 20]])
+    assert distance_to_border(bare, points).tolist() == [10, 2, 0]
+    points = np.array([[150, 100], [100, 100], [165, 100]])
+    assert distance_to_border(template(), points).tolist() == [10, 60, 0]

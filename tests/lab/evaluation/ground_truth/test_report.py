@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.ground_truth.report`: prints to rows, rows to JSON and to tables."""
-
 import json
 from collections import Counter
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.ground_truth.transform_error`: errors that were put in come out."""
-
 import math
 from dataclasses import astuple
 

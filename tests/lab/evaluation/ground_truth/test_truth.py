@@ -1,5 +1,3 @@
-"""`fpmatch.lab.evaluation.ground_truth.truth`: what truth files say, and what are none."""
-
 from pathlib import Path
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""The searches of a test are those that `identify` makes in a gallery of its own in each round."""
-
 import numpy as np
 import pytest
 
@@ -10,9 +8,6 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.whole import WholeSearch
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extraction
-from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.lab.evaluation.open_set.background import load_background, no_background
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles
 from fpmatch.lab.evaluation.open_set.run import (
@@ -24,6 +19,7 @@ from fpmatch.lab.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, searc
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import get_matcher
 from fpmatch.templates.minutiae import Minutiae, Template
+from tests.lab.evaluation.made_sets import extracted_set
 
 MATCHER = get_matcher("unit-circle")
 CALIBRATION = load_calibration("unit-circle")
@@ -40,16 +36,9 @@ def disturbed(finger, impression, count=14):
     return Template(Minutiae(x, y, angle), 300, 300)
 
 
-def extracted(fingers, impressions, tmp_path, missing=(), name="made"):
+def extracted(fingers, impressions, missing=(), name="made"):
     named = [(f, i) for f in fingers for i in range(1, impressions + 1)]
-    prints = tuple(Impression(f, i, tmp_path / f"{f}_{i}.png") for f, i in named)
-    made = tuple(
-        Extraction(None, "broken", 1.0)
-        if one in missing
-        else Extraction(disturbed(hash(one[0]) % 1000, one[1]), "", 1.0)
-        for one in named
-    )
-    return ExtractedSet(Dataset(name, 500.0, "", prints), made)
+    return extracted_set({one: None if one in missing else disturbed(*one) for one in named}, name)
 
 
 def rounds(roles):
@@ -57,8 +46,8 @@ def rounds(roles):
 
 
 @pytest.fixture
-def made(tmp_path):
-    return extracted(range(1, 8), 3, tmp_path, missing={(2, 1), (5, 3)})
+def made():
+    return extracted(range(1, 8), 3, missing={(2, 1), (5, 3)})
 
 
 def test_every_round_is_a_search_of_its_own_gallery(made):
@@ -119,8 +108,8 @@ def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):
     assert 0 < len(found.mated) == len(found.nonmated) / 2
 
 
-def test_a_test_has_a_row_a_database_and_one_of_all(made, tmp_path):
-    second = extracted(range(20, 26), 2, tmp_path, name="second")
+def test_a_test_has_a_row_a_database_and_one_of_all(made):
+    second = extracted(range(20, 26), 2, name="second")
     test = IdentificationTest(fpirs=(0.1, 0.5), bootstrap=20)
     report = evaluate_identification([made, second], test=test)
     assert [row.name for row in report.sets] == ["made", "second"]
@@ -140,8 +129,8 @@ def test_a_test_has_a_row_a_database_and_one_of_all(made, tmp_path):
     ("fingers", "impressions", "size", "why"),
     [(2, 3, 1, "2 subjects of 1 finger"), (5, 1, 1, "two impressions"), (1, 2, 2, "fewer than 2")],
 )
-def test_too_few_subjects_are_refused(tmp_path, fingers, impressions, size, why):
-    few = extracted(range(fingers), impressions, tmp_path)
+def test_too_few_subjects_are_refused(fingers, impressions, size, why):
+    few = extracted(range(fingers), impressions)
     with pytest.raises(DatasetError, match=why):
         evaluate_identification([few], test=IdentificationTest(fingers=size))
 

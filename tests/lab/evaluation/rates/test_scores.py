@@ -1,5 +1,3 @@
-"""`lab.evaluation.rates.scores`: what files of scores are understood, and which are refused."""
-
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -198,32 +196,17 @@ GOOD = START + "a,1_1.tif,1_2.tif,1,0.5\n"
             "a,b\nx,y\n",
             "line 1: not a file of scores: no column 'similarity', 'score' or 'distance'",
         ),
-        (
-            GOOD + "\na,1_1,2_1,yes,1\n",
-            "line 4, column 'genuine': must be 1 or 0, not 'yes'",
-        ),
-        (
-            GOOD + "a,1_1.tif,2_1.tif,1,2\na,1_2.tif,2_1.tif,0,1\n",
-            "line 4: genuine is 0, but",
-        ),
+        (GOOD + "\na,1_1,2_1,yes,1\n", "line 4, column 'genuine': must be 1 or 0, not 'yes'"),
+        (GOOD + "a,1_1.tif,2_1.tif,1,2\na,1_2.tif,2_1.tif,0,1\n", "line 4: genuine is 0, but"),
         (
             START + "a,left.tif,2_1.tif,,0.5\n",
             "line 2, column 'genuine': whether the pair is genuine",
         ),
         (START + "a,,2_1.tif,0,0.5\n", "line 2, column 'probe': no name of a print"),
         (START + "a,1_1.tif,2_1.tif,0,high\n", "line 2, column 'similarity': 'high' is not a"),
-        (
-            START + "a,1_1.tif,2_1.tif,0,1_000\n",
-            "line 2, column 'similarity': '1_000' is not a",
-        ),
-        (
-            START + "a,1_1.tif,2_1.tif,0,inf\n",
-            "line 2, column 'similarity': 'inf' is not a finite",
-        ),
-        (
-            GOOD + "a,1_1.tif,1_2.tif,1,0\n",
-            "line 3, column 'similarity': 1_1.tif and 1_2.tif",
-        ),
+        (START + "a,1_1.tif,2_1.tif,0,1_000\n", "line 2, column 'similarity': '1_000' is not a"),
+        (START + "a,1_1.tif,2_1.tif,0,inf\n", "line 2, column 'similarity': 'inf' is not a finite"),
+        (GOOD + "a,1_1.tif,1_2.tif,1,0\n", "line 3, column 'similarity': 1_1.tif and 1_2.tif"),
         (GOOD[:-1] + ",7\n", "line 2, column 6: 6 columns instead of 5"),
         ("score,genuine\n0.5,\n", "line 2, column 'genuine': whether the pair is genuine"),
         ("score\n0.5\n", "line 2, whether the pair is genuine is not known: there is no column"),

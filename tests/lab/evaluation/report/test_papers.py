@@ -1,6 +1,3 @@
-"""The files for papers: DET curves, and the table of rates as LaTeX and CSV."""
-
-import csv
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -13,17 +10,13 @@ from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
 from fpmatch.lab.evaluation.report.analysis import Report
 from fpmatch.lab.evaluation.report.papers import prepare_files, save_det, save_table
 from fpmatch.lab.evaluation.report.score_reports import summarise_scores
+from tests.conftest import rows_of
 
 
 @pytest.fixture
 def two(report):
     """Return the report on two matchers, of which one has a parameter in its name."""
     return Report.of([report, replace(report, matcher="fake:a_b=1,c=50%")], bootstrap=20)
-
-
-def rows_of(path):
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 def test_the_table_has_a_row_a_matcher_and_database(two, tmp_path):

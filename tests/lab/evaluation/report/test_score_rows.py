@@ -1,4 +1,3 @@
-import csv
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +10,7 @@ from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.report import score_rows
 from fpmatch.lab.evaluation.report.score_rows import write_scores
 from fpmatch.matching.calibration import Calibration
-
-
-def rows_of(path):
-    with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
+from tests.conftest import rows_of
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,3 @@
-"""The pairing against scipy's assignment on the same costs."""
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,5 +1,3 @@
-"""Triangles and their shapes against complex numbers."""
-
 import itertools
 import math
 

@@ -1,5 +1,3 @@
-"""The overlay against numpy and scipy."""
-
 import math
 
 import numpy as np

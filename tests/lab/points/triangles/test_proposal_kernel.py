@@ -1,5 +1,3 @@
-"""The search for proposals against its slow, obvious twin."""
-
 import math
 
 import numpy as np

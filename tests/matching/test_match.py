@@ -1,5 +1,6 @@
-"""One-to-one comparison: a workspace used again changes nothing, and interpreted is compiled."""
+"""One-to-one comparison: which hypothesis is the result, whatever was in the workspace before."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from types import SimpleNamespace
@@ -19,11 +20,12 @@ from matching_weights import (
     some_weights,
 )
 
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching import reference
+from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
 from fpmatch.matching.pipeline._kernels import _pipeline_kernel
 from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import LEAST_CAPACITY, Workspace, workspace_for
+from fpmatch.matching.pipeline.match import LEAST_CAPACITY, Workspace, match, workspace_for
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.reference import transform_of
 from fpmatch.matching.reference.alignment import Pairing
@@ -60,11 +62,11 @@ def test_a_workspace_used_before_gives_the_same(refine):
     used = Workspace(64, evidence_scorer(64, weights))
     pairs = [pair for pair in product([*prints, prints[0]], prints) if pair[0] is not pair[1]]
     rejected = 0
-    for probe, reference in pairs:
-        found = outcome(used, probe, reference)
-        assert found == outcome(Workspace(64, evidence_scorer(64, weights)), probe, reference)
-        a, b = probe.bit_descriptors, reference.bit_descriptors
-        threshold = min(9.0 + min(len(probe), len(reference)), 33.0)
+    for probe, other in pairs:
+        found = outcome(used, probe, other)
+        assert found == outcome(Workspace(64, evidence_scorer(64, weights)), probe, other)
+        a, b = probe.bit_descriptors, other.bit_descriptors
+        threshold = min(9.0 + min(len(probe), len(other)), 33.0)
         shortfall = threshold - score_descriptors(prefilter_of(a), b)
         assert found[0] == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
         rejected += found[0] is not None
@@ -173,3 +175,46 @@ def test_the_fit_agrees_with_the_reference(seed, paired, swapped):
     assert pairs == listed
     assert rms == pytest.approx(expected_rms, abs=1e-9)
     assert transform.matrix == pytest.approx(expected.matrix, rel=1e-9, abs=1e-8)
+
+
+@given(
+    seeds,
+    st.sampled_from([ALWAYS, NEVER, -20.0, -8.0, -2.0, 3.0]),
+    st.sampled_from([-math.inf, -5.0, 0.0, 5.0, math.inf]),
+    st.sampled_from([-1.0, 0.01, 0.05, 0.2, math.inf]),
+)
+def test_match_agrees_with_the_reference(seed, refine, confident, relaxation):
+    """Which hypotheses are tried, which are refined, and which of them is the result."""
+    a, b = doubled_prints(seed)
+    weights = some_weights(refine, confident=confident, relaxation=relaxation, apart=2.0)
+    found = match(a, b, evidence_scorer(max(len(a), len(b)), weights))
+    with scored_by(weights):
+        expected = reference.match(a, b)
+    assert (found is None) == (expected is None)
+    if found is not None:
+        assert found[0].partner.tolist() == expected[0].partner.tolist()
+        assert complex(*found[0].transform[:2]) == pytest.approx(expected[0].move[0], rel=1e-9)
+        assert found[1].total == pytest.approx(expected[1].total, rel=1e-9)
+
+
+def test_the_cases_to_align_are_of_every_kind():
+    """The first hypothesis is not always the best, nor the first whose sum is confident."""
+    same = []
+    for seed in range(30 if COMPILED else 9):
+        a, b = doubled_prints(seed)
+        scorers = (
+            evidence_scorer(max(len(a), len(b)), some_weights(relaxation=weak, confident=sure))
+            for weak, sure in ((-1.0, math.inf), (math.inf, math.inf), (-1.0, 0.0))
+        )
+        every, *others = (match(a, b, scorer)[0].partner.tolist() for scorer in scorers)
+        same.append([one == every for one in others])
+    assert (np.sum(same, axis=0) > 0).all()
+    assert (np.sum(same, axis=0) < len(same)).all()
+
+
+@pytest.mark.parametrize("hypotheses", [1, 16, 17, 32])
+def test_any_number_of_hypotheses_can_be_asked_for(hypotheses):
+    a, b = doubled_prints(2)
+    room, parameters = max(len(a), len(b)), UnitCircleMatcher(hypotheses=hypotheses).parameters
+    _, evidence = match(a, b, evidence_scorer(room, some_weights()), parameters)
+    assert evidence.pairs

@@ -13,6 +13,7 @@ from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.lab.evaluation.impostors import ImpostorSet
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from research.databases import prints_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,11 +31,7 @@ def compare_all_pairs(
     workers: int | None = None,
     matcher: UnitCircleMatcher = MATCHER,
 ) -> NDArray[np.float64]:
-    """Compare each template with every later one, by a matcher's 1:N comparison.
-
-    The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
-    protocol, and the same for any number of threads `workers` (default: one a core).
-    """
+    """Compare each template with every later one, by a matcher's 1:N comparison."""
     prints = [matcher.prepare(template) for template in templates]
     many = PreparedPrints.pack(prints)
 
@@ -58,10 +55,9 @@ def impostors_among(
     """
     templates, shown = [], []
     for number, one in enumerate(sets):
-        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
-            if found.template is not None:
-                templates.append(found.template)
-                shown.append((number, impression.finger))
+        for impression, template in prints_of(one):
+            templates.append(template)
+            shown.append((number, impression.finger))
     # without impressions the list has no rows
     fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
     finger = finger.ravel()

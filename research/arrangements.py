@@ -105,15 +105,9 @@ ARRANGEMENTS: Final[Mapping[str, Callable[[np.random.Generator, int], Floats]]] 
 """Functions that make N points (N, 2), N at least 8, by the name of the arrangement."""
 
 
-def arranged_pair(
-    name: str, n: int, task: Task, seed: int = 0
-) -> tuple[Floats, Floats, Similarity | None]:
-    """Return P, Q in another order, and the transform of P onto Q, None for independent sets.
-
-    Q is a moved copy of P; a "part" of it, where others of the same arrangement replace a fifth;
-    or "independent".
-    """
-    rng = np.random.default_rng(seed)
+def arranged_pair(name: str, n: int, task: Task) -> tuple[Floats, Floats, Similarity | None]:
+    """Return P, Q in another order, and the transform of P onto Q, None for independent sets."""
+    rng = np.random.default_rng(0)
     make = ARRANGEMENTS[name]
     p = make(rng, n)
     if task == "independent":

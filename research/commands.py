@@ -38,6 +38,13 @@ def write_json(path: Path, document: object) -> None:
     atomic_write_bytes(path, f"{content}\n".encode(), public=True)
 
 
+def print_and_write(text: str, document: object, json_file: Path | None) -> None:
+    """Print what a command measured, and write it where `json_file` says."""
+    click.echo(text)
+    if json_file:
+        write_json(json_file, document)
+
+
 class Command(click.Command):
     """A command whose errors are one line on stderr, with exit status 2.
 
@@ -148,10 +155,7 @@ research.add_command(
         name="check",
         help="Check a property of the package on data.",
         modules={
-            "calibration": (
-                "experiments.calibration_check",
-                "False match rates at scores.",
-            ),
+            "calibration": ("experiments.calibration_check", "False match rates at scores."),
             "images": ("checks.images", "Detection of wrong resolutions."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "points": ("experiments.point_targets", "Results on point sets that miss targets."),

@@ -12,10 +12,7 @@ if TYPE_CHECKING:
 
 
 def marked_block(page: str, mark: str) -> str:
-    """Return what a page holds between its marks of a name.
-
-    Raises an `FpmatchError` if the page lacks them.
-    """
+    """Return what a page holds between its marks of a name."""
     _, start, rest = page.partition(f"<!-- {mark}:start -->")
     block, end, _ = rest.partition(f"<!-- {mark}:end -->")
     if not start or not end:

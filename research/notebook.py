@@ -28,10 +28,7 @@ _PICTURE: Final = re.compile(r"(?<=;base64,)[\w+/=]+")
 
 
 def executed(notebook: str) -> str:
-    """Run a notebook from the top, in the folder of the examples; return it as it is stored.
-
-    Its pictures have a palette of fewer colours. When and by which Python it ran is left out.
-    """
+    """Run a notebook from the top, in the folder of the examples; return it as it is stored."""
     import nbformat  # noqa: PLC0415  (of the extra `test`)
     from nbclient import NotebookClient  # noqa: PLC0415
 
@@ -48,10 +45,7 @@ def executed(notebook: str) -> str:
 
 
 def shown(notebook: str) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return the source of each cell of code, and what it shows as (type, text), comparable.
-
-    Times are left out, other numbers rounded to three digits; of a picture only the type is left.
-    """
+    """Return the source of each cell of code, and what it shows as (type, text), comparable."""
     cells = [cell for cell in json.loads(notebook)["cells"] if cell["cell_type"] == "code"]
     return [("".join(cell["source"]), [*_contents(cell["outputs"])]) for cell in cells]
 

@@ -45,10 +45,7 @@ class Output:
         return block.removeprefix("```text\n").removesuffix("```")
 
     def printed(self) -> str:
-        """Run the commands beside the sample data, and return what they print.
-
-        Raises an `FpmatchError` if a command fails.
-        """
+        """Run the commands beside the sample data, and return what they print."""
         with tempfile.TemporaryDirectory() as folder:
             shutil.copytree(ROOT / "sample_data", Path(folder, "sample_data"))
             found = "".join(_output_of(command, folder) for command in self.commands)

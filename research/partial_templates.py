@@ -20,10 +20,7 @@ DISC_MARGIN_PX: Final = 8.0  # ridges beyond the outermost minutia of a fragment
 
 
 def fragment(template: Template, size: int, rng: np.random.Generator) -> Template:
-    """Keep a minutia drawn at random and its nearest neighbours, `size` minutiae in all.
-
-    Of the ridge field the disc around these minutiae is kept.
-    """
+    """Keep a minutia drawn at random and its nearest neighbours, `size` minutiae in all."""
     m = template.minutiae
     if not len(m):
         return template
@@ -55,11 +52,7 @@ def thinned(template: Template, size: int, rng: np.random.Generator) -> Template
 
 
 def window(template: Template, side_px: float, rng: np.random.Generator) -> Template:
-    """Keep what lies in an upright square of `side_px` pixels at 500 dpi.
-
-    Its middle is drawn from the blocks of the ridge field, or from the minutiae where there is no
-    ridge field.
-    """
+    """Keep what lies in an upright square of `side_px` pixels at 500 dpi."""
     px = template.dpi / STANDARD_DPI
     m, field = template.minutiae, template.field
     x, y = (m.x, m.y) if field is None else (axis[field.mask] for axis in _block_centres(field))

@@ -7,16 +7,19 @@ beside the checkout, the test is skipped.
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fpmatch.formats.files import load_record
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from research.experiments.direction_agreement import measure_agreement
+from fpmatch.pointset.geometry.pairing import greedy_pairs
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 PRINTS = SHARED / "fvc" / "fvc2002"
 MINUTIAE = SHARED / "minutiae"
+SAME_PLACE_PX = 8.0
 EVERY = 4 if COMPILED else 8  # of the prints of a database, for speed
 
 pytestmark = pytest.mark.skipif(
@@ -31,7 +34,23 @@ def test_directions_agree_and_are_not_flipped(name):
     some = replace(dataset, impressions=dataset.impressions[::EVERY])
     (prints,) = extract_datasets([some], workers=1)
     for extractor in ("mindtct", "fjfx", "sourceafis"):
-        agreement = measure_agreement(prints, MINUTIAE / extractor / "fvc2002" / name)
-        assert agreement.pairs >= 10 * len(some.impressions), extractor
-        assert agreement.agreeing_share >= 0.85, extractor
-        assert agreement.flipped_share <= 0.08, extractor
+        turns = turns_between(prints, MINUTIAE / extractor / "fvc2002" / name)
+        assert len(turns) >= 10 * len(some.impressions), extractor
+        assert np.mean(turns <= 30) >= 0.85, extractor
+        assert np.mean(turns > 150) <= 0.08, extractor
+
+
+def turns_between(prints, folder):
+    """Return how far directions differ, in degrees, where both extractors find a minutia.
+
+    Neither set is the truth, but both use one convention (ISO/IEC 19794-2): mostly other directions
+    show a wrong convention, many opposite ones that endings and bifurcations are confused.
+    """
+    turns = []
+    for impression, extraction in zip(prints.dataset.impressions, prints.extractions, strict=True):
+        record = load_record(folder / f"{impression.path.stem}.csv", file_format="minutiae-csv")
+        ours, theirs = extraction.template.minutiae, record.single().template.minutiae
+        i, j = greedy_pairs(ours.xy, theirs.xy, SAME_PLACE_PX).T
+        difference = np.degrees(ours.angle[i].astype(float) - theirs.angle[j])
+        turns.append(np.abs((difference + 180) % 360 - 180))
+    return np.concatenate(turns)

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Final
 import click
 import numpy as np
 
-from fpmatch.printable import text_table
 from research.attacks.attackers import Attackers
 from research.attacks.hanging import HangingDatabase, HangingFile
 from research.attacks.kinds import ATTACKS
 from research.attacks.requests import KINDS, OF_GALLERY, OrdinaryClient, Times
 from research.attacks.server import Memory, Server, enrol_samples, started
-from research.commands import Command, json_file, write_json
-from research.tables.serving import OTHER_SERVERS
+from research.commands import Command, json_file, print_and_write
+from research.tables.serving import OTHER_SERVERS, format_attacks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -130,7 +129,8 @@ def command(
         file, log = Path(folder) / "prints.db", Path(folder) / "log.txt"
         gallery = HangingDatabase(database) if database else HangingFile(file)
         enrol_samples(gallery.place)
-        with started(words, gallery.place, log, open_files=open_files) as server:
+        words += ["--gallery", gallery.place]
+        with started(words, log, open_files=open_files) as server:
             client = OrdinaryClient(*server.place)
             usual = _warm_up(client, server, seconds)
             outcomes = [_usual_outcome(usual, server)]
@@ -141,14 +141,16 @@ def command(
                     outcome = _attack(attack, source, seconds, client, server, outcomes[0], hangs)
                     outcomes.append(outcome)
                     click.echo(_row(outcome), err=True)
-    click.echo(format_outcomes(outcomes))
-    if json_file:
-        write_json(json_file, [asdict(outcome) for outcome in outcomes])
+    documents = [asdict(outcome) for outcome in outcomes]
+    print_and_write(format_attacks(documents), documents, json_file)
     context.exit(1 if any(outcome.missed for outcome in outcomes) else 0)
 
 
 def _row(outcome: Outcome) -> str:
-    return "  ".join(_cells(outcome))
+    """Return what became of the connections of an attack, and the targets that are missed."""
+    fates = ", ".join(f"{number} {fate}" for fate, number in list(outcome.fates.items())[:3])
+    missed = f"; missed: {', '.join(outcome.missed)}" if outcome.missed else ""
+    return f"{outcome.attack}, from {outcome.source}: {fates or '-'}{missed}"
 
 
 def _warm_up(client: OrdinaryClient, server: Server, seconds: float) -> Times:
@@ -235,23 +237,3 @@ def _missed(outcome: Outcome, usual: Outcome, kinds: Sequence[str] = KINDS) -> l
         "log": outcome.log_bytes > LOG_BYTES,
     }
     return slow + [name for name, missed in reached.items() if missed]
-
-
-def format_outcomes(outcomes: Sequence[Outcome]) -> str:
-    """Return the outcomes as a table."""
-    head = ["attack", "from", *(f"{kind} ms" for kind in KINDS), "refused", "wrong"]
-    head += ["memory MB", "log kB", "missed", "connections"]
-    return text_table([head, *map(_cells, outcomes)], left=2)
-
-
-def _cells(outcome: Outcome) -> list[str]:
-    times = [f"{outcome.median_ms[kind]:.0f} / {outcome.p95_ms[kind]:.0f}" for kind in KINDS]
-    fates = [f"{number} {fate}" for fate, number in list(outcome.fates.items())[:3]]
-    return [
-        *(outcome.attack, outcome.source, *times),
-        *(f"{outcome.refused} of {outcome.requests}", str(outcome.wrong)),
-        f"{outcome.memory_before_mb:.0f} + {outcome.memory_most_mb - outcome.memory_before_mb:.0f}",
-        f"{outcome.log_bytes / 1000:.0f}",
-        ", ".join(outcome.missed) or "-",
-        ", ".join(fates) or "-",
-    ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -10,14 +10,13 @@ import numpy as np
 
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.plausibility import find_doubts
 from research.attacks.joining import IMAGE_KINDS, KINDS, Joint
-from research.commands import Command, folders, json_file, workers, write_json
+from research.commands import Command, folders, json_file, print_and_write, workers
+from research.databases import extract_folders, prints_of, without_ridges
 from research.tables.joined import format_joined, joined_kept
 
 if TYPE_CHECKING:
@@ -49,10 +48,10 @@ class Source:
     def of(cls, one: ExtractedSet) -> Source:
         """Return the prints of a database that have ridges."""
         by_finger: dict[str, list[tuple[Template, Path]]] = {}
-        for impression, made in zip(one.dataset.impressions, one.extractions, strict=True):
-            if made.template is not None and made.template.field is not None:
+        for impression, template in prints_of(one):
+            if template.field is not None:
                 kept = by_finger.setdefault(str(impression.finger), [])
-                kept.append((made.template, impression.path))
+                kept.append((template, impression.path))
         rows = [tuple(zip(*prints, strict=True)) for prints in by_finger.values()]
         return cls(one.dataset.name, [row[0] for row in rows], [row[1] for row in rows])
 
@@ -75,7 +74,7 @@ class Source:
 
 def in_form(template: Template, form: str) -> Template:
     """Return a template with its ridges or as minutiae alone."""
-    return template if form == FORMS[0] else replace(template, field=None)
+    return template if form == FORMS[0] else without_ridges(template)
 
 
 def measure_joined(
@@ -165,11 +164,7 @@ def _tried(
 @json_file
 @workers
 def command(
-    folders: tuple[Path, ...],
-    pairs: int,
-    images: int,
-    json_file: Path | None,
-    workers: int | None,
+    folders: tuple[Path, ...], pairs: int, images: int, json_file: Path | None, workers: int | None
 ) -> None:
     """Join prints of two fingers of the databases DIR, and of synthetic ones, into one.
 
@@ -179,9 +174,7 @@ def command(
 
     --json writes what ``python -m research tables quality --joined`` reads.
     """
-    sources = [Source.of(one) for one in extract_datasets(load_datasets(folders), workers=workers)]
+    sources = [Source.of(one) for one in extract_folders(folders, workers)]
     sources += [Source.synthetic(preset, FINGERS) for preset in SYNTHETIC]
     measured = measure_joined(sources, pairs=pairs, images=images)
-    click.echo(format_joined(joined_kept(measured)))
-    if json_file:
-        write_json(json_file, measured)
+    print_and_write(format_joined(joined_kept(measured)), measured, json_file)

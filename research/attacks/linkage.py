@@ -149,11 +149,7 @@ def judged(
     left: Sequence[Sequence[RevocableTemplate]],
     right: Sequence[Sequence[RevocableTemplate]],
 ) -> dict[str, float]:
-    """Return D_sys and EER of an attack, and the largest D_sys with the right side in random order.
-
-    Each template of the left side of a set is judged with each of its right side, the same print
-    under another key included.
-    """
+    """Return D_sys and EER of an attack, and the largest D_sys in random order."""
     values = np.concatenate(
         [_agreements(attack, *sides) for sides in zip(left, right, strict=True)]
     )
@@ -222,9 +218,7 @@ def try_all_cells(templates: Sequence[Template], key: Key) -> dict[str, float]:
 
 
 def try_dictionary(
-    sets: Sequence[PrintSet],
-    keys: tuple[Key, Key],
-    strangers: Sequence[Template],
+    sets: Sequence[PrintSet], keys: tuple[Key, Key], strangers: Sequence[Template]
 ) -> dict[str, dict[str, float]]:
     """Return what dictionaries of templates find, made with the key of the attacked or another.
 

@@ -26,27 +26,39 @@ REFUSED_S: Final = 2.0  # in which readiness is refused then
 KNOWN_S: Final = 1.0  # after the last check, for which it may be told once more
 BUSY: Final = 503
 PATIENCE_S: Final = 60.0
-_BOUNDARY: Final = "fpmatch-attack"
+BOUNDARY: Final = "fpmatch-attack"
+FORM: Final = f"content-type: multipart/form-data; boundary={BOUNDARY}"
 _NOISY_SIDE: Final = 1500  # pixels
 _PAUSE_S: Final = 0.05  # between two requests
 
 
+def form_of(fields: Mapping[str, object]) -> bytes:
+    """Return a form; a pair is the name of a file and its content, a list a repeated field."""
+    parts = []
+    for name, value in fields.items():
+        for one in value if isinstance(value, list) else [value]:
+            file, content = one if isinstance(one, tuple) else (None, one)
+            line = f'content-disposition: form-data; name="{name}"'
+            line += f'; filename="{file}"' if file is not None else ""
+            content = content if isinstance(content, bytes) else str(content).encode()
+            parts.append(f"--{BOUNDARY}\r\n{line}\r\n\r\n".encode() + content + b"\r\n")
+    return b"".join(parts) + f"--{BOUNDARY}--\r\n".encode()
+
+
 def multipart(**files: Path | bytes) -> bytes:
-    """Return the body of a form with these files."""
-    parts = [
-        f'--{_BOUNDARY}\r\ncontent-disposition: form-data; name="{name}"; '
-        f'filename="{name if isinstance(file, bytes) else file.name}"\r\n\r\n'.encode()
-        + (file if isinstance(file, bytes) else file.read_bytes())
-        + b"\r\n"
-        for name, file in files.items()
-    ]
-    return b"".join([*parts, f"--{_BOUNDARY}--\r\n".encode()])
+    """Return a form of these files."""
+    return form_of(
+        {
+            name: (name, file) if isinstance(file, bytes) else (file.name, file.read_bytes())
+            for name, file in files.items()
+        }
+    )
 
 
 def post_head(path: str, *headers: str) -> bytes:
     """Return the head of a request whose body is such a form; `headers` are further lines."""
     lines = [f"POST {path} HTTP/1.1", "host: localhost", *headers]
-    lines.append(f"content-type: multipart/form-data; boundary={_BOUNDARY}")
+    lines.append(FORM)
     return "\r\n".join([*lines, "", ""]).encode()
 
 
@@ -94,11 +106,7 @@ class OrdinaryClient:
             raise OSError(f"the server does not answer /{failed[0]}: {self._right[failed[0]]}")
 
     def ask_for(self, seconds: float, *, hangs: bool = False) -> Times:
-        """Request again and again for so many seconds, each time on a new connection.
-
-        Where the gallery `hangs`, all but a refusal of what needs it is wrong, and readiness must
-        be refused in time.
-        """
+        """Request again and again for so many seconds, each time on a new connection."""
         times, begin = Times(), time.perf_counter()
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -123,7 +131,7 @@ class OrdinaryClient:
         body = self._bodies.get(kind)
         try:
             if body:
-                form = {"content-type": f"multipart/form-data; boundary={_BOUNDARY}"}
+                form = {"content-type": FORM.partition(": ")[2]}
                 connection.request("POST", f"/{kind}", body, form)
             else:
                 connection.request("GET", f"/{kind}")

@@ -66,18 +66,12 @@ def enrol_samples(gallery: str) -> None:
 
 
 @contextmanager
-def started(words: Sequence[str], gallery: str, log: Path, *, open_files: int) -> Iterator[Server]:
-    """Start a server with a limit of open files; wait until it prints its address.
-
-    Raises an `OSError` if it ends before that.
-    """
+def started(words: Sequence[str], log: Path, *, open_files: int = 1024) -> Iterator[Server]:
+    """Start a server with a limit of open files; wait until it prints its address."""
     limited = ["bash", "-c", f'ulimit -n {open_files}; exec "$0" "$@"']
     with log.open("wb") as file:
         process = subprocess.Popen(
-            [*limited, *words, "--gallery", gallery],
-            stdout=subprocess.PIPE,
-            stderr=file,
-            text=True,
+            [*limited, *words], stdout=subprocess.PIPE, stderr=file, text=True
         )
     try:
         assert process.stdout is not None

@@ -21,10 +21,7 @@ EVIDENCE: Final = "fpmatch/matching/pipeline/_kernels/_evidence_kernel.py"
 SCORE: Final = "fpmatch/matching/pipeline/parameters.py"
 PIPELINE: Final = "fpmatch/matching/pipeline/_kernels/_pipeline_kernel.py"
 AMOUNT: Final = "fpmatch/matching/pipeline/_kernels/_amount_kernel.py"
-BOUND: Final = (
-    "min(2.0 + (total - low) / high, limit)",
-    "(2.0 + (total - low) / high)",
-)
+BOUND: Final = ("min(2.0 + (total - low) / high, limit)", "(2.0 + (total - low) / high)")
 SEARCH: Final = ("if doubtful and not self._is_confident(best):", "if False:")
 BEYOND: Final = ('0.8, "share of the rarity', '0.0, "share of the rarity')
 RAISED: Final = ("least / squares if 0.0 < squares < least else 1.0", "1.0")
@@ -163,13 +160,9 @@ VARIANTS: Final = (
             ("fpmatch/matching/prints/neighbourhood.py", NEIGHBOURS, NEAREST_NEIGHBOURS),
         ),
     ),
+    Variant("no prediction by the mesh", ((MESH, *PREDICTED), (MESH, *REACH_OF_TRANSFORM))),
     Variant(
-        "no prediction by the mesh",
-        ((MESH, *PREDICTED), (MESH, *REACH_OF_TRANSFORM)),
-    ),
-    Variant(
-        "no relaxation",
-        ((PARAMETERS, "_rounds: int = parameter(5", "_rounds: int = parameter(0"),),
+        "no relaxation", ((PARAMETERS, "_rounds: int = parameter(5", "_rounds: int = parameter(0"),)
     ),
     Variant("no evidence of the mesh", without=MESH_FEATURES),
     Variant(

@@ -30,11 +30,11 @@ from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.lab.evaluation.run import evaluate_templates
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.prepare import prepare
 from research.commands import Command, folders, json_file, workers, write_json
+from research.databases import extract_folders
 from research.tables.stored_prints import RATES, stored_forms, stored_parts, stored_times
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ def main(folders: tuple[Path, ...], json_file: Path | None, workers: int | None)
 
     --json writes what ``python -m research tables searching --stored`` reads.
     """
-    sets = extract_datasets(load_datasets(folders))
+    sets = extract_folders(folders)
     results = {"times": measure_times(sets), "parts": measure_parts(sets)}
     print(stored_times(results["times"]), stored_parts(results["parts"]), sep="\n\n")
     print()

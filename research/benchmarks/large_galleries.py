@@ -16,15 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 import repository  # noqa: F401
-from made_gallery import (
-    PART,
-    SEED,
-    index_of,
-    segment_of,
-    sensor_of,
-    template_of,
-    template_rows,
-)
+from made_gallery import PART, SEED, index_of, segment_of, sensor_of, template_of, template_rows
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import search_plan, with_votes
@@ -34,13 +26,12 @@ from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
-from research.commands import PATH, Command, json_file, write_json
+from research.commands import PATH, Command, json_file, print_and_write
+from research.databases import extract_folders, prints_of
 from research.tables.searching import format_searching
 
 if TYPE_CHECKING:
@@ -237,16 +228,9 @@ def losses(
 
 
 def summary(
-    name: str,
-    pairs: Sequence[dict[str, Any]],
-    count: int,
-    plan: SearchPlan,
-    least: float = 0.0,
+    name: str, pairs: Sequence[dict[str, Any]], count: int, plan: SearchPlan, least: float = 0.0
 ) -> dict[str, Any]:
-    """Return the share of the mates that comparing all finds but a search loses, by stage.
-
-    Mates count whose score is at least `least`.
-    """
+    """Return the share of the mates that comparing all finds but a search loses, by stage."""
     right = [p for p in pairs if p["similarity"] > p["rival"] and p["score"] >= least]
     passed = [p for p in right if p["terms"] < plan.by_terms]
     compared = [p for p in passed if p["descriptors"] < plan.by_descriptors]
@@ -290,10 +274,10 @@ def kinds(folders: Sequence[Path]) -> list[Kind]:
     for finger in fingers:
         made += make_templates(SEED + 1, [finger], MADE_IMPRESSIONS, sensors=[sensor_of(finger)])
     given = [Kind("synthetic", made, [f for f in fingers for _ in range(MADE_IMPRESSIONS)])]
-    for found_set in extract_datasets(load_datasets(folders)) if folders else []:
-        pairs = zip(found_set.dataset.impressions, found_set.extractions, strict=True)
-        kept = [(i.finger, e.template) for i, e in pairs if e.template is not None]
-        given.append(Kind(found_set.dataset.name, [t for _, t in kept], [f for f, _ in kept]))
+    for found_set in extract_folders(folders):
+        kept = prints_of(found_set)
+        fingers_of = [shown.finger for shown, _ in kept]
+        given.append(Kind(found_set.dataset.name, [t for _, t in kept], fingers_of))
     return given
 
 
@@ -369,9 +353,7 @@ def main(
         "bound": [summary(k.name, p, PART, plan) for k, p in zip(given, pairs, strict=True)],
         "exact": [summary(k.name, p, PART, plan) for k, p in zip(given, exact, strict=True)],
     }
-    click.echo(format_searching(results))
-    if json_file:
-        write_json(json_file, results)
+    print_and_write(format_searching(results), results, json_file)
     of_a_million = (s for s in speed if s["prints"] <= MOST_ON_DEMAND and not s["threshold"])
     slow = any(s["calls"] > MAX_CALLS for s in of_a_million if s["plan"]["loss"] < MAX_LOSS)
     large = any(sum(s["bytes"].values()) > MAX_BYTES for s in speed)

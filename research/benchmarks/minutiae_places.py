@@ -20,10 +20,9 @@ import repository  # noqa: F401
 from fpmatch.errors import DatasetError
 from fpmatch.formats.files import load_record
 from fpmatch.image.io.read import read_image
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
-from fpmatch.lab.evaluation.run import load_datasets
-from research.commands import Command, json_file, synthetic_folder, workers, write_json
+from research.commands import Command, json_file, print_and_write, synthetic_folder, workers
+from research.databases import TEST_SEED, extract_folders, synthetic_sets
 from research.experiments.minutiae_places import (
     PLACES,
     PlaceCounts,
@@ -31,7 +30,6 @@ from research.experiments.minutiae_places import (
     format_places,
     places_of,
 )
-from research.synthetic_sets import TEST_SEED, synthetic_sets
 
 if TYPE_CHECKING:
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
@@ -93,7 +91,7 @@ def as_json(counts: Counts) -> dict[str, dict[str, int]]:
 def _synthetic(kept_in: Path | None, workers: int | None) -> list[Counts]:
     """Return the counts of synthetic databases."""
     with synthetic_sets(TEST_SEED, kept_in, workers) as folders:
-        sets = extract_datasets(load_datasets(folders), workers=workers)
+        sets = extract_folders(folders, workers)
         return [counted(extracted, true_minutiae(extracted)) for extracted in sets]
 
 
@@ -139,13 +137,11 @@ def main(
                 total[place] += counts
         rows["synthetic prints"] = as_json(total)
     for images, minutiae, name in against:
-        (extracted,) = extract_datasets(load_datasets([Path(images)]), workers=workers)
+        (extracted,) = extract_folders([Path(images)], workers)
         rows[f"{extracted.dataset.name}, {name}"] = as_json(
             counted(extracted, minutiae_of(Path(minutiae), extracted))
         )
-    click.echo(format_places(rows))
-    if json_file:
-        write_json(json_file, {"rows": rows})
+    print_and_write(format_places(rows), {"rows": rows}, json_file)
 
 
 if __name__ == "__main__":

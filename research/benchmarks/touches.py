@@ -19,8 +19,6 @@ from numpy.random import default_rng
 from repository import ROOT
 
 from fpmatch.gallery.fingers.finger import Finger, fused_score
-from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.plan import plain_sensor
@@ -28,6 +26,7 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.printable import markdown_table
 from research.commands import PATH, Command, workers
+from research.databases import extract_folders, prints_of
 from research.marked_blocks import write_marked_block
 
 if TYPE_CHECKING:
@@ -63,16 +62,14 @@ MATCHER: Final = get_matcher(DEFAULT_MATCHER)
 CURVE: Final = load_calibration(DEFAULT_MATCHER)
 
 
-def prints_of(folder: Path, workers: int | None) -> tuple[str, Prints]:
+def extracted_prints(folder: Path, workers: int | None) -> tuple[str, Prints]:
     """Extract a database; touches without a template are left out."""
-    dataset = load_dataset(folder)
-    (extracted,) = extract_datasets([dataset], workers=workers)
+    (extracted,) = extract_folders([folder], workers)
     found = Prints()
-    for impression, one in zip(dataset.impressions, extracted.extractions, strict=True):
-        if one.template is not None:
-            found.templates[impression.finger].append(one.template)
-            found.prepared[impression.finger].append(MATCHER.prepare(one.template))
-    return dataset.name, found
+    for impression, template in prints_of(extracted):
+        found.templates[impression.finger].append(template)
+        found.prepared[impression.finger].append(MATCHER.prepare(template))
+    return extracted.dataset.name, found
 
 
 def measure(prints: Prints, count: int, scores: Scores, others: list, seed: int | None) -> None:
@@ -117,9 +114,7 @@ def row_of(name: str, count: int, scores: Scores) -> list[str]:
 
 def table(folders: Sequence[Path], data: Path, fingers: int, workers: int | None) -> str:
     """Measure everything; return the table."""
-    rows = [
-        ["touches", "enrolled", "genuine", "impostor", *WAYS, "FMR / FNMR at score 40"],
-    ]
+    rows = [["touches", "enrolled", "genuine", "impostor", *WAYS, "FMR / FNMR at score 40"]]
     synthetic: dict[str, Prints] = {}
     for preset, seed in SEEDS.items():
         folder = data / f"{preset}-{seed}"
@@ -132,11 +127,11 @@ def table(folders: Sequence[Path], data: Path, fingers: int, workers: int | None
             sensors=(plain_sensor(SIDE_PX, SIDE_PX),),
             workers=workers,
         )
-        _, synthetic[preset] = prints_of(folder, workers)
+        _, synthetic[preset] = extracted_prints(folder, workers)
     named = [(f"synthetic, {preset}", prints, [], [None]) for preset, prints in synthetic.items()]
     impostors = [one for prints in synthetic["normal"].prepared.values() for one in prints]
     for folder in folders:
-        name, prints = prints_of(folder, workers)
+        name, prints = extracted_prints(folder, workers)
         named.append((f"{name}, the first", prints, impostors, [None]))
         named.append((f"{name}, drawn", prints, impostors, list(range(DRAWS))))
     for name, prints, others, draws in named:

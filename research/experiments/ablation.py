@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
@@ -16,18 +16,16 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.rates.bootstrap import BOOTSTRAPPED, bootstrap_rates
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.rates.intervals import interval_of
 from fpmatch.lab.evaluation.rates.scores_set import Trials
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.score_model import ScoreWeights
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.all_pairs import compare_all_pairs
-from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json
-from research.synthetic_sets import TRAINING_SEED, make_synthetic_sets
+from research.commands import PATH, ROOT, Command, folders, json_file, print_and_write, workers
+from research.databases import TRAINING_SEED, extract_folders, make_synthetic_sets, without_ridges
 from research.tables.accuracy import FORMS, format_ablation
 from research.training.evidence_quantiles import AmountParameters, fit_amounts
 from research.training.score_fit import fit_weights
@@ -51,15 +49,13 @@ REPORTED: Final = ("eer", "fmr1000")
 class Variant:
     """Describe a variant: the lines that replace others, and features without a weight.
 
-    `name`: its name. `replaced`: file of the package, the lines that occur in it once, and those
-    that replace them. `without`: features of the score that get no weight. `conditioned`: whether
-    the sums are conditioned on how much was compared.
+    `replaced`: file of the package, the lines that occur in it once, and those that replace them.
     """
 
     name: str
     replaced: tuple[tuple[str, str, str], ...] = ()
-    without: tuple[str, ...] = ()
-    conditioned: bool = True
+    without: tuple[str, ...] = ()  # features of the score that get no weight
+    conditioned: bool = True  # whether the sums are conditioned on how much was compared
 
 
 @dataclass(frozen=True)
@@ -71,10 +67,7 @@ class Work:
 
 
 def ablation_command(variants: Sequence[Variant], script: str) -> click.Command:
-    """Return the command that measures variants, the first of which is the base.
-
-    `script` is the file that runs `run_worker` when its first argument is ``--worker``.
-    """
+    """Return the command that measures variants, the first of which is the base."""
 
     @click.command(cls=Command)
     @folders
@@ -112,9 +105,7 @@ def ablation_command(variants: Sequence[Variant], script: str) -> click.Command:
             work = Work(_synthetic_templates(kept, workers), _extracted(folders, workers))
         chosen = [k for k, one in enumerate(variants) if not k or not names or one.name in names]
         rows = _rows_of(variants, _measure(variants, chosen, work, script), work)
-        click.echo(format_ablation(rows))
-        if json_file:
-            write_json(json_file, rows)
+        print_and_write(format_ablation(rows), rows, json_file)
 
     return command
 
@@ -125,7 +116,7 @@ def _extracted(folders: Sequence[Path], workers: int | None) -> Templates:
             (impression.finger, extraction.template)
             for impression, extraction in zip(one.dataset.impressions, one.extractions, strict=True)
         ]
-        for one in extract_datasets(load_datasets(folders), workers=workers)
+        for one in extract_folders(folders, workers)
     }
 
 
@@ -180,7 +171,7 @@ def run_worker(
             for form in FORMS:
                 templates = [empty if one is None else one for _, one in rows]
                 if form != FORMS[0]:
-                    templates = [replace(one, field=None) for one in templates]
+                    templates = [without_ridges(one) for one in templates]
                 found[key, form, name] = compare_all_pairs(templates)
     Path(into).write_bytes(pickle.dumps(found))
 

@@ -17,13 +17,20 @@ from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.printable import text_table
+from fpmatch.printable import markdown_table
 from research.all_pairs import impostors_among
-from research.commands import Command, folders, json_file, synthetic_folder, workers, write_json
-from research.synthetic_sets import TEST_SEED, extract_synthetic_sets
+from research.commands import (
+    Command,
+    folders,
+    json_file,
+    print_and_write,
+    synthetic_folder,
+    workers,
+)
+from research.databases import TEST_SEED, extract_synthetic_sets
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -40,15 +47,11 @@ LARGEST_FACTOR: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class CalibrationCheck:
-    """The numbers of impostor comparisons of a database that reach each of `SCORES`.
-
-    `name`: the database's. `impostors`: impostor comparisons, without those that lack a template.
-    `reached`: how many of them reach each score or more.
-    """
+    """The numbers of impostor comparisons of a database that reach each of `SCORES`."""
 
     name: str
-    impostors: int
-    reached: tuple[int, ...]
+    impostors: int  # impostor comparisons, without those that lack a template
+    reached: tuple[int, ...]  # how many of them reach each score or more
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -99,26 +102,21 @@ def together(name: str, checks: Sequence[CalibrationCheck]) -> CalibrationCheck:
 def check_impostors(
     impostors: ImpostorSet, matcher: str, calibration: Calibration | None = None
 ) -> CalibrationCheck:
-    """Count the impostor comparisons by a matcher that reach the scores.
-
-    The scores are those of `calibration`, or of the package's for the matcher.
-    """
+    """Count the impostor comparisons by a matcher that reach the scores."""
     used = calibration or load_calibration(matcher)
     return _count(impostors.name, used.scores(impostors.trials.similarity))
 
 
-def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
-    """Return a table: a row a database, for each score the measured share and its factor."""
-    head = ["database", "impostors"]
-    for score in SCORES:
-        head += [f"from {score:g} on", f"times {100 * score_to_fmr(score):g} %"]
+def format_calibration(sets: Sequence[Mapping[str, Any]]) -> str:
+    """Return the share of impostor comparisons at each score, and its ratio to the stated FMR."""
+    head = ["", "impostor pairs"]
+    for at in sets[0]["scores"]:
+        head += [f"at {at['score']:g} or more", "times the stated FMR"]
     rows = [head]
-    for check in checks:
-        row = [check.name, str(check.impostors)]
-        for share, factor, kept in zip(check.shares, check.factors, check.kept, strict=True):
-            row += [f"{100 * share:.4f} %", f"{factor:.2f}" + ("" if kept else " !")]
-        rows.append(row)
-    return text_table(rows)
+    for row in sets:
+        cells = [(f"{100 * at['share']:.4f} %", f"{at['factor']:.2f}") for at in row["scores"]]
+        rows.append([row["name"], f"{row['impostors']:,}", *(c for pair in cells for c in pair)])
+    return markdown_table(rows)
 
 
 def _count(name: str, scores: NDArray[np.float64]) -> CalibrationCheck:
@@ -161,10 +159,8 @@ def command(
     if synthetic:
         checks.append(_check_synthetic(prints, workers))
         checks.append(together("together", checks[-2:]))
-    click.echo(format_calibration_checks(checks))
-    if json_file:
-        sets = [check.as_json() for check in checks]
-        write_json(json_file, {"matcher": report.matcher, "sets": sets})
+    sets = [check.as_json() for check in checks]
+    print_and_write(format_calibration(sets), {"matcher": report.matcher, "sets": sets}, json_file)
     context.exit(0 if all(checks[-1].kept) else 1)
 
 

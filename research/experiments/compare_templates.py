@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
-from research.commands import PATH, Command, folders, json_file, workers, write_json
+from research.commands import PATH, Command, folders, json_file, print_and_write, workers
+from research.databases import extract_folders, prints_of
 from research.experiments.template_statistics import Group, compare_non_mates, describe
 from research.tables.synthesis import format_templates
 
@@ -42,10 +41,7 @@ Example:
 @json_file
 @workers
 def command(
-    folders: tuple[Path, ...],
-    drawn: tuple[Path, ...],
-    json_file: Path | None,
-    workers: int | None,
+    folders: tuple[Path, ...], drawn: tuple[Path, ...], json_file: Path | None, workers: int | None
 ) -> None:
     """Compare synthetic templates that are made without images with those of real prints.
 
@@ -56,9 +52,7 @@ def command(
     given = [_extracted(REAL, folders, workers)]
     given += [_extracted(DRAWN, drawn, workers)] if drawn else []
     results = compare([*given, made_group()])
-    click.echo(format_templates(results))
-    if json_file:
-        write_json(json_file, results)
+    print_and_write(format_templates(results), results, json_file)
 
 
 def compare(groups: Sequence[Group]) -> dict[str, Any]:
@@ -94,10 +88,8 @@ def _bare(group: Group) -> list[Template]:
 
 def _extracted(name: str, folders: Sequence[Path], workers: int | None) -> Group:
     templates, finger = [], []
-    for k, found in enumerate(extract_datasets(load_datasets(folders), workers=workers)):
-        pairs = zip(found.dataset.impressions, found.extractions, strict=True)
-        for impression, extraction in pairs:
-            if extraction.template is not None:
-                templates.append(extraction.template)
-                finger.append((k, impression.finger))
+    for k, found in enumerate(extract_folders(folders, workers)):
+        for impression, template in prints_of(found):
+            templates.append(template)
+            finger.append((k, impression.finger))
     return Group(name, templates, finger)

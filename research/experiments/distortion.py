@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.gallery.engine.workers import run_chunks
 from fpmatch.image.extract import extract
 from fpmatch.lab.evaluation.rates.error_rates import threshold_at_fmr
 from fpmatch.lab.synthesis.contact import outline_radius
@@ -29,6 +29,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.all_pairs import compare_all_pairs
+from research.databases import without_ridges
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,21 +60,19 @@ class DistortionParameters:
     """Set the prints and the classes of strain; lengths in pixels at 500 dpi.
 
     `fingers`, `impressions`: numbers of prints: the first two impressions of a finger are not
-    distorted, the last most. `seed`: of the fingers. `max_torsion_deg`, `max_traction_px`: turn and
-    drag of the finger over the sensor in the last impression; proportionally less in the others. In
-    the contacts of the preset "clean" the skin just does not fold. `grid_px`: step of the grid on
-    which strain and displacement are measured. `limits`: strains between the classes. `min_pairs`:
-    least number of genuine pairs in a class that is reported.
+    distorted, the last most. `max_torsion_deg`, `max_traction_px`: turn and drag of the finger over
+    the sensor in the last impression; proportionally less in the others. In the contacts of the
+    preset "clean" the skin just does not fold.
     """
 
     fingers: int = 24
     impressions: int = 12
-    seed: int = 17
+    seed: int = 17  # of the fingers
     max_torsion_deg: float = 10.0
     max_traction_px: float = 24.0
-    grid_px: int = 12
-    limits: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-    min_pairs: int = 20
+    grid_px: int = 12  # step of the grid on which strain and displacement are measured
+    limits: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # strains between the classes
+    min_pairs: int = 20  # least number of genuine pairs in a class that is reported
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,10 +124,7 @@ def distortion_between(
 
 
 def true_transform(probe: Impression, reference: Impression) -> Similarity:
-    """Return the similarity nearest to the true map between impressions, over skin that both show.
-
-    Raises a `TransformError` if they share too little skin.
-    """
+    """Return the similarity nearest to the true map between impressions, over common skin."""
     points, there, shared = _skin_in_both(probe, reference, FITTED_EVERY_PX)
     return Similarity.fit(points[shared], there[shared])
 
@@ -171,26 +167,12 @@ def _pressed_on(master: Master, sensor: Sensor, parameters: DistortionParameters
 
 
 def measure_distortion(
-    parameters: DistortionParameters | None = None,
-    *,
-    workers: int | None = None,
-    progress: Progress = no_progress,
+    parameters: DistortionParameters | None = None, *, workers: int | None = None
 ) -> dict[str, Any]:
-    """Return scores and error rates of the default matcher by classes of strain, as JSON values.
-
-    They are the same for any number of `workers`.
-    """
+    """Return scores and error rates of the default matcher by classes of strain, as JSON values."""
     p = parameters or DistortionParameters()
-    done = 0
-
-    def finished(_: int) -> None:
-        nonlocal done
-        done += 1
-        progress("press", done, p.fingers)
-
-    progress("press", 0, p.fingers)
     numbers = list(range(FIRST_FINGER, FIRST_FINGER + p.fingers))
-    fingers = run_chunks(press_finger, p, numbers, workers=workers, finished=finished)
+    fingers = run_chunks(press_finger, p, numbers, workers=workers)
     conditions = [
         {"name": name, **_measured([finger[k] for finger in fingers], p, workers)}
         for k, name in enumerate(CONDITIONS)
@@ -210,7 +192,7 @@ def _measured(
 ) -> dict[str, Any]:
     """Compare all prints of one condition, and summarise the genuine pairs by their strain."""
     templates = [template for finger in fingers for template in finger.templates]
-    bare = [replace(template, field=None) for template in templates]
+    bare = [without_ridges(template) for template in templates]
     whose = np.repeat(np.arange(p.fingers), p.impressions)
     probe, reference = np.triu_indices(len(templates), 1)
     genuine = whose[probe] == whose[reference]

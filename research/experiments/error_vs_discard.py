@@ -10,7 +10,6 @@ import click
 import numpy as np
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import assess
 from fpmatch.image.quality.print_quality import PrintQuality
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
@@ -25,7 +24,7 @@ from fpmatch.lab.evaluation.rates.error_vs_discard import (
 )
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.printable import markdown_table
-from research.commands import Command, folders, json_file, workers, write_json
+from research.commands import Command, folders, json_file, print_and_write, workers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -36,38 +35,33 @@ if TYPE_CHECKING:
 
 
 def sample_quality(
-    datasets: Sequence[Dataset],
-    *,
-    workers: int | None = None,
-    progress: Progress = no_progress,
+    datasets: Sequence[Dataset], *, workers: int | None = None
 ) -> list[QualitySample]:
     """Extract, grade and compare the prints of databases; without a template the quality is 0."""
     found = [
         [attempt.result for attempt in attempts if attempt.result]
-        for attempts in attempt_each_image(
-            datasets, _assess, stage="extract", workers=workers, progress=progress
-        )
+        for attempts in attempt_each_image(datasets, _assess, stage="extract", workers=workers)
     ]
     sets = [
         ExtractedSet(dataset, tuple(extraction for extraction, _ in row))
         for dataset, row in zip(datasets, found, strict=True)
     ]
-    report = evaluate_templates(sets, workers=workers, progress=progress)
+    report = evaluate_templates(sets, workers=workers)
     return [
         _sample(row, [quality for _, quality in of_set])
         for row, of_set in zip(report.sets, found, strict=True)
     ]
 
 
-def curves_as_json(samples: Sequence[QualitySample], *, fmr: float = FMR) -> dict[str, Any]:
+def curves_as_json(samples: Sequence[QualitySample]) -> dict[str, Any]:
     """Return the curves of some databases and of all together, ready for JSON."""
     every = [*samples, pool(samples)] if len(samples) > 1 else list(samples)
     return {
-        "fmr": fmr,
+        "fmr": FMR,
         "shares": list(SHARES),
         "sets": [
             {
-                **asdict(discard_curve(sample, fmr=fmr)),
+                **asdict(discard_curve(sample)),
                 "quality": np.quantile(sample.quality, (0.05, 0.5, 0.95)).round(1).tolist(),
                 "reasons": sample.reasons,
             }
@@ -147,6 +141,4 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
     """
     datasets = with_unique_names(load_datasets(folders))
     results = curves_as_json(sample_quality(datasets, workers=workers))
-    click.echo(discard_tables(results))
-    if json_file:
-        write_json(json_file, results)
+    print_and_write(discard_tables(results), results, json_file)

@@ -12,7 +12,7 @@ from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.lab.evaluation.report.results import scores_of
 from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from research.commands import Command, folders, json_file, workers, write_json
+from research.commands import Command, folders, json_file, print_and_write, workers
 from research.tables.identification import format_fusion
 
 if TYPE_CHECKING:
@@ -51,10 +51,7 @@ def impostor_pairs(scores: ScoresSet, calibration: Calibration, apart: int) -> N
 
 
 def check_fusion(sets: Sequence[ScoresSet], calibration: Calibration, apart: int) -> dict[str, Any]:
-    """Return the measured rates at the scores `CHECKED` as multiples of what these state.
-
-    Also the greatest rank correlation, in size, of both fingers' scores in a database.
-    """
+    """Return the measured rates at the scores `CHECKED` as multiples of what these state."""
     from scipy.stats import spearmanr  # noqa: PLC0415
 
     each = [impostor_pairs(one, calibration, apart) for one in sets]
@@ -82,6 +79,4 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
     report = evaluate(list(folders), workers=workers)
     calibration = load_calibration(report.matcher)
     results = [check_fusion(scores_of(report), calibration, apart) for apart in (1, 5)]
-    click.echo(format_fusion(results))
-    if json_file is not None:
-        write_json(json_file, results)
+    print_and_write(format_fusion(results), results, json_file)

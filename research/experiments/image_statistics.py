@@ -13,20 +13,18 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.errors import DatasetError
-from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
 from fpmatch.lab.evaluation.run import load_datasets
-from fpmatch.printable import text_table
+from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders, json_file, workers, write_json
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -37,7 +35,8 @@ SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """The quantiles of a distribution that are reported."""
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 _DIGITS: Final = 4  # significant ones kept in reports
-_UNDEFINED: Final = "-"
+EXTREMES: Final = (0, 2, 4)
+"""Of these quantiles, the ones that tables show."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,20 +44,17 @@ class ImageStatistics:
     """The statistics of one image; the foreground is where the extractor finds ridges.
 
     `period_px`: median ridge period in the foreground, in pixels at 500 dpi; NaN without a
-    foreground. `area_mm2`: area of the foreground in square millimetres. `minutiae_per_mm2`:
-    extracted minutiae by area; NaN without a foreground. `mean`, `contrast`: mean and standard
-    deviation of the grey levels of the whole image, 0 to 255. `ridge_contrast`: standard deviation
-    in the foreground alone; NaN without a foreground. `foreground`: share of the image that is
-    foreground.
+    foreground. `mean`, `contrast`: mean and standard deviation of the grey levels of the whole
+    image, 0 to 255.
     """
 
     period_px: float
-    area_mm2: float
-    minutiae_per_mm2: float
+    area_mm2: float  # area of the foreground in square millimetres
+    minutiae_per_mm2: float  # extracted minutiae by area; NaN without a foreground
     mean: float
     contrast: float
-    ridge_contrast: float
-    foreground: float
+    ridge_contrast: float  # standard deviation in the foreground alone; NaN without a foreground
+    foreground: float  # share of the image that is foreground
 
 
 TITLES: Final = {
@@ -127,15 +123,10 @@ def measure_image(path: Path, dpi: float | None) -> ImageStatistics:
 
 
 def measure_sets(
-    datasets: Sequence[Dataset],
-    *,
-    workers: int | None = None,
-    progress: Progress = no_progress,
+    datasets: Sequence[Dataset], *, workers: int | None = None
 ) -> list[DatabaseStatistics]:
     """Measure all images of some databases."""
-    measured = attempt_each_image(
-        datasets, measure_image, stage="measure", workers=workers, progress=progress
-    )
+    measured = attempt_each_image(datasets, measure_image, stage="measure", workers=workers)
     return [
         DatabaseStatistics(
             dataset.name,
@@ -155,27 +146,10 @@ def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
 def share_outside(
     one: DatabaseStatistics, others: Sequence[DatabaseStatistics], name: str
 ) -> float:
-    """Return the share of a database's images outside the range of others; NaN without values.
-
-    Of the others' own images, a tenth at most lies outside.
-    """
+    """Return the share of a database's images outside the range of others; NaN without values."""
     low, high = span(others, name)
     values = one.values(name)
     return float(((values < low) | (values > high)).mean()) if values.size else math.nan
-
-
-def format_statistics(
-    sets: Sequence[DatabaseStatistics], against: Sequence[DatabaseStatistics] = ()
-) -> str:
-    """Return a table a statistic: a row a database, a column a quantile.
-
-    Where there are others to compare with, they follow, then their range; a last column holds the
-    share of the images of each of `sets` outside it. Raises a `DatasetError` if there is no
-    database.
-    """
-    if not sets:
-        raise DatasetError("no database given")
-    return "\n\n".join(_table(name, sets, against) for name in TITLES)
 
 
 def statistics_as_json(
@@ -189,24 +163,24 @@ def statistics_as_json(
     return {"shares": list(SHARES), "sets": rows, "against": [s.as_json() for s in against]}
 
 
-def _table(
-    name: str, sets: Sequence[DatabaseStatistics], against: Sequence[DatabaseStatistics]
-) -> str:
-    title, digits = TITLES[name]
-    rows = [[title, *(f"{100 * share:.0f} %" for share in SHARES)]]
-    rows += [[s.name, *(_number(q, digits) for q in s.quantiles(name))] for s in (*sets, *against)]
-    if against:
-        shares = (share_outside(s, against, name) for s in sets)
-        last = ["outside", *(_number(100 * share, 0, " %") for share in shares)]
-        last += [""] * len(against)
-        rows = [[*row, cell] for row, cell in zip(rows, last, strict=True)]
-        low, high = (_number(limit, digits) for limit in span(against, name))
-        rows.append(["their range", low, *[""] * (len(SHARES) - 2), high, ""])
-    return text_table(rows)
+def format_statistics(prints: Mapping[str, Any]) -> str:
+    """Return what `statistics_as_json` returned as a table: a row a database."""
+    head = ["", "prints", *(title for title, _ in TITLES.values())]
+    rows = [_statistics(s) for s in (*prints["sets"], *prints["against"])]
+    if prints["against"]:
+        outside = [np.mean([s["outside"][name] for s in prints["sets"]]) for name in TITLES]
+        shares = (f"{100 * share:.0f} %" for share in outside)
+        rows.append(["*synthetic ones outside the others' span*", "", *shares])
+    return markdown_table([head, *rows])
 
 
-def _number(value: float, digits: int, unit: str = "") -> str:
-    return f"{value:.{digits}f}{unit}" if math.isfinite(value) else _UNDEFINED
+def _statistics(entry: Mapping[str, Any]) -> list[str]:
+    cells = [entry["name"], str(entry["prints"])]
+    for name, (_, digits) in TITLES.items():
+        low, middle, high = (entry["quantiles"][name][k] for k in EXTREMES)
+        known = middle is not None
+        cells.append(f"{middle:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})" if known else "-")
+    return cells
 
 
 def _rounded(value: float) -> float | None:
@@ -240,9 +214,10 @@ def command(
     """
     measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)
     sets, others = measured[: len(folders)], measured[len(folders) :]
-    click.echo(format_statistics(sets, others))
+    document = statistics_as_json(sets, others)
+    click.echo(format_statistics(document))
     for one in measured:
         for reason in one.failures:
             click.echo(reason, err=True)
     if json_file:
-        write_json(json_file, statistics_as_json(sets, others))
+        write_json(json_file, document)

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.ground_truth.minutiae_counts import Tolerance
     from fpmatch.templates.minutiae import Minutiae
 
 PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
@@ -39,17 +38,12 @@ SMEARED_BRIGHTNESS: Final = 0.3  # from ink (5th percentile) to paper (95th): fi
 
 @dataclass(frozen=True, slots=True)
 class PlaceCounts:
-    """Count the minutiae of one place; counts add up.
+    """Count the minutiae of one place; counts add up."""
 
-    `known`: known minutiae: true ones that can be seen, or those of another extractor. `found`:
-    those of them that were extracted. `extracted`: extracted minutiae, without those that are true
-    ones not to be seen. `right`: those of them that are known ones.
-    """
-
-    known: int = 0
-    found: int = 0
-    extracted: int = 0
-    right: int = 0
+    known: int = 0  # known minutiae: true ones that can be seen, or those of another extractor
+    found: int = 0  # those of them that were extracted
+    extracted: int = 0  # extracted minutiae, without those that are true ones not to be seen
+    right: int = 0  # those of them that are known ones
 
     def __add__(self, other: PlaceCounts) -> PlaceCounts:
         return PlaceCounts(
@@ -76,10 +70,7 @@ def places_of(
     xy: NDArray[np.floating],
     cores: NDArray[np.floating] | None = None,
 ) -> dict[str, NDArray[np.bool_]]:
-    """Return which points (N, 2) of an image lie in each of `PLACES`.
-
-    Without `cores` (K, 2) no point is at the core.
-    """
+    """Return which points (N, 2) of an image lie in each of `PLACES`."""
     px = dpi / STANDARD_DPI
     window = WINDOW_PX * px
     image = grey.astype(np.float32)
@@ -119,10 +110,9 @@ def count_by_place(
     known: Minutiae,
     visible: NDArray[np.bool_],
     places: tuple[Mapping[str, NDArray[np.bool_]], Mapping[str, NDArray[np.bool_]]],
-    tolerance: Tolerance = MAIN_TOLERANCE,
 ) -> dict[str, PlaceCounts]:
     """Count extracted and known minutiae of one print in each place, given the places of both."""
-    pairs = assign_minutiae(extracted, known, visible, tolerance)
+    pairs = assign_minutiae(extracted, known, visible, MAIN_TOLERANCE)
     seen = visible[pairs[:, 1]]
     right = np.zeros(len(extracted), bool)
     counted = np.ones(len(extracted), bool)

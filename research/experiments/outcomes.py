@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -14,8 +14,6 @@ from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.cropping import crop_at
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import (
     ENOUGH_MM2,
@@ -32,6 +30,7 @@ from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import markdown_table
 from research.commands import Command, folders, json_file, workers, write_json
+from research.databases import extract_folders, prints_of, without_ridges
 from research.partial_templates import fragment
 
 if TYPE_CHECKING:
@@ -72,8 +71,7 @@ class WholePrints:
     """The prints of a database, prepared to be compared with."""
 
     def __init__(self, extracted: ExtractedSet) -> None:
-        pairs = zip(extracted.dataset.impressions, extracted.extractions, strict=True)
-        kept = [(one, made.template) for one, made in pairs if made.template is not None]
+        kept = prints_of(extracted)
         self.impressions: list[Impression] = [one for one, _ in kept]
         self.templates: list[Template] = [template for _, template in kept]
         self.finger = np.array([one.finger for one in self.impressions])
@@ -91,10 +89,7 @@ class WholePrints:
         return decide(score >= DEFAULT_THRESHOLD, reachable, DEFAULT_THRESHOLD)
 
     def count(self, row: OutcomeRow, number: int, probe: Template, *, ordered: bool) -> None:
-        """Count the outcomes of print `number`, or of a part of it, with the prints after it.
-
-        A part is compared with all others, not `ordered`; none is compared with its own print.
-        """
+        """Count the outcomes of print `number`, or of a part of it, with the prints after it."""
         others = np.arange(len(self.templates))
         others = others[others > number] if ordered else others[others != number]
         outcome = self.outcomes(probe)[others]
@@ -117,7 +112,7 @@ def outcome_rows(sets: Sequence[ExtractedSet], count: int, seed: int) -> Iterato
             row = OutcomeRow(f"{size} minutiae, {form}")
             for prints, number, rng in _drawn(databases, count, (seed, size)):
                 part = fragment(prints.templates[number], size, rng)
-                part = part if form == "with ridges" else replace(part, field=None)
+                part = part if form == "with ridges" else without_ridges(part)
                 prints.count(row, number, part, ordered=False)
             yield row
     for side in CROP_SIDES_PX:
@@ -185,7 +180,7 @@ def command(
     squares of the images at random places, extracted again. After the table stand the extremes of
     the prints' ridges, by which other pictures are recognised.
     """
-    sets = extract_datasets(load_datasets(folders), workers=workers)
+    sets = extract_folders(folders, workers)
     rows = []
     for row in outcome_rows(sets, parts, seed):
         rows.append(row.as_json())

@@ -21,11 +21,7 @@ from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.matching.matchers.paper import PaperMatcher
 from fpmatch.pointset.geometry.point_match import share_of
-from fpmatch.pointset.paper.matcher import (
-    UnitCircleParameters,
-    match_prepared,
-    similar_rings,
-)
+from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_prepared, similar_rings
 from fpmatch.pointset.paper.prepared_points import prepare_points
 from research.commands import PATH, Command, folders, write_json
 from research.points.conditions import conditions, make_pair
@@ -49,9 +45,7 @@ _ANY_AREA: Final = 8.0  # more than any two areas on the unit circle differ
 _MS: Final = 1e3
 
 
-def measure_paper(
-    condition: Condition, area_tolerance: float, trials: int, seed: int = SEED
-) -> dict[str, Any]:
+def measure_paper(condition: Condition, area_tolerance: float, trials: int) -> dict[str, Any]:
     """Measure the paper's method at one condition with one area tolerance.
 
     ``passing`` is the share of similar pairs among the ring pairs of equal degree. Positives are
@@ -71,7 +65,7 @@ def measure_paper(
     seconds: dict[bool, list[float]] = {True: [], False: []}
     for genuine in (True, False):
         for trial in range(trials):
-            pair = make_pair(condition, seed, trial, genuine=genuine)
+            pair = make_pair(condition, SEED, trial, genuine=genuine)
             given = UnitCircleParameters(
                 area_tolerance=area_tolerance, tolerance=pair.tolerance, matching_factor=rho
             )
@@ -98,12 +92,9 @@ def measure_paper(
 
 
 def measure_exit(
-    condition: Condition, per_point: int, trials: int, independent_trials: int, seed: int = SEED
+    condition: Condition, per_point: int, trials: int, independent_trials: int
 ) -> dict[str, Any]:
-    """Measure the default matcher at one condition, with so many proposals per point of Q at most.
-
-    0 stands for the matcher's own limit.
-    """
+    """Measure the default matcher with so many proposals per point of Q at most (0: its own)."""
     parameters = TriangleParameters()
     if per_point:
         most = min(per_point * condition.n, parameters.most_proposals(condition.n))
@@ -112,7 +103,7 @@ def measure_exit(
     recognised = 0
     for genuine, count in ((True, trials), (False, independent_trials)):
         for trial in range(count):
-            pair = make_pair(condition, seed, trial, genuine=genuine)
+            pair = make_pair(condition, SEED, trial, genuine=genuine)
             start = time.process_time()
             match = match_by_triangles(
                 pair.p, pair.q, tolerance=pair.tolerance, parameters=parameters
@@ -133,10 +124,7 @@ def measure_exit(
 def measure_points(
     trials: int, finished: Callable[[str], None] = lambda _: None
 ) -> dict[str, list[dict[str, Any]]]:
-    """Measure both matchers at every condition with up to 200 points of P.
-
-    A quarter of the `trials` is made where they are slow.
-    """
+    """Measure both matchers at every condition with up to 200 points of P."""
     few = max(1, trials // 4)
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}
     for condition in conditions(largest_m=LARGEST_M):

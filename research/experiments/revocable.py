@@ -15,17 +15,15 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fpmatch.base.encryption.keys import Key
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch_revocable.command import DEFAULT_FMR
 from fpmatch_revocable.compare import similarity
 from fpmatch_revocable.template import protect
 from research.all_pairs import compare_all_pairs
 from research.attacks.linkage import PrintSet, linkability, try_all_cells, try_dictionary
-from research.commands import Command, folders, json_file, workers, write_json
-from research.synthetic_sets import IMPRESSIONS, TEST_SEED
+from research.commands import Command, folders, json_file, print_and_write, workers
+from research.databases import IMPRESSIONS, TEST_SEED, extract_folders, prints_of
 from research.tables.revocable import format_revocable
 
 if TYPE_CHECKING:
@@ -45,21 +43,13 @@ DELAUNAY_POINTS: Final = 40
 def measure_revocable(
     sets: Sequence[ExtractedSet], *, fingers: int = FINGERS, strangers: int = STRANGERS
 ) -> dict[str, Any]:
-    """Return error rates by database, what attacks find, sizes and times.
-
-    The prints of `fingers` synthetic fingers are attacked as well, with a dictionary of templates
-    of as many other ones as `strangers`.
-    """
+    """Return error rates by database, what attacks find, sizes and times."""
     keys = Key(os.urandom(32)), Key(os.urandom(32))
     rates: list[dict[str, Any]] = []
     attacked: list[PrintSet] = []
     for one in sets:
-        there = [
-            (impression.finger, e.template)
-            for impression, e in zip(one.dataset.impressions, one.extractions, strict=True)
-            if e.template is not None
-        ]
-        _, finger = np.unique([name for name, _ in there], return_inverse=True)
+        there = prints_of(one)
+        _, finger = np.unique([shown.finger for shown, _ in there], return_inverse=True)
         prints = PrintSet([template for _, template in there], finger)
         attacked.append(prints)
         pairs = np.triu_indices(len(there), 1)
@@ -130,7 +120,5 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
 
     --json writes what ``python -m research tables revocable --measured`` reads.
     """
-    found = measure_revocable(extract_datasets(load_datasets(folders), workers=workers))
-    click.echo(format_revocable({"measured": found}))
-    if json_file:
-        write_json(json_file, found)
+    found = measure_revocable(extract_folders(folders, workers))
+    print_and_write(format_revocable({"measured": found}), found, json_file)

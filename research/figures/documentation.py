@@ -93,10 +93,7 @@ def _overlay(probe_path: Path, reference_path: Path, **view: bool) -> NDArray[np
 
 
 def small_png(picture: NDArray[np.uint8]) -> bytes:
-    """Encode a picture with a palette, which halves its size or better.
-
-    The palette covers all colours, so that small marks keep theirs.
-    """
+    """Encode a picture with a palette, which halves its size or better."""
     file = io.BytesIO()
     few = Image.fromarray(picture).quantize(
         COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE

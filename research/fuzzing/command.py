@@ -179,10 +179,7 @@ def _as_json(name: str, count: Count) -> dict[str, Any]:
 
 
 def replay(files: Sequence[Path], targets: Sequence[Target]) -> int:
-    """Print what becomes of each file; return 1 where one fails, else 0.
-
-    A file that a run saved is named after its target; others are read by all targets.
-    """
+    """Print what becomes of each file; return 1 where one fails, else 0."""
     failed = 0
     made: dict[str, Reader] = {}
     for path in files:

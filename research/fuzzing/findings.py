@@ -18,17 +18,13 @@ NOT_OURS = "in no file of fpmatch"
 
 @dataclass
 class Finding:
-    """The first input that showed one kind of failure, and how often it was seen.
+    """The first input that showed one kind of failure, and how often it was seen."""
 
-    `target`: name of the target. `data`: the input. `reason`: one line: what happened, and where.
-    `details`: the traceback, or the report of a sanitizer. `times`: how many inputs showed it.
-    """
-
-    target: str
+    target: str  # name of the target
     data: bytes
-    reason: str
-    details: str = ""
-    times: int = 0
+    reason: str  # one line: what happened, and where
+    details: str = ""  # the traceback, or the report of a sanitizer
+    times: int = 0  # how many inputs showed it
 
     @property
     def kind(self) -> str:

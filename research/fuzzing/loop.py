@@ -54,18 +54,16 @@ class Count:
     """Count the outcomes of the inputs of one target.
 
     `inputs`, `damaged`, `refused`: files that were to be read, those of them that had been damaged,
-    and those refused. `seconds`: how long it took, all processes together. `slowest_ms`: the
-    longest that an input took, in milliseconds. `peak_mb`: the most memory that a process used, in
-    millions of bytes. `findings`: what went wrong, each kind once, with the first input that showed
+    and those refused. `findings`: what went wrong, each kind once, with the first input that showed
     it.
     """
 
     inputs: int = 0
     damaged: int = 0
     refused: int = 0
-    seconds: float = 0.0
-    slowest_ms: int = 0
-    peak_mb: int = 0
+    seconds: float = 0.0  # how long it took, all processes together
+    slowest_ms: int = 0  # the longest that an input took, in milliseconds
+    peak_mb: int = 0  # the most memory that a process used, in millions of bytes
     findings: dict[str, Finding] = field(default_factory=dict)
 
 
@@ -152,11 +150,7 @@ def run(
     limits: Limits = Limits(),
     jobs: int = 1,
 ) -> Iterator[Count]:
-    """Feed a target until its limits are reached; yield the counts so far now and then.
-
-    They are the same object, updated. Another seed gives other inputs; so does another number of
-    jobs.
-    """
+    """Feed a target until its limits are reached; yield the counts so far now and then."""
     total = Count()
     corpus = [*reader.corpus, *extra]
     done = [Count() for _ in range(jobs)]

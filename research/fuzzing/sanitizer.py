@@ -39,11 +39,7 @@ _BUILD_FILES = ("setup.py", "pyproject.toml", "README.md", "LICENSE")
 
 
 def run_sanitized(arguments: Sequence[str]) -> None:
-    """Return where this process has sanitized kernels; else build them, and run it again so.
-
-    Raises an `FpmatchError` if the compiler is missing, or lacks the sanitizers, or the build
-    fails.
-    """
+    """Return where this process has sanitized kernels; else build them, and run it again so."""
     if is_sanitized():
         return
     libraries = _libraries()

@@ -53,13 +53,7 @@ class Work:
 
 
 def work(
-    target: Target,
-    reader: Reader,
-    given: Work,
-    buffer: Any,
-    state: Any,
-    failures: Any,
-    dump: str,
+    target: Target, reader: Reader, given: Work, buffer: Any, state: Any, failures: Any, dump: str
 ) -> None:
     """Read inputs until enough are read; a failure ends the process, as it may have left harm."""
     prepare_process(dump, sanitized=is_sanitized())

@@ -71,11 +71,7 @@ def run_bench(
     started: Callable[[str], None] = lambda _: None,
     finished: Callable[[Outcome], None] = lambda _: None,
 ) -> None:
-    """Run the cells that are not among the results yet, one after the other, and add them.
-
-    `started` is called with a cell's name when it begins, or is known or skipped, and `finished`
-    with each cell once it is among the results.
-    """
+    """Run the cells that are not among the results yet, one after the other, and add them."""
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
     earlier: list[Outcome] = [*results.cells, *results.skipped]

@@ -98,10 +98,7 @@ class Condition(NamedTuple):
 def conditions(
     models: Sequence[PointModel] = POINT_MODELS, largest_m: int | None = None
 ) -> list[Condition]:
-    """Return the conditions of these models in the order of the tables, 39 a model.
-
-    Rows of more than `largest_m` points of P are left out.
-    """
+    """Return the conditions of these models in the order of the tables, 39 a model."""
     return [
         Condition(model, row, factor)
         for model in models

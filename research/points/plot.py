@@ -5,13 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.lab.plots.style import (
-    PLOT_DPI,
-    SERIES_COLOURS,
-    check_plot,
-    figure_bytes,
-    plain_style,
-)
+from fpmatch.lab.plots.style import PLOT_DPI, SERIES_COLOURS, check_plot, figure_bytes, plain_style
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, conditions
 from research.points.matchers import MATCHER_NAMES
 from research.points.random_sets import POINT_MODELS
@@ -30,11 +24,7 @@ _PANEL_INCHES: Final = (4.0, 3.2)
 
 
 def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None:
-    """Draw a row of panels a model, a panel for each ρ; raise as `check_plot`.
-
-    Each matcher has a marker a cell, one shape for each n/m, and a line through those of n = 2m;
-    scipy's triangulations of the same sets at n = 2m are a dashed line.
-    """
+    """Draw a row of panels a model, a panel for each ρ; raise as `check_plot`."""
     check_plot(path)
     from matplotlib.figure import Figure  # noqa: PLC0415
 

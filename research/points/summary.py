@@ -41,12 +41,11 @@ def summarise(results: BenchResults) -> list[str]:
     return [*lines, *_bounds(results), *_not_run(results)]
 
 
-def speed_ups(results: BenchResults, model: PointModel, factor: int = 2) -> list[float]:
+def speed_ups(results: BenchResults, model: PointModel) -> list[float]:
     """Return, for each row that both ran, van Wamelen's time over the default matcher's."""
     pairs = (
         (results.cell(condition, "van-wamelen"), results.cell(condition, "triangles"))
-        for condition in conditions([model])
-        if condition.factor == factor
+        for condition in _at_2m(model)
     )
     return [
         baseline.time_ms / default.time_ms for baseline, default in pairs if baseline and default

@@ -1,11 +1,10 @@
-"""The results on random point sets as text tables beside the paper's own."""
+"""The results on random point sets as tables beside the paper's own."""
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.printable import markdown_table, text_table
+from fpmatch.printable import markdown_table
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, Condition
 from research.points.matchers import MATCHER_NAMES
 from research.points.random_sets import POINT_MODELS
@@ -28,7 +27,6 @@ _PUBLISHED: Final = {
 }
 _PARAMETERS: Final = ("m", "rho", "eta", "lambda")
 _ABSENT: Final = "-"
-_WIDTH: Final = 120
 _EDGES: Final = (100.0, 10.0, 0.1)  # milliseconds below which a time has one decimal more
 
 LEGEND: Final = (
@@ -40,32 +38,10 @@ LEGEND: Final = (
 
 
 def format_bench(results: BenchResults) -> str:
-    """Return the results as plain text: times and answers by matcher and model, then a summary.
-
-    Lines have at most 120 characters (for up to 100 trials); "-" where a cell was not run.
-    """
+    """Return times and answers by matcher and model, then a summary; "-" where no cell was run."""
     blocks = [
-        f"{title}\n{text_table([_group_names(len(lines[0])), *lines], left=0)}"
-        for title, lines in _tables(results)
+        f"### {title}\n\n{markdown_table(lines, left=0)}" for title, lines in _tables(results)
     ]
-    notes = [
-        "\n".join(textwrap.fill(line, _WIDTH, subsequent_indent="  ") for line in part)
-        for part in (LEGEND, summarise(results))
-    ]
-    return "\n\n".join([*blocks, *filter(None, notes)])
-
-
-def format_bench_markdown(results: BenchResults) -> str:
-    """Return the results as `format_bench` does, in Markdown."""
-    blocks = []
-    for title, (head, *rows) in _tables(results):
-        groups = _group_names(len(head))
-        for k in range(len(_PARAMETERS), len(head)):
-            groups[k] = groups[k] or groups[k - 1]
-        named = [
-            f"{group}: {name}" if group else name for group, name in zip(groups, head, strict=True)
-        ]
-        blocks.append(f"### {title}\n\n{markdown_table([named, *rows], left=0)}")
     lists = ["\n".join(f"- {line}" for line in part) for part in (LEGEND, summarise(results))]
     return "\n\n".join([*blocks, *lists])
 
@@ -118,7 +94,9 @@ def _lines(
     texts: Callable[[PointCell | None, PaperRow, int], Line],
 ) -> list[Line]:
     """Return a head, and a line for each row of which any cell was run."""
-    lines: list[Line] = [(*_PARAMETERS, *(name for _ in TARGET_FACTORS for name in columns))]
+    lines: list[Line] = [
+        (*_PARAMETERS, *(f"n = {n}m: {name}" for n in TARGET_FACTORS for name in columns))
+    ]
     for index, row in enumerate(PAPER_ROWS):
         cells = [
             results.cell(Condition(model, index, factor), matcher) for factor in TARGET_FACTORS
@@ -129,13 +107,6 @@ def _lines(
                 line += texts(cell, row, column)
             lines.append(tuple(line))
     return lines
-
-
-def _group_names(width: int) -> list[str]:
-    """Return a row of `width` cells: the name of each n over its first column."""
-    each = (width - len(_PARAMETERS)) // len(TARGET_FACTORS)
-    groups = [[f"n = {factor}m", *[""] * (each - 1)] for factor in TARGET_FACTORS]
-    return [*[""] * len(_PARAMETERS), *(name for group in groups for name in group)]
 
 
 def format_ms(milliseconds: float) -> str:

@@ -95,10 +95,7 @@ def is_recognised(match: PointMatch | None, pair: RandomPair) -> bool:
 def run_cell(
     condition: Condition, matcher: BenchMatcher, plan: TrialPlan, clock: Clock = time.process_time
 ) -> PointCell:
-    """Try a matcher on the pairs of one condition; `clock` returns the time in seconds.
-
-    Raises a `StoppedError` if the first genuine match was stopped: there is no result then.
-    """
+    """Try a matcher on the pairs of one condition; `clock` returns the time in seconds."""
     stopwatch = _Stopwatch(condition, matcher, plan, clock)
     stopwatch.warm_up()
     genuine = stopwatch.run(genuine=True)

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from PIL import Image
 
+from research.fuzzing.mutators.records import chunk
+from research.fuzzing.targets.good_images import an2_text
 from research.promises.program import PROBE
 
 if TYPE_CHECKING:
@@ -69,17 +71,11 @@ def template_files(place: Place) -> dict[str, bytes]:
 def an2() -> bytes:
     """Return an ANSI/NIST-ITL file with a record of type 9 of three minutiae."""
     minutiae = (f"{k:03}\x1f{1000 * k:04}{1200 * k:04}{40 * k:03}\x1f60\x1fA" for k in (1, 2, 3))
-    fields = ["9.002:01", "9.003:4", "9.004:S", "9.005:A\x1fA\x1fA", "9.006:1", "9.007:U"]
-    fields += ["9.010:3", "9.011:0", f"9.012:{chr(30).join(minutiae)}"]
-    first = ["1.002:0300", "1.003:1\x1f1\x1e9\x1f01", "1.004:A", "1.005:20200101", "1.007:A"]
-    first += ["1.008:A", "1.009:A", "1.011:19.69", "1.012:19.69"]
-    return b"".join(_record(kind, rows) for kind, rows in ((1, first), (9, fields)))
-
-
-def _record(kind: int, fields: list[str]) -> bytes:
-    rest = "\x1d".join(fields) + "\x1c"
-    length = len(f"{kind}.001:000\x1d{rest}")
-    return f"{kind}.001:{length:03}\x1d{rest}".encode()
+    fields = [(2, "01"), (3, "4"), (4, "S"), (5, "A\x1fA\x1fA"), (6, "1"), (7, "U")]
+    fields += [(10, "3"), (11, "0"), (12, "\x1e".join(minutiae))]
+    first = [(2, "0300"), (3, "1\x1f1\x1e9\x1f01"), (4, "A"), (5, "20200101"), (7, "A")]
+    first += [(8, "A"), (9, "A"), (11, "19.69"), (12, "19.69")]
+    return an2_text(1, first) + an2_text(9, fields)
 
 
 def mutants(good: bytes, random: Random, number: int) -> Iterator[bytes]:
@@ -126,7 +122,7 @@ def giants() -> dict[str, bytes]:
     frame = struct.pack(">2H", huge, huge)
     bitmap = struct.pack("<2s3I3I2H6I", b"BM", 9999, 0, 1078, 40, huge, huge, 1, 8, *(0,) * 6)
     return {
-        "giant.png": b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", head) + _chunk(b"IDAT", bytes(9)),
+        "giant.png": b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", bytes(9)),
         "giant.bmp": bitmap + bytes(9000),
         "giant.gif": b"GIF89a" + b"\xff" * 4 + b"\x80\0\0" + bytes(6) + b",\0\0\0\0" + b"\xff" * 4,
         "giant.pgm": b"P5 99999 99999 255\n" + bytes(999),
@@ -149,8 +145,8 @@ def bombs() -> dict[str, bytes]:
         "scans.jpg": scans[:last] + scans[last:-2] * 3000 + scans[-2:],
         "strips.tif": tiff(100, 60_000, [1] * 60_000),
         "text.png": _flat(Image.new("L", (300, 300)), "PNG").replace(
-            _chunk(b"IEND", b""),
-            _chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(300_000_000))) + _chunk(b"IEND", b""),
+            chunk(b"IEND", b""),
+            chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(300_000_000))) + chunk(b"IEND", b""),
         ),
         "space.csv": b"# fpmatch-template 1 width=388 height=374 dpi=500\n" + b" \n" * 8_000_000,
         "deep.json": b'{"format": "fpmatch-template", "a": ' + b"[" * 2_000_000,
@@ -173,10 +169,6 @@ def tiff(width: int, height: int, strips: list[int]) -> bytes:
         data += content if len(values) > 1 else b""
         entries += struct.pack("<2HI", tag, kind, len(values)) + offset
     return b"II*\0\x08\0\0\0" + struct.pack("<H", len(tags)) + entries + bytes(4) + data
-
-
-def _chunk(name: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
 
 def _flat(image: Image.Image, kind: str) -> bytes:

@@ -12,21 +12,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from research.attacks.requests import form_of, post_head
 from research.attacks.server import resident_mb
 from research.promises.attack import attack
 from research.promises.files import NASTY, extreme_templates
 from research.promises.program import KEY, PROBE, database, templates
-from research.promises.web import (
-    FORM,
-    IMAGE,
-    PAIR,
-    ROLES,
-    ROUTES,
-    descendants,
-    multipart,
-    served,
-    workers_of,
-)
+from research.promises.web import IMAGE, PAIR, ROLES, ROUTES, descendants, served, workers_of
 
 if TYPE_CHECKING:
     from research.promises.attack import Tries
@@ -37,9 +28,8 @@ _Asked = tuple[str, dict[str, object] | bytes, dict[str, str]]
 _HEAD: Final = b"POST /verify HTTP/1.1\r\nhost: localhost\r\n"
 
 
-def _upload(body: bytes, address: bytes = b"verify") -> bytes:
-    head = _HEAD.replace(b"verify", address)
-    return head + FORM.encode() + b"\r\ncontent-length: %d\r\n\r\n" % len(body) + body
+def _upload(body: bytes, address: str = "/verify") -> bytes:
+    return post_head(address, f"content-length: {len(body)}") + body
 
 
 @attack("A server listens on this computer only")
@@ -148,7 +138,7 @@ def leftovers(place: Place) -> Tries:
     temporary = place.folder / "tmp"
     with served(place) as web:
         for k in range(16):
-            body = multipart((PAIR, large, broken)[k % 3])
+            body = form_of((PAIR, large, broken)[k % 3])
             end = place.random.randrange(len(body)) if k % 2 else len(body)
             with web.connect(_upload(body)[: end + 200]) as opened:
                 if end == len(body):
@@ -192,9 +182,9 @@ def slow_clients(place: Place) -> Tries:
     """Hold 30 headers, 30 bodies and 6 unread answers: others are answered, these end in 25 s."""
     with served(place) as web:
         usual = _seconds(web)
-        body = _upload(multipart(PAIR))[:900]
+        body = _upload(form_of(PAIR))[:900]
         slow = [web.connect(part) for part in (_HEAD, body) for _ in range(30)]
-        unread = [web.connect(_upload(multipart(PAIR), b"compare")) for _ in range(6)]
+        unread = [web.connect(_upload(form_of(PAIR), "/compare")) for _ in range(6)]
         for _ in range(8):
             seconds = _seconds(web)
             yield seconds < max(3.0, 10 * usual) or f"a verification took {seconds:.1f} s"

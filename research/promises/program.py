@@ -53,10 +53,7 @@ class Run:
 
     @property
     def refused(self) -> bool | str:
-        """Whether it was refused in one line with exit status 2; else what it did.
-
-        Wrong options may be refused with the usage, whose last line has the error.
-        """
+        """Whether it was refused in one line with exit status 2; else what it did."""
         lines = [line for line in self.err.splitlines() if not line.startswith("fpmatch: note:")]
         usage = bool(lines) and lines[0].startswith("Usage: ")
         errors = [line for line in lines if line and not line.startswith(("Usage: ", "Try "))]
@@ -122,10 +119,7 @@ class Place:
         return Run(tuple(map(str, words)), status, *texts)
 
     def done(self, *words: object, **options: Any) -> Run:
-        """Run a command without which an attack cannot begin.
-
-        Raises an `OSError` if it does not succeed.
-        """
+        """Run a command without which an attack cannot begin."""
         run = self.run(*words, **options)
         if run.status:
             raise OSError(str(run))

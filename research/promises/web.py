@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from research.attacks.requests import FORM, PROBE, REFERENCE, form_of
 from research.attacks.server import started
 from research.commands import ROOT
-from research.promises.program import KEY, PROBE, REFERENCE
+from research.promises.program import KEY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,8 +40,6 @@ ROUTES: Final[dict[str, tuple[str, Form]]] = {  # by docs/how-to: role, and the 
     "DELETE /gallery/16": ("admin", {}),
     "DELETE /gallery/prints?subject=103": ("admin", {}),
 }
-_BOUNDARY: Final = "promise"
-FORM: Final = f"content-type: multipart/form-data; boundary={_BOUNDARY}"
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ class Web:
         """Send a request, a method and an address, with the form that it takes or another body."""
         method, _, address = what.partition(" ")
         form = ROUTES.get(what, ("", {}))[1] if form is None else form
-        body = form if isinstance(form, bytes) else multipart(form) if form else b""
+        body = form if isinstance(form, bytes) else form_of(form) if form else b""
         sent = {"content-type": FORM.partition(": ")[2]} if body else {}
         connection = http.client.HTTPConnection(host, self.port, timeout=40)
         try:
@@ -121,29 +120,17 @@ def workers_of(pid: int) -> list[int]:
     return workers
 
 
-def multipart(fields: Mapping[str, object]) -> bytes:
-    """Return a form; a pair is the name of a file and its content, a list a repeated field."""
-    parts = []
-    for name, value in fields.items():
-        for one in value if isinstance(value, list) else [value]:
-            file, content = one if isinstance(one, tuple) else (None, one)
-            line = f'content-disposition: form-data; name="{name}"'
-            line += f'; filename="{file}"' if file is not None else ""
-            content = content if isinstance(content, bytes) else str(content).encode()
-            parts.append(f"--{_BOUNDARY}\r\n{line}\r\n\r\n".encode() + content + b"\r\n")
-    return b"".join(parts) + f"--{_BOUNDARY}--\r\n".encode()
-
-
 @contextmanager
-def served(place: Place, *options: object, kind: str = "plain") -> Iterator[Web]:
+def served(place: Place, *options: object) -> Iterator[Web]:
     """Serve the gallery of an attack, which is made, in its folder."""
     gallery, temporary = place.folder / "plain.db", place.folder / "tmp"
     temporary.mkdir(exist_ok=True)
     if not gallery.exists():
-        place.gallery(kind=kind)
+        place.gallery()
     settings = {"HOME": place.folder, "PYTHONPATH": ROOT, "TMPDIR": temporary, "FPMATCH_KEY": KEY}
     words = ["env", "-C", place.folder, *(f"{name}={value}" for name, value in settings.items())]
-    words += [sys.executable, "-m", "fpmatch", "serve", "--port", 0, "--workers", 2, *options]
+    words += [sys.executable, "-m", "fpmatch", "serve", "--port", 0, "--workers", 2]
+    words += ["--gallery", gallery, *options]
     log = place.folder.parent / "log.txt"
-    with started(list(map(str, words)), str(gallery), log, open_files=1024) as server:
+    with started(list(map(str, words)), log) as server:
         yield Web(server.place[1], server.pid, log)

@@ -9,11 +9,10 @@ import click
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from research.commands import PATH, Command, folders, json_file, workers, write_json
+from research.commands import PATH, Command, folders, json_file, print_and_write, workers
+from research.databases import extract_folders
 from research.scale.constants import Assumptions, Constants
 from research.scale.measure import measure as measured_constants
 from research.scale.plan import SEARCHES, found_shares, limits, make_plan, threshold
@@ -56,10 +55,8 @@ def measure(
 ) -> None:
     """Measure the constants of a plan on the prints of FVC-style databases DIR."""
     times = search_times(read_json(searching))
-    found = measured_constants(extract_datasets(load_datasets(folders), workers=workers), times)
-    click.echo(format_constants(Constants.from_dict(found)))
-    if json_file:
-        write_json(json_file, found)
+    found = measured_constants(extract_folders(folders, workers), times)
+    print_and_write(format_constants(Constants.from_dict(found)), found, json_file)
 
 
 def search_times(results: Any) -> list[tuple[int, float]]:
@@ -91,11 +88,7 @@ def plan_all(c: Constants, a: Assumptions) -> dict[str, Any]:
             for plan in plans
         ],
         "thresholds": [
-            {
-                "prints": prints,
-                "score": threshold(prints),
-                "found": found_shares(prints, c.genuine),
-            }
+            {"prints": prints, "score": threshold(prints), "found": found_shares(prints, c.genuine)}
             for prints in GALLERIES
         ],
         "measured_score": measured,
@@ -128,6 +121,4 @@ def plan(constants: Path, json_file: Path | None, **given: Any) -> None:
             raise FpmatchError(f"{name}: {value:g} is not positive")
     document = read_json(constants)
     made = {"constants": document, **plan_all(Constants.from_dict(document), Assumptions(**given))}
-    click.echo("\n\n".join(format_scale(made).values()))
-    if json_file:
-        write_json(json_file, made)
+    print_and_write("\n\n".join(format_scale(made).values()), made, json_file)

@@ -20,20 +20,17 @@ class Constants:
     """Measured constants of one core and one print.
 
     `delaunay_us`: processor time of scipy's Delaunay triangulation of 40 points in the same run.
-    `enrol_us`: of enrolling a template in a gallery on SQLite. `index_us`: of each of `STAGES`.
-    `index_bytes`: bytes a print of the index by part. `database_bytes`: bytes a print of the
-    database. `search`: prints of a gallery, and seconds of processor time of a search; at least
-    two, ascending. `genuine`: genuine pairs by score: of those from k to k + 1, entry k; the last,
-    100.
+    `search`: prints of a gallery, and seconds of processor time of a search; at least two,
+    ascending.
     """
 
     delaunay_us: float
-    enrol_us: float
-    index_us: dict[str, float]
-    index_bytes: dict[str, float]
-    database_bytes: float
+    enrol_us: float  # of enrolling a template in a gallery on SQLite
+    index_us: dict[str, float]  # of each of `STAGES`
+    index_bytes: dict[str, float]  # bytes a print of the index by part
+    database_bytes: float  # bytes a print of the database
     search: list[tuple[int, float]]
-    genuine: list[int]
+    genuine: list[int]  # genuine pairs by score: of those from k to k + 1, entry k; the last, 100
 
     @property
     def print_bytes(self) -> float:
@@ -61,10 +58,7 @@ class Constants:
 
     @classmethod
     def from_dict(cls, document: Any) -> Constants:
-        """Return the constants in a JSON document.
-
-        Raises an `FpmatchError` if one is missing, or is not a positive number.
-        """
+        """Return the constants in a JSON document."""
         try:
             given = {f.name: document[f.name] for f in fields(cls)}
             given["search"] = [(int(n), float(s)) for n, s in given["search"]]

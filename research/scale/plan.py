@@ -106,10 +106,7 @@ def make_plan(prints: int, searches_s: float, c: Constants, a: Assumptions) -> P
 
 
 def threshold(prints: int) -> float:
-    """Return the score that one search in a hundred without a mate exceeds by chance.
-
-    It may be over 100, where scores end.
-    """
+    """Return the score that one search in a hundred without a mate exceeds by chance."""
     return -10.0 * math.log10(FPIR / prints)
 
 

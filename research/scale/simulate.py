@@ -43,7 +43,6 @@ def simulate(
     probes: int = PROBES,
     down: tuple[float, float] | None = None,
     replicas: int | None = None,
-    seed: int = 0,
 ) -> Run:
     """Simulate some probes, `rate` a second, on the machines of a plan.
 
@@ -51,7 +50,7 @@ def simulate(
     doing is lost, and asked of the next replica. Where no replica is left, the answer is of the
     other shards.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     count = plan.replicas if replicas is None else replicas
     gaps = rng.exponential(1.0 / rate, probes)
     arrival = np.cumsum(gaps)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.report.rate_text import percent
 from fpmatch.printable import markdown_table
+from research.experiments.calibration_check import format_calibration
 from research.experiments.distortion import KINDS
 from research.experiments.minutiae_places import format_places
 from research.experiments.outcomes import format_outcomes
@@ -63,7 +64,7 @@ def format_accuracy(results: Row) -> str:
             "identical with the weights of the base.",
             format_ablation(results["parts"]),
             "### Scores of impostors",
-            _calibration_table(results["calibration"]["sets"]),
+            format_calibration(results["calibration"]["sets"]),
             "### Fragments and wolves",
             "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
             "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
@@ -142,18 +143,6 @@ def _feature_table(ablation: Row) -> str:
     return markdown_table(rows)
 
 
-def _calibration_table(sets: Sequence[Row]) -> str:
-    """Return the share of impostor comparisons at each score, and its ratio to the stated FMR."""
-    head = ["", "impostor pairs"]
-    for at in sets[0]["scores"]:
-        head += [f"at {at['score']:g} or more", "times the stated FMR"]
-    rows = [head]
-    for row in sets:
-        cells = [(f"{100 * at['share']:.4f} %", f"{at['factor']:.2f}") for at in row["scores"]]
-        rows.append([row["name"], f"{row['impostors']:,}", *(c for pair in cells for c in pair)])
-    return markdown_table(rows)
-
-
 def _distortion_tables(before: Row, now: Row) -> list[str]:
     """Return a description of the measurement, and the tables, each below its title."""
     fingers, turn, drag = now["fingers"], now["max_torsion_deg"], now["max_traction_px"]
@@ -198,10 +187,7 @@ def strain_class(row: Mapping[str, Any]) -> str:
 def distortion_rows(
     conditions: Sequence[Mapping[str, Any]], kind: str, names: Sequence[str] = ("",)
 ) -> list[list[str]]:
-    """Return one condition, measured once or several times, as rows of a table below a head.
-
-    Raises a `DatasetError` if the measurements are not of the same pairs.
-    """
+    """Return one condition, measured once or several times, as rows of a table below a head."""
     columns = ("median score", "below threshold", "FNMR")
     head = ["strain", "displacement", "pairs"]
     head += [f"{name} {column}".strip() for column in columns for name in names]

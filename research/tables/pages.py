@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes
@@ -18,7 +17,7 @@ from research.experiments.error_vs_discard import format_quality
 from research.marked_blocks import marked_block, write_marked_block
 from research.points.plot import save_bench_plot
 from research.points.results import read_results
-from research.points.table import format_bench_markdown
+from research.points.table import format_bench
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import format_fusion, format_identification, tests_kept
@@ -49,10 +48,7 @@ CONTRIBUTING: Final = ROOT / "CONTRIBUTING.md"
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file.
-
-    Raises a `DatasetError` if it cannot be read.
-    """
+    """Read a JSON file."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -97,12 +93,16 @@ def _tables(name: str) -> Path:
     return DOCS / "tables" / name
 
 
-def _paper_choice(part: str, results: Mapping[str, Any]) -> str:
-    return format_paper_choices(results["choices"])[part]
+def _shown(
+    format_part: Callable[[Any], Any], part: str, block: str = ""
+) -> Callable[[Mapping[str, Any]], str]:
+    """Return what formats one part; `block` names one of several blocks that it gives."""
 
+    def formatted(results: Mapping[str, Any]) -> str:
+        made = format_part(results[part])
+        return str(made[block] if block else made)
 
-def _scale_block(name: str, results: Mapping[str, Any]) -> str:
-    return format_scale(results["plan"])[name]
+    return formatted
 
 
 def _points_plot(results: Mapping[str, Any]) -> None:
@@ -175,9 +175,7 @@ PAGES: Final = {
         },
         {
             (DOCS / "how-to" / "identification.md", "identification"): format_identification,
-            (DOCS / "how-to" / "identification.md", "fusion"): lambda results: format_fusion(
-                results["fusion"]
-            ),
+            (DOCS / "how-to" / "identification.md", "fusion"): _shown(format_fusion, "fusion"),
         },
     ),
     "points": Page(
@@ -193,11 +191,9 @@ PAGES: Final = {
             ),
         },
         {
-            (_tables("point_sets.md"), "measured"): lambda results: format_bench_markdown(
-                results["bench"]
-            ),
+            (_tables("point_sets.md"), "measured"): _shown(format_bench, "bench"),
             **{
-                (_explanation("point_sets.md"), part): partial(_paper_choice, part)
+                (_explanation("point_sets.md"), part): _shown(format_paper_choices, "choices", part)
                 for part in POINT_PARTS
             },
         },
@@ -205,7 +201,7 @@ PAGES: Final = {
     ),
     "promises": Page(
         {"attacks": Part("python -m research promises --json", "promises.json", alone=True)},
-        {(DOCS / "security.md", "promises"): lambda results: format_promises(results["attacks"])},
+        {(DOCS / "security.md", "promises"): _shown(format_promises, "attacks")},
     ),
     "quality": Page(
         {
@@ -221,9 +217,7 @@ PAGES: Final = {
             (_explanation("quality.md"), "measured"): lambda results: format_quality(
                 {part: results[part] for part in _DISCARDED}
             ),
-            (_explanation("quality.md"), "joined"): lambda results: format_joined(
-                results["joined"]
-            ),
+            (_explanation("quality.md"), "joined"): _shown(format_joined, "joined"),
         },
     ),
     "revocable": Page(
@@ -237,7 +231,7 @@ PAGES: Final = {
     "scale": Page(
         {"plan": Part("python -m research scale plan --json", "scale.json", alone=True)},
         {
-            (DOCS / "scale.md", name): partial(_scale_block, name)
+            (DOCS / "scale.md", name): _shown(format_scale, "plan", name)
             for name in ("constants", "plans", "simulation", "thresholds", "limits", "assumptions")
         },
     ),
@@ -251,12 +245,8 @@ PAGES: Final = {
             ),
         },
         {
-            (_tables("searching.md"), "measured"): lambda results: format_searching(
-                results["large"]
-            ),
-            (_explanation("searching.md"), "stored"): lambda results: format_stored(
-                results["stored"]
-            ),
+            (_tables("searching.md"), "measured"): _shown(format_searching, "large"),
+            (_explanation("searching.md"), "stored"): _shown(format_stored, "stored"),
         },
     ),
     "serving": Page(
@@ -274,13 +264,9 @@ PAGES: Final = {
             },
         },
         {
-            (DOCS / "how-to" / "serve.md", "load"): lambda results: format_serving(results["load"]),
-            (DOCS / "how-to" / "deploy.md", "attacks"): lambda results: format_attacks(
-                results["attacks"]
-            ),
-            (DOCS / "how-to" / "deploy.md", "hanging"): lambda results: format_attacks(
-                results["hanging"]
-            ),
+            (DOCS / "how-to" / "serve.md", "load"): _shown(format_serving, "load"),
+            (DOCS / "how-to" / "deploy.md", "attacks"): _shown(format_attacks, "attacks"),
+            (DOCS / "how-to" / "deploy.md", "hanging"): _shown(format_attacks, "hanging"),
             (DOCS / "how-to" / "deploy.md", "servers"): lambda results: format_other_servers(
                 {name: results[name] for name in OTHER_SERVERS}
             ),
@@ -298,19 +284,14 @@ PAGES: Final = {
         },
         {
             (_explanation("synthesis.md"), "measured"): format_synthesis,
-            (_explanation("synthesis.md"), "templates"): lambda results: format_templates(
-                results["templates"]
-            ),
+            (_explanation("synthesis.md"), "templates"): _shown(format_templates, "templates"),
         },
     ),
 }
 
 
 def load_results(page: Page) -> dict[str, Any]:
-    """Return the kept results of a page by part.
-
-    Raises a `DatasetError` if a file cannot be read or lacks a part.
-    """
+    """Return the kept results of a page by part."""
     results = {}
     for name, part in page.parts.items():
         path = DOCS / "data" / part.file

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.lab.evaluation.report.rate_text import percent
 from fpmatch.printable import markdown_table
-from research.experiments.image_statistics import TITLES
+from research.experiments.image_statistics import EXTREMES, format_statistics
 from research.experiments.template_statistics import RATES
 from research.experiments.template_statistics import TITLES as TEMPLATE_TITLES
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 MAIN_DISTANCE_PX: Final = 12.0  # of the tolerance that is shown
-_EXTREMES: Final = (0, 2, 4)  # of the quantiles: 5, 50 and 95 %
 
 
 def preset_rows(evaluation: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -40,30 +39,11 @@ def format_synthesis(results: Mapping[str, Any]) -> str:
         [
             "### Statistics of the images",
             "Median, and in brackets the range from 5 to 95 in 100.",
-            _prints_table(results["prints"]),
+            format_statistics(results["prints"]),
             "### Presets",
             _presets_table(results["presets"]),
         ]
     )
-
-
-def _prints_table(prints: Mapping[str, Any]) -> str:
-    head = ["", "prints", *(title for title, _ in TITLES.values())]
-    rows = [_statistics(s) for s in (*prints["sets"], *prints["against"])]
-    mean = [
-        sum(s["outside"][name] for s in prints["sets"]) / len(prints["sets"]) for name in TITLES
-    ]
-    outside = [f"{100 * share:.0f} %" for share in mean]
-    rows.append(["*synthetic ones outside the others' span*", "", *outside])
-    return markdown_table([head, *rows])
-
-
-def _statistics(entry: Mapping[str, Any]) -> list[str]:
-    cells = [entry["name"], str(entry["prints"])]
-    for name, (_, digits) in TITLES.items():
-        low, middle, high = (entry["quantiles"][name][k] for k in _EXTREMES)
-        cells.append(f"{middle:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})")
-    return cells
 
 
 def _presets_table(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -91,7 +71,7 @@ def format_templates(results: Mapping[str, Any]) -> str:
         cells = []
         for group in groups:
             found = group["quantiles"].get(name)
-            low, middle, high = (found[k] for k in _EXTREMES) if found else (0.0, 0.0, 0.0)
+            low, middle, high = (found[k] for k in EXTREMES) if found else (0.0, 0.0, 0.0)
             shown = f"{middle:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
             cells.append(shown if found else "-")
         rows.append([title, *cells])

@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fpmatch.lab.evaluation.calibrate import calibrate_on
-from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, extract_datasets
+from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
 from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
-from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.lab.evaluation.run import evaluate_templates
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among
 from research.commands import PATH, Command, folders, synthetic_folder, workers
-from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
+from research.databases import (
+    TRAINING_SEED,
+    extract_folders,
+    extract_synthetic_sets,
+    without_ridges,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,7 +64,7 @@ def command(
     minutiae alone; real and synthetic prints have half of the weight each, and two thirds of that
     belong to comparisons with ridges. The same prints give the same files to the last bit.
     """
-    real = extract_datasets(load_datasets(folders), workers=workers)
+    real = extract_folders(folders, workers)
     made = extract_synthetic_sets(TRAINING_SEED, prints, workers) if synthetic else []
     origin = f"python -m research calibrate DIR...{' --synthetic' if synthetic else ''}"
     into.mkdir(parents=True, exist_ok=True)
@@ -84,10 +89,7 @@ def command(
 def _impostors_by_form(
     real: Sequence[ExtractedSet], synthetic: Sequence[ExtractedSet], workers: int | None
 ) -> list[ImpostorSet]:
-    """Return the impostor comparisons of each real database, and of all synthetic prints.
-
-    The real ones come first, with their ridges and then on minutiae alone; then the synthetic ones.
-    """
+    """Return the impostor comparisons of each real database, and of all synthetic prints."""
     impostors = []
     for sets in (real, [_without_ridges(one) for one in real]):
         report = evaluate_templates(sets, matcher=MATCHER.calibrated, workers=workers)
@@ -105,7 +107,7 @@ def _without_ridges(extracted: ExtractedSet) -> ExtractedSet:
     """Return a database whose templates have no ridge field."""
     name = f"{extracted.dataset.name}, minutiae alone"
     extractions = tuple(
-        one if one.template is None else replace(one, template=replace(one.template, field=None))
+        one if one.template is None else replace(one, template=without_ridges(one.template))
         for one in extracted.extractions
     )
     return ExtractedSet(replace(extracted.dataset, name=name), extractions)

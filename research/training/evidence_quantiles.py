@@ -38,6 +38,7 @@ from fpmatch.matching.pipeline.score_model import (
     amount_terms,
 )
 from fpmatch.matching.prints.prepare import available
+from research.databases import prints_of, without_ridges
 from research.partial_templates import fragment, thinned, window
 from research.training.rounding import round_significant
 
@@ -158,14 +159,10 @@ def amount_samples(
     print.
     """
     p = parameters or AmountParameters()
-    whole: list[Template] = []
-    finger: list[int | str] = []
-    for impression, found in zip(extracted.dataset.impressions, extracted.extractions, strict=True):
-        if found.template is not None and len(found.template.minutiae) >= MIN_MINUTIAE:
-            whole.append(found.template)
-            finger.append(impression.finger)
+    prints = [row for row in prints_of(extracted) if len(row[1].minutiae) >= MIN_MINUTIAE]
+    whole, finger = [template for _, template in prints], [shown.finger for shown, _ in prints]
     of_parts, of_whole = ridges
-    prepared = [MATCHER.prepare(one if of_whole else _without_ridges(one)) for one in whole]
+    prepared = [MATCHER.prepare(one if of_whole else without_ridges(one)) for one in whole]
     room = max((len(one) for one in prepared), default=0)
     workspace = Workspace(max(room, 1), evidence_scorer(max(room, 1), weights))
     compared = _genuine if genuine else _impostor
@@ -174,7 +171,7 @@ def amount_samples(
         rng = np.random.default_rng([seed, number])
         rows = []
         for k in rng.integers(len(whole), size=p.probes if whole else 0).tolist():
-            source = whole[k] if of_parts else _without_ridges(whole[k])
+            source = whole[k] if of_parts else without_ridges(whole[k])
             probe = MATCHER.prepare(make(source, rng))
             others = [
                 j for j in range(len(whole)) if j != k and (finger[j] == finger[k]) is genuine
@@ -199,10 +196,6 @@ def _kinds(
         *((_part(thinned, size), p.thinned_weight) for size in p.fragments),
         *((_part(window, side), 1.0) for side in p.windows_px),
     ]
-
-
-def _without_ridges(template: Template) -> Template:
-    return replace(template, field=None)
 
 
 def _part(
@@ -248,10 +241,7 @@ def _aligned(
 def fit_quantile(
     samples: Sequence[AmountSample], rate: float, parameters: AmountParameters | None = None
 ) -> NDArray[np.float64]:
-    """Fit the sum that a share of the comparisons reach, given the amount of evidence.
-
-    The result is coefficients of the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`.
-    """
+    """Fit the sum that a share of the comparisons reach, given the amount of evidence."""
     p = parameters or AmountParameters()
     x = np.concatenate([one.amounts for one in samples])
     y = np.concatenate([one.sums for one in samples])

@@ -134,9 +134,7 @@ def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[Prep
 
 
 def measure(
-    model: IndexModel,
-    prints: list[PreparedTemplate],
-    pairs: Iterable[tuple[PreparedTemplate, ...]],
+    model: IndexModel, prints: list[PreparedTemplate], pairs: Iterable[tuple[PreparedTemplate, ...]]
 ) -> LossTable:
     """Return the shares of `prints` that rank before mates."""
     several = PreparedPrints.pack(prints)
@@ -173,10 +171,7 @@ def ranks(
 
 
 def share_before(others: NDArray[np.generic], own: float) -> float:
-    """Return the share of others that score as high as one's own.
-
-    Of those of the highest scores, it follows from an exponential tail.
-    """
+    """Return the share of others that score as high as one's own."""
     scores = others.astype(np.float64)
     start = float(np.quantile(scores, 1 - TAIL))
     beyond = scores[scores > start]

@@ -62,10 +62,7 @@ DIGITS: Final = 4
 def cues_of_finger(
     seed: int, finger: int, impressions: int = IMPRESSIONS
 ) -> list[NDArray[np.float64]]:
-    """Return the cues, shape (7,), of impressions of one finger on sensors of all kinds.
-
-    Impressions without lines are left out.
-    """
+    """Return the cues, shape (7,), of impressions of one finger on sensors of all kinds."""
     master = make_master(seed, finger)
     found = []
     for number in range(1, impressions + 1):

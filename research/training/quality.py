@@ -90,11 +90,7 @@ def spoilt_impression(
 
 
 def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], list[float]]:
-    """Press one synthetic finger well and badly, and compare.
-
-    The result is measures of the bad impressions with ridges, and their similarity to the good
-    ones, as a share.
-    """
+    """Press one synthetic finger well and badly, and compare."""
     rng = np.random.default_rng([seed, finger])
     sensors = list(SENSORS.values())
     master = make_master(seed, finger)

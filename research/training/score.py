@@ -8,13 +8,11 @@ import click
 import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE
 from fpmatch.matching.pipeline.score_model import FEATURES
 from research.commands import PATH, Command, synthetic_folder, workers, write_json
-from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
+from research.databases import TRAINING_SEED, extract_folders, extract_synthetic_sets
 from research.training.evidence_quantiles import fit_amounts
 from research.training.score_fit import best_hypotheses, fit_model, fit_weights
 from research.training.score_samples import (
@@ -77,7 +75,7 @@ def command(
     click.echo(f"{into}: {weights.provenance['impostors']} impostor comparisons")
     if ablation:
         every = SampleParameters(every_impostor=1)
-        others = extract_datasets(load_datasets(checked), workers=workers) if checked else []
+        others = extract_folders(checked, workers)
         write_json(ablation, ablate(made, [sample_of(one, every) for one in others]))
         click.echo(ablation)
 
@@ -124,10 +122,7 @@ def _greatest(
 def _sums(
     sample: ScoreSample, model: ScoreModel
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sums of the genuine and the impostor comparisons; least where nothing was found.
-
-    They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
-    """
+    """Return the sums of genuine and impostor comparisons, as their similarities are ordered."""
     local, by_ridges = np.split(sample.features, [LOCAL_HYPOTHESES], axis=1)
     total = _greatest(local, model)
     coarse = _greatest(sample.coarse, model, coarse=True)

@@ -29,12 +29,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.matching.pipeline.score_model import (
-    FEATURES,
-    RIDGE_FEATURES,
-    ScoreModel,
-    ScoreWeights,
-)
+from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, ScoreModel, ScoreWeights
 from research.training.rounding import round_significant
 from research.training.score_samples import LOCAL_HYPOTHESES, NO_PREFILTER, NO_QUANTILES
 
@@ -54,37 +49,33 @@ class FitParameters:
     """Set the fit.
 
     `impostor_weight`: weight of all impostor comparisons together against that of all genuine ones.
-    `lost_share`: share of the genuine comparisons that are taken for lost. `ridge`: penalty on the
-    squared weights of the standardised features. `rounds`, `settled`: largest number of steps, and
-    the change of the weights at which they end. `longest_step`: largest change of a weight in a
-    step. `digits`: significant digits kept. `refined`, `confident`: shares of the impostor
-    comparisons that exceed the refine threshold, and the confident threshold, in coarse alignment.
-    `window_passed`: share of the impostor comparisons with a sum above which the prefilter should
-    not reject a genuine comparison that is found by its ridges. `prefilter_loss`: share of the
-    genuine comparisons that pass coarse alignment which the prefilter may reject.
-    `relaxation_loss`: share of those whose local matches may be taken for weak. `prefilter_limit`:
-    largest prefilter threshold: in prints of very many minutiae most are spurious, and the others
-    agree in no more bits than in another print. `steepest`, `slopes`: largest growth of the
-    prefilter threshold a minutia, and the number of slopes tried. `turns`: how many times to choose
-    hypotheses and to fit.
+    `rounds`, `settled`: largest number of steps, and the change of the weights at which they end.
+    `refined`, `confident`: shares of the impostor comparisons that exceed the refine threshold, and
+    the confident threshold, in coarse alignment. `window_passed`: share of the impostor comparisons
+    with a sum above which the prefilter should not reject a genuine comparison that is found by its
+    ridges. `prefilter_loss`: share of the genuine comparisons that pass coarse alignment which the
+    prefilter may reject. `prefilter_limit`: largest prefilter threshold: in prints of very many
+    minutiae most are spurious, and the others agree in no more bits than in another print.
+    `steepest`, `slopes`: largest growth of the prefilter threshold a minutia, and the number of
+    slopes tried.
     """
 
     impostor_weight: float = 10.0
-    lost_share: float = 0.03
-    ridge: float = 2e-5
+    lost_share: float = 0.03  # share of the genuine comparisons that are taken for lost
+    ridge: float = 2e-5  # penalty on the squared weights of the standardised features
     rounds: int = 200
     settled: float = 1e-9
-    longest_step: float = 2.0
-    digits: int = 6
+    longest_step: float = 2.0  # largest change of a weight in a step
+    digits: int = 6  # significant digits kept
     refined: float = 0.25
     confident: float = 0.001
     window_passed: float = 0.01
     prefilter_loss: float = 0.0005
-    relaxation_loss: float = 0.002
+    relaxation_loss: float = 0.002  # share of the same whose local matches may be weak
     prefilter_limit: float = 30.0
     steepest: float = 3.0
     slopes: int = 61
-    turns: int = 4
+    turns: int = 4  # how many times to choose hypotheses and to fit
 
 
 def fit_weights(
@@ -96,10 +87,7 @@ def fit_weights(
     command: str = "",
     parameters: FitParameters | None = None,
 ) -> ScoreWeights:
-    """Fit the weights of all models, whose quantiles do not yet depend on what was compared.
-
-    The model of small prints is fitted to windows of the prints against whole ones, and to these.
-    """
+    """Fit the weights of all models, whose quantiles do not yet depend on what was compared."""
     p = parameters or FitParameters()
     genuine = np.concatenate([one.genuine for one in samples])
     provenance: dict[str, Any] = {
@@ -153,10 +141,7 @@ def fit_model(
 def _prefilter(
     passing: NDArray[np.float64], impostors: NDArray[np.float64], p: FitParameters
 ) -> tuple[float, float, float]:
-    """Return the prefilter threshold: its base, its growth a minutia, and its limit.
-
-    Both are rows as of `ScoreSample.descriptors`; of `passing`, all but a share must pass.
-    """
+    """Return the prefilter threshold: its base, its growth a minutia, and its limit."""
     if not len(passing) or not len(impostors):
         return NO_PREFILTER
     lost = int(p.prefilter_loss * len(passing))
@@ -219,10 +204,7 @@ def _shares(sample: ScoreSample) -> NDArray[np.float64]:
 
 
 def _newton(
-    z: NDArray[np.float64],
-    genuine: NDArray[np.bool_],
-    share: NDArray[np.float64],
-    p: FitParameters,
+    z: NDArray[np.float64], genuine: NDArray[np.bool_], share: NDArray[np.float64], p: FitParameters
 ) -> NDArray[np.float64]:
     """Return the weights of the columns of `z`, the last of which is one, for even odds."""
     odds = np.log(p.impostor_weight)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -26,6 +26,7 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreWeights,
 )
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from research.databases import without_ridges
 from research.partial_templates import window
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def sample_of(
     p = parameters or SampleParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
     templates = [
-        one if one is None or ridges else replace(one, field=None)
+        one if one is None or ridges else without_ridges(one)
         for one in (extraction.template for extraction in extracted.extractions)
     ]
     every = p.every_impostor
@@ -140,10 +141,7 @@ def samples_of(
     *,
     workers: int | None = None,
 ) -> tuple[list[ScoreSample], list[ScoreSample], list[ScoreSample]]:
-    """Return samples with ridges, on minutiae alone, and of windows against whole prints.
-
-    The parameters are those of `sample_of`, for several databases.
-    """
+    """Return samples with ridges, on minutiae alone, and of windows against whole prints."""
     p = parameters or SampleParameters()
     with ProcessPoolExecutor(workers) as pool:
         with_ridges, alone = (
@@ -174,14 +172,9 @@ def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tup
 
 
 def _features(
-    probe: PreparedTemplate,
-    reference: PreparedTemplate,
-    scorers: tuple[EvidenceScorer, ...],
+    probe: PreparedTemplate, reference: PreparedTemplate, scorers: tuple[EvidenceScorer, ...]
 ) -> tuple[NDArray[np.float64], float] | None:
-    """Return the features of two prints by each hypothesis, and the strength of the local matches.
-
-    The features, shape (2, H, 12), are those of coarse alignment and of the refined one.
-    """
+    """Return the features of two prints, coarse and refined, (2, H, 12), and local strength."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None

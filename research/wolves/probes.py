@@ -77,10 +77,7 @@ def _fragments(
         large = [k for k, one in enumerate(prints.templates) if len(one.minutiae) >= size]
         chosen = rng.choice(large, count).tolist() if large else []
         return [
-            Probe(
-                in_form(fragment(prints.templates[k], size, rng), form),
-                int(prints.finger[k]),
-            )
+            Probe(in_form(fragment(prints.templates[k], size, rng), form), int(prints.finger[k]))
             for k in chosen
         ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import STANDARD_DPI
+from research.databases import prints_of, without_ridges
 from research.experiments.calibration_check import SCORES, CalibrationCheck
 
 if TYPE_CHECKING:
@@ -44,10 +45,9 @@ class Prints:
     def of(cls, sets: Sequence[ExtractedSet]) -> Prints:
         """Return all prints of some databases that have a template."""
         rows = [
-            (found.template, (number, impression.finger), impression, one.dataset.dpi)
+            (template, (number, impression.finger), impression, one.dataset.dpi)
             for number, one in enumerate(sets)
-            for impression, found in zip(one.dataset.impressions, one.extractions, strict=True)
-            if found.template is not None
+            for impression, template in prints_of(one)
         ]
         templates, shown, impressions, dpi = (list(column) for column in zip(*rows, strict=True))
         _, finger = np.unique(np.array(shown), axis=0, return_inverse=True)
@@ -93,15 +93,11 @@ class References:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """A template that should match nothing.
-
-    `template`: the template. `finger`: its finger; `NO_FINGER` for none. `pixels`: the composed
-    image that it was extracted from.
-    """
+    """A template that should match nothing."""
 
     template: Template
-    finger: int = NO_FINGER
-    pixels: NDArray[np.uint8] | None = None
+    finger: int = NO_FINGER  # its finger; `NO_FINGER` for none
+    pixels: NDArray[np.uint8] | None = None  # the composed image that it was extracted from
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,22 +105,19 @@ class Row:
     """The scores of templates of one kind and size against references of one form.
 
     `kind`, `size`: of the templates; the size is in minutiae, of crops and composed images in
-    pixels. `probes`, `references`: whether they have ridges, one of `FORMS`. `templates`: their
-    number. `check`: the comparisons that reach each score. `highest`: the highest score. `worst`:
-    the template that matches the most of the prints that were searched on. `worst_share`: the share
-    of the other prints that it matches. `adversarial`: whether the templates were searched for.
+    pixels. `probes`, `references`: whether they have ridges, one of `FORMS`.
     """
 
     kind: str
     size: int
     probes: str
     references: str
-    templates: int
-    check: CalibrationCheck
+    templates: int  # their number
+    check: CalibrationCheck  # the comparisons that reach each score
     highest: float
-    worst: Probe | None
-    worst_share: float
-    adversarial: bool = False
+    worst: Probe | None  # the template that matches the most of the prints that were searched on
+    worst_share: float  # the share of the other prints that it matches
+    adversarial: bool = False  # whether the templates were searched for
 
     def as_json(self) -> dict[str, Any]:
         """Return the row as JSON values."""
@@ -143,7 +136,7 @@ class Row:
 
 def in_form(template: Template, form: str) -> Template:
     """Return a template as it is, or without its ridges."""
-    return template if form == FORMS[0] else replace(template, field=None)
+    return template if form == FORMS[0] else without_ridges(template)
 
 
 def scores_of(

@@ -48,29 +48,8 @@ def share_kept(row: Mapping[str, Any]) -> bool:
     return bool(row["worst_share"] <= LARGEST_SHARE)
 
 
-def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Return the cells of the table, its head first; "!" marks what is beyond its limit."""
-    head = ["templates", "size", "probes", "references", "number", "comparisons"]
-    for at in rows[0]["scores"] if rows else ():
-        head += [f"at {at['score']:g}", f"times {100 * score_to_fmr(at['score']):g} %"]
-    cells = [[*head, "highest", "worst, unseen"]]
-    for row in rows:
-        line = [row["kind"], _size(row["size"]), row["probes"], row["references"]]
-        line += [str(row["templates"]), f"{row['impostors']:,}"]
-        for at in row["scores"]:
-            beyond = " !" * is_beyond(row, at)
-            line += [f"{100 * at['share']:.3f} %", f"{at['factor']:.2f}{beyond}"]
-        share = f"{100 * row['worst_share']:.2f} %{' !' * (not share_kept(row))}"
-        cells.append([*line, f"{row['highest']:.1f}", share])
-    return cells
-
-
 def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
-
-    These are the ratios of the shares at the scores to the stated ones, and the share of unseen
-    prints that the worst matches.
-    """
+    """Return a table in Markdown: a row a kind and size, two columns a pair of forms."""
     pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
     lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))
     found = {tuple(row[name] for name in _NAMED): row for row in rows}
@@ -92,6 +71,6 @@ def _size(size: int) -> str:
 
 
 def _short(row: Mapping[str, Any]) -> list[str]:
-    """Return the two cells of a row in the shorter table."""
+    """Return the ratios at the scores, and the share of unseen prints that the worst matches."""
     times = " / ".join(f"{at['factor']:.3g}" for at in row["scores"])
     return [times, f"{100 * row['worst_share']:.2f} %"]

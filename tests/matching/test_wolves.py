@@ -5,7 +5,7 @@ synthetic prints, the small ones when the score did not yet depend on how much w
 21 minutiae when pairs were not held against chance; they are tried on prints of other fingers.
 
 Those are stored small, no two of one finger: the first impressions of every other finger of the
-eight databases that `research.synthetic_sets` makes from seed 601 on, 30 fingers each; positions in
+eight databases that `research.databases` makes from seed 601 on, 30 fingers each; positions in
 eighths of a pixel, directions in 2048ths of a turn, ridge orientations in 256ths of half a turn.
 """
 

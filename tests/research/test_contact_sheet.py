@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from fpmatch.errors import OutputError, ResolutionError
-from research.figures.print_sheet import PrintTile, print_sheet
+from research.figures.contact_sheet import PrintTile, print_sheet
 
 
 def tile(height, width, dpi=500, grey=0, caption=""):
@@ -34,18 +33,3 @@ def test_captions_stand_below_their_prints_broken_where_they_are_too_wide():
     assert plain.shape[0] < short.shape[0] < long.shape[0]
     assert (plain[64 + 2 :] == 255).all()
     assert (short[64 + 2 :] < 200).any()
-
-
-@pytest.mark.parametrize(
-    ("rows", "dpi", "error"),
-    [
-        *((rows, 500, OutputError) for rows in ([], [[]], [[], []])),
-        ([[tile(40, 4000, 100)]], 2000, OutputError),
-        ([[tile(40, 40)]], 5, ResolutionError),
-    ],
-)
-def test_what_cannot_be_a_sheet_is_refused(rows, dpi, error):
-    with pytest.raises(error):
-        print_sheet(rows, dpi=dpi)
-    with pytest.raises(ResolutionError):
-        tile(40, 40, dpi=0)

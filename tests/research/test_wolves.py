@@ -14,7 +14,7 @@ from fpmatch.matching.pipeline._kernels._ridge_search_kernel import COMPILED
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.wolves import candidates, scores, search, templates
-from research.wolves.table import format_wolves, wolf_cells
+from research.wolves.table import factors_kept, format_wolves, share_kept
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -174,16 +174,18 @@ def row(**other):
     return {**usual, **counts, "scores": figures, "adversarial": False, **other}
 
 
-def test_the_table_marks_what_is_beyond_its_limit():
-    assert wolf_cells([row()])[1][-4:] == ["0.500 %", "50.00 !", "41.2", "2.00 % !"]
-    assert wolf_cells([row(adversarial=True)])[1][-3] == "50.00"  # one of 200, by chance
+def test_a_row_is_within_its_limits_or_beyond():
+    assert not factors_kept(row())
+    assert not share_kept(row())
+    assert factors_kept(row(adversarial=True))  # one of 200, by chance
     many = [{"score": 40.0, "reached": 4, "share": 0.02, "factor": 200.0}]
-    assert wolf_cells([row(adversarial=True, scores=many)])[1][-3] == "200.00 !"
+    assert not factors_kept(row(adversarial=True, scores=many))
     none = [{"score": 40.0, "reached": 0, "share": 0.0, "factor": 0.0}]
-    assert not any("!" in cell for cell in wolf_cells([row(scores=none, worst_share=0.01)])[1])
+    assert factors_kept(row(scores=none))
+    assert share_kept(row(worst_share=0.01))
 
 
-def test_the_short_table_has_a_row_a_kind_and_size():
+def test_the_table_has_a_row_a_kind_and_size():
     rows = [row(), row(probes="minutiae alone"), row(kind="wolf", adversarial=True)]
     lines = format_wolves(rows).splitlines()
     assert len(lines) == 4
@@ -196,16 +198,15 @@ def test_the_short_table_has_a_row_a_kind_and_size():
 def test_the_command_prints_and_writes_what_it_measures(run_research, tmp_path):
     wanted = ["--kind", "fragment", "--kind", "wolf image"]
     few = ["--templates", 2, "--steps", 0, "--workers", 1]
-    into = ["--json", tmp_path / "w.json", "--markdown", tmp_path / "w.md"]
+    into = ["--json", tmp_path / "w.json"]
     kept = ["--keep", tmp_path / "kept"]
     done = run_research("measure", "wolves", ROOT / "sample_data", *wanted, *few, *into, *kept)
     assert done.exit_code in {0, 1}, done.stderr
     document = json.loads((tmp_path / "w.json").read_text())
     found = [(r["kind"], r["size"], r["probes"], r["references"]) for r in document["rows"]]
     assert len(found) == len(set(found)) == 8 * 4 + 3
-    assert done.stdout.startswith("templates ")
+    assert done.stdout.startswith("| templates | size |")
     assert {r["impostors"] for r in document["rows"] if r["kind"] == "fragment"} == {2 * 12}
-    assert (tmp_path / "w.md").read_text().startswith("| templates | size |")
     for path in (tmp_path / "kept").glob("*.json"):
         assert len(load_template(path).minutiae) >= MIN_MINUTIAE
 

@@ -51,15 +51,9 @@ def test_comparison(
 @cpu("comparison of sample prints")
 @in_turn(5)
 def test_sample_prints(
-    benchmark: Any,
-    side: str,
-    templates: dict[str, Template],
-    nist_minutiae: list[Any],
+    benchmark: Any, side: str, templates: dict[str, Template], nist_minutiae: list[Any]
 ) -> None:
-    """Compare each two of sixteen sample prints of four fingers, 24 genuine pairs among 120.
-
-    Each side compares what it has extracted itself.
-    """
+    """Compare each two of sixteen sample prints of four fingers, 24 genuine pairs among 120."""
     if side == OURS:
         ours = combinations([MATCHER.prepare(one) for one in templates.values()], 2)
         pairs, compare = list(ours), MATCHER.compare

@@ -17,19 +17,13 @@ TIMES_THE_TIME: Final = "times the time"
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """Describe what a group of benchmarks measures.
-
-    `name`: the group. `target`: the value to reach: the least where `unit` is "times as fast", else
-    the most. `unit`: of the value; the two ratios are of a call of ours and of the yardstick.
-    `yardstick`: what is measured for comparison. `parts`: how many times a call of ours does the
-    work of one of the yardstick.
-    """
+    """Describe what a group of benchmarks measures."""
 
     name: str
-    target: float
-    unit: str
-    yardstick: str
-    parts: int = 1
+    target: float  # the value to reach: the least where `unit` is "times as fast", else the most
+    unit: str  # of the value; the two ratios are of a call of ours and of the yardstick
+    yardstick: str  # what is measured for comparison
+    parts: int = 1  # how many times a call of ours does the work of one of the yardstick
 
 
 MEASURES: Final = (

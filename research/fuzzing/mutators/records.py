@@ -114,7 +114,7 @@ def png_chunk(rng: random.Random, data: bytes) -> bytes:
         number = rng.choice(EXTREMES).to_bytes(4, "big")
         place = rng.randrange(len(body))
         body[place : place + 4] = number[-len(body[place : place + 4]) :]
-    return PNG + b"".join(_png_chunk(*chunk) for chunk in chunks)
+    return PNG + b"".join(chunk(*one) for one in chunks)
 
 
 def with_right_sums(png: bytes | bytearray) -> bytes:
@@ -173,7 +173,8 @@ def _an2_record(fields: list[bytes]) -> bytes:
     return tag + colon + str(length).encode() + rest
 
 
-def _png_chunk(name: bytes, body: bytes | bytearray) -> bytes:
+def chunk(name: bytes, body: bytes | bytearray) -> bytes:
+    """Return a chunk of a PNG file."""
     return struct.pack(">L", len(body)) + name + body + struct.pack(">L", zlib.crc32(name + body))
 
 

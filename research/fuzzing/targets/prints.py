@@ -161,10 +161,7 @@ def _template_reader(codec: Codec) -> Read:
 
 
 def _check(codec: Codec, data: bytes) -> None:
-    """Read bytes by a codec; for a fixed part of the inputs also check writing.
-
-    The record must be written, read again and written as the same bytes.
-    """
+    """Read bytes by a codec; for a fixed part of the inputs also check writing."""
     record = codec.decode(data, ReadingOptions())
     if zlib.crc32(data) % WRITTEN_ONE_IN:
         return

@@ -15,6 +15,7 @@ from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS
 from fpmatch.server import app as web
 from fpmatch.server.settings import Limits, Settings
+from research.attacks.requests import BOUNDARY, FORM, form_of
 from research.fuzzing.mutators.text import CELLS, NUMBERS, json_value
 from research.fuzzing.targets.stores import PROBE, gallery_file, templates
 from research.fuzzing.targets.target import Reader, Target, scratch
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     import random
     from collections.abc import Callable
 
-BOUNDARY = "b0"
-_FORM = f"content-type: multipart/form-data; boundary={BOUNDARY}"
 _PATHS = (
     *("/verify", "/compare", "/overlay", "/views", "/case-report", "/extract", "/stages"),
     *("/identify", "/enrol", "/gallery/verify", "/gallery/1/compare", "/gallery/1/overlay"),
@@ -45,7 +44,8 @@ _HEADERS = (
 
 def server_targets() -> list[Target]:
     """Return the targets of the server."""
-    words = (b"multipart/form-data", b"\r\n\r\n", b"--b0--", b'name="probe"', b"%00", b"%ff")
+    end = f"--{BOUNDARY}--".encode()
+    words = (b"multipart/form-data", b"\r\n\r\n", end, b'name="probe"', b"%00", b"%ff")
     return [Target("http", _http, (request_line, request_header, form_value, form_value), words)]
 
 
@@ -183,18 +183,9 @@ def _request(
     values: dict[str, str] | None = None,
 ) -> bytes:
     """Return a request as bytes: a line, headers, and the body of a form."""
-    head = [f"{method} {path}", "host: localhost:8000"]
-    body = b""
-    for name, value in (values or {}).items():
-        body += f'--{BOUNDARY}\r\ncontent-disposition: form-data; name="{name}"\r\n\r\n'.encode()
-        body += value.encode() + b"\r\n"
-    for name, content in (files or {}).items():
-        place = f'content-disposition: form-data; name="{name}"; filename="{name}.x"'
-        body += f"--{BOUNDARY}\r\n{place}\r\n\r\n".encode() + content + b"\r\n"
-    if body:
-        head.append(_FORM)
-        body += f"--{BOUNDARY}--\r\n".encode()
-    return "\r\n".join(head).encode() + b"\r\n\r\n" + body
+    body = form_of({**(values or {}), **{k: (f"{k}.x", v) for k, v in (files or {}).items()}})
+    head = [f"{method} {path}", "host: localhost:8000", *([FORM] if values or files else [])]
+    return "\r\n".join([*head, "", ""]).encode() + (body if values or files else b"")
 
 
 async def _response(application: Any, data: bytes) -> tuple[int, bytes]:

@@ -36,16 +36,14 @@ class Reader(NamedTuple):
 class Target:
     """The name of a target and what makes its good files and its reader.
 
-    `name`: of the target; saved inputs are named after it. `make`: returns the reader; called once,
-    before processes are forked. `mutators`: besides those of any bytes. `words`: that are put into
-    files. `group`: "stores" are galleries and prepared files, whose searches are checked too.
-    `kernels`: whether it reaches compiled code of fpmatch: then ``--sanitize`` includes it.
+    `group`: "stores" are galleries and prepared files, whose searches are checked too. `kernels`:
+    whether it reaches compiled code of fpmatch: then ``--sanitize`` includes it.
     """
 
-    name: str
-    make: Callable[[], Reader]
-    mutators: tuple[Mutator, ...] = ()
-    words: tuple[bytes, ...] = ()
+    name: str  # of the target; saved inputs are named after it
+    make: Callable[[], Reader]  # returns the reader; called once, before processes are forked
+    mutators: tuple[Mutator, ...] = ()  # besides those of any bytes
+    words: tuple[bytes, ...] = ()  # that are put into files
     group: Group = "readers"
     kernels: bool = False
 

@@ -48,7 +48,7 @@ def test_the_tables_are_on_stdout_and_each_cell_on_stderr(bench):
     result = bench("--model", "patch", "--matcher", "triangles", "--matcher", "paper")
     assert (result.exit_code, result.stderr.count("\n")) == (0, 9 * 2)
     titles = [line for line in result.stdout.splitlines() if " model:" in line]
-    assert [title.split(",")[0] for title in titles] == ["triangles", "triangles", "paper", "paper"]
+    assert [title.split(",")[0] for title in titles] == ["### triangles"] * 2 + ["### paper"] * 2
 
 
 def test_all_matchers_and_both_models_by_default(bench, tmp_path):

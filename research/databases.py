@@ -1,21 +1,23 @@
-"""The synthetic databases on which the package is trained, calibrated and tested."""
+"""Databases of prints: given ones, and the synthetic ones that train and test the package."""
 
 from __future__ import annotations
 
 import tempfile
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.protocol import Impression
+    from fpmatch.templates.minutiae import Template
 
 TRAINING_SEED: Final = 601
 """First seed of the databases that the score is trained and calibrated on."""
@@ -35,30 +37,19 @@ KINDS: Final = (  # preset and sensor
 )
 
 
-def make_synthetic_sets(
-    folder: Path,
-    *,
-    first_seed: int,
-    fingers: int = FINGERS,
-    workers: int | None = None,
-    progress: Progress = no_progress,
-) -> list[Path]:
-    """Make a database of each of `KINDS`, or what is missing of it; return their folders.
-
-    `first_seed` is that of the first; those of the others follow.
-    """
+def make_synthetic_sets(folder: Path, *, first_seed: int, workers: int | None = None) -> list[Path]:
+    """Make a database of each of `KINDS`, or what is missing of it; return their folders."""
     made = []
     for seed, (preset, sensor) in enumerate(KINDS, first_seed):
         made.append(folder / f"{preset}-{seed}")
         make_database(
             made[-1],
-            fingers=fingers,
+            fingers=FINGERS,
             impressions=IMPRESSIONS,
             preset=preset,
             seed=seed,
             sensors=(sensor,),
             workers=workers,
-            progress=progress,
         )
     return made
 
@@ -79,4 +70,20 @@ def extract_synthetic_sets(
 ) -> list[ExtractedSet]:
     """Return the databases with the templates of their prints."""
     with synthetic_sets(first_seed, kept_in, workers) as folders:
-        return extract_datasets(load_datasets(folders), workers=workers)
+        return extract_folders(folders, workers)
+
+
+def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[ExtractedSet]:
+    """Return FVC-style databases with the templates of their prints."""
+    return extract_datasets(load_datasets(folders), workers=workers) if folders else []
+
+
+def prints_of(one: ExtractedSet) -> list[tuple[Impression, Template]]:
+    """Return the impressions of a database that have a template, with it."""
+    pairs = zip(one.dataset.impressions, one.extractions, strict=True)
+    return [(shown, made.template) for shown, made in pairs if made.template is not None]
+
+
+def without_ridges(template: Template) -> Template:
+    """Return a template of minutiae alone."""
+    return replace(template, field=None)

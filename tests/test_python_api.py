@@ -24,7 +24,7 @@ A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
 
 
 @pytest.fixture(scope="module")
-def template() -> Template:
+def template():
     return fpmatch.extract(A)
 
 

@@ -1,7 +1,5 @@
 """Numbers and texts at the end of what can be written: one line, status 2, nothing written."""
 
-from __future__ import annotations
-
 import json
 import re
 import sqlite3

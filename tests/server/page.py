@@ -1,10 +1,7 @@
 """The page in a real browser, as hands and eyes have it, and the browser itself."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
-from typing import Any
 
 from selenium import webdriver
 from selenium.webdriver.common.by import By
@@ -49,7 +46,7 @@ class Page:
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def all(self, selector):
-        found: list[Any] = self.browser.find_elements(By.CSS_SELECTOR, selector)
+        found = self.browser.find_elements(By.CSS_SELECTOR, selector)
         return found
 
     def shown(self, selector):

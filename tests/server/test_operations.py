@@ -1,14 +1,10 @@
 """Running a server: health, readiness, metrics, logs, the queue, and the client."""
 
-from __future__ import annotations
-
 import io
 import json
 import logging
 import re
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import httpx
 import pytest
@@ -32,12 +28,12 @@ GUEST = "another-long-enough-token"
 
 
 @pytest.fixture(scope="module")
-def audit_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def audit_log(tmp_path_factory):
     return tmp_path_factory.mktemp("audit") / "audit.jsonl"
 
 
 @pytest.fixture(scope="module")
-def http(tmp_path_factory: pytest.TempPathFactory, audit_log: Path) -> Iterator[httpx.Client]:
+def http(tmp_path_factory, audit_log):
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
     open_gallery(gallery, create=True).close()
     settings = Settings(
@@ -54,17 +50,17 @@ def http(tmp_path_factory: pytest.TempPathFactory, audit_log: Path) -> Iterator[
 
 
 @pytest.fixture(scope="module")
-def server(http: httpx.Client) -> Iterator[ServerClient]:
+def server(http):
     with ServerClient(f"{http.base_url}#token={TOKEN}") as client:
         yield client
 
 
-def test_health_and_readiness_need_no_token(http: httpx.Client) -> None:
+def test_health_and_readiness_need_no_token(http):
     assert http.get("/health").json() == {"status": "ok"}
     assert http.get("/ready").json() == {"status": "ready"}
 
 
-def test_a_server_whose_gallery_cannot_be_opened_is_not_ready(tmp_path: Path) -> None:
+def test_a_server_whose_gallery_cannot_be_opened_is_not_ready(tmp_path):
     (tmp_path / "prints.db").write_bytes(b"no database" * 100)
     with served(make_app(Settings(workers=1, gallery=str(tmp_path / "prints.db")))) as client:
         response = client.get("/ready")
@@ -73,7 +69,7 @@ def test_a_server_whose_gallery_cannot_be_opened_is_not_ready(tmp_path: Path) ->
         assert client.get("/health").status_code == 200
 
 
-def test_metrics_count_requests(http: httpx.Client) -> None:
+def test_metrics_count_requests(http):
     bearer = {"authorization": f"Bearer {TOKEN}"}
     http.get("/health")
     assert http.get("/metrics").status_code == 401
@@ -83,9 +79,7 @@ def test_metrics_count_requests(http: httpx.Client) -> None:
     assert "fpmatch_requests_waiting 0.0" in text
 
 
-def test_the_client_does_all_that_the_server_does(
-    server: ServerClient, prints: dict[str, bytes], tmp_path: Path, audit_log: Path
-) -> None:
+def test_the_client_does_all_that_the_server_does(server, prints, tmp_path, audit_log):
     probe, reference = prints["1_1.png"], prints["1_2.png"]
     other = tmp_path / "2_1.png"
     other.write_bytes(prints["2_1.png"])
@@ -126,9 +120,7 @@ def test_the_client_does_all_that_the_server_does(
     assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
 
 
-def test_requests_that_a_role_does_not_permit_are_audited(
-    http: httpx.Client, audit_log: Path
-) -> None:
+def test_requests_that_a_role_does_not_permit_are_audited(http, audit_log):
     with ServerClient(f"{http.base_url}#token={GUEST}") as guest:
         for request in (lambda: guest.identify(b"none"), lambda: guest.remove_subject("ada")):
             with pytest.raises(ServerError, match="needs the role"):
@@ -146,9 +138,7 @@ def test_requests_that_a_role_does_not_permit_are_audited(
     )
 
 
-def test_a_case_report_contains_notes_and_marks(
-    http: httpx.Client, prints: dict[str, bytes]
-) -> None:
+def test_a_case_report_contains_notes_and_marks(http, prints):
     files = {side: (f"{side}.png", prints["1_1.png"]) for side in ("probe", "reference")}
     bearer = {"authorization": f"Bearer {TOKEN}"}
     marks = json.dumps([{"side": "probe", "x": 10, "y": 20, "note": "a scar"}] * 2)
@@ -184,24 +174,20 @@ def test_a_case_report_contains_notes_and_marks(
         (lambda server, bad: server.verify_claim(bad, "nobody"), 422),
     ],
 )
-def test_refusals_are_errors_with_a_status(
-    server: ServerClient, request_: object, status: int
-) -> None:
+def test_refusals_are_errors_with_a_status(server, request_, status):
     with pytest.raises(ServerError) as caught:
-        request_(server, b"no image")  # type: ignore[operator]
+        request_(server, b"no image")
     assert caught.value.status == status
     assert "\n" not in str(caught.value)
 
 
-def test_a_claim_of_an_unknown_subject_is_not_found(
-    server: ServerClient, prints: dict[str, bytes]
-) -> None:
+def test_a_claim_of_an_unknown_subject_is_not_found(server, prints):
     with pytest.raises(ServerError) as caught:
         server.verify_claim(prints["1_1.png"], "nobody")
     assert caught.value.status == 404
 
 
-def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path: Path) -> None:
+def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path):
     with ServerClient("http://127.0.0.1:9") as client:
         with pytest.raises(ServerError, match="no answer") as caught:
             client.about()
@@ -211,12 +197,12 @@ def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_sixty_clients_at_once_are_all_answered(prints: dict[str, bytes]) -> None:
+def test_sixty_clients_at_once_are_all_answered(prints):
     """Requests beyond those that are read wait for their turn, and none is refused."""
     settings = Settings(workers=1, limits=Limits(waiting=2))
     with served(make_app(settings)) as http:
 
-        def extract(_: int) -> tuple[int, bytes]:
+        def extract(_):
             files = {"image": ("1_1.png", prints["1_1.png"])}
             response = httpx.post(f"{http.base_url}/extract", files=files, timeout=120)
             return response.status_code, response.content
@@ -230,12 +216,12 @@ def test_sixty_clients_at_once_are_all_answered(prints: dict[str, bytes]) -> Non
 
 
 @pytest.mark.slow
-def test_a_request_that_waits_too_long_is_refused(prints: dict[str, bytes]) -> None:
+def test_a_request_that_waits_too_long_is_refused(prints):
     limits = Limits(waiting=0, wait_seconds=0.05)
     with served(make_app(Settings(workers=1, limits=limits))) as http:
         files = {"image": ("1_1.png", prints["1_1.png"])}
 
-        def extract(_: int) -> httpx.Response:
+        def extract(_):
             return httpx.post(f"{http.base_url}/extract", files=files, timeout=120)
 
         with ThreadPoolExecutor(12) as pool:
@@ -247,7 +233,7 @@ def test_a_request_that_waits_too_long_is_refused(prints: dict[str, bytes]) -> N
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
-def test_requests_are_logged(http: httpx.Client, form: str) -> None:
+def test_requests_are_logged(http, form):
     root = logging.getLogger()
     kept = root.handlers[:], root.level
     stream = io.StringIO()
@@ -269,9 +255,7 @@ def test_requests_are_logged(http: httpx.Client, form: str) -> None:
         assert "GET /health 200" in lines[0]
 
 
-def test_damaged_prepared_prints_are_a_line_of_the_log(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_damaged_prepared_prints_are_a_line_of_the_log(tmp_path, caplog, monkeypatch):
     minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
     template = Template(minutiae, 100, 100)
     with open_gallery(tmp_path / "prints.db", create=True) as gallery:

@@ -1,7 +1,5 @@
 """`fpmatch.gallery.batch.candidates`: the same file on every engine, whatever is killed."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import json

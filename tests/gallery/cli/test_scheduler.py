@@ -1,7 +1,5 @@
 """`--scheduler` of `enrol` and `identify`: as in this process, though a worker be killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

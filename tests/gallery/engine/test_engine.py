@@ -1,7 +1,5 @@
 """`fpmatch.gallery.engine`: the same results in the same order, wherever the work is done."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import pickle
@@ -47,11 +45,7 @@ def scheduler(workers_find_the_work):
     import distributed
 
     with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=2,
-        host="127.0.0.1",
-        dashboard_address=":0",
-        silence_logs=60,
+        n_workers=2, threads_per_worker=2, host="127.0.0.1", dashboard_address=":0", silence_logs=60
     ) as started:
         yield started.scheduler_address
 

@@ -1,7 +1,5 @@
 """Workers hold pieces, and the results are the same on every engine."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The index of a gallery follows it, whoever changes it, and whatever happens to its files."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

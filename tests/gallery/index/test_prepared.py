@@ -1,7 +1,5 @@
 """Prints are prepared once: kept beside the gallery, renewed where it has changed."""
 
-from __future__ import annotations
-
 import io
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The ranks of an identification are those of comparing one by one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A large gallery is searched by its index, in stages, as it is at the moment of each search."""
 
-from __future__ import annotations
-
 import json
 
 import platformdirs

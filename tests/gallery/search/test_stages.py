@@ -3,8 +3,6 @@
 What they find is held against plain loops over all prints.
 """
 
-from __future__ import annotations
-
 import json
 from itertools import product
 

@@ -1,7 +1,5 @@
 """Encrypted galleries: the same results as plain ones, nothing readable, every change detected."""
 
-from __future__ import annotations
-
 import base64
 import subprocess
 import sys

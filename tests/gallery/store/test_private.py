@@ -1,10 +1,7 @@
 """What is kept of prints may be read by its owner only, whatever the umask."""
 
-from __future__ import annotations
-
 import os
 import stat
-from typing import TYPE_CHECKING
 
 import platformdirs
 import pytest
@@ -18,36 +15,30 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 
 
 @pytest.fixture(params=[0, 0o022, 0o777], autouse=True)
-def _umask(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[None]:
+def _umask(request, tmp_path):
     before = os.umask(request.param)
     yield
     os.umask(before)
 
 
-def rights(folder: Path) -> dict[str, int]:
+def rights(folder):
     """Return the rights of everything below a folder."""
     found = (path for path in folder.rglob("*"))
     return {str(p.relative_to(folder)): stat.S_IMODE(p.stat().st_mode) for p in found}
 
 
-def assert_private(folder: Path, number: int) -> None:
+def assert_private(folder, number):
     found = rights(folder)
     assert len(found) >= number, found
     for name, mode in found.items():
         assert mode == (0o700 if (folder / name).is_dir() else 0o600), (name, oct(mode))
 
 
-def test_galleries_their_journals_and_prepared_prints(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_galleries_their_journals_and_prepared_prints(tmp_path, monkeypatch):
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache" / "x")
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
@@ -66,7 +57,7 @@ def test_galleries_their_journals_and_prepared_prints(
     assert_private(tmp_path, 8)
 
 
-def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path: Path) -> None:
+def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
     with open_gallery(tmp_path / "g.db", create=True):
         pass
     for before, after, private in ((0o644, 0o600, True), (0o664, 0o660, False)):
@@ -79,7 +70,7 @@ def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path: Path) -> None
         assert rights(tmp_path) == {"g.db": after}
 
 
-def test_enrol_states_that_others_may_read_a_gallery(tmp_path: Path) -> None:
+def test_enrol_states_that_others_may_read_a_gallery(tmp_path):
     save_template(tmp_path / "1_1.json", scattered(1, 30))
     place, probe = str(tmp_path / "g.db"), str(tmp_path / "1_1.json")
     for rights_before, noted in ((None, False), (0o644, False), (0o664, True)):
@@ -91,8 +82,8 @@ def test_enrol_states_that_others_may_read_a_gallery(tmp_path: Path) -> None:
         assert ("other users may read it" in result.stderr) is noted, result.stderr
 
 
-def test_exports_and_scores(tmp_path: Path) -> None:
-    def run(*words: object) -> None:
+def test_exports_and_scores(tmp_path):
+    def run(*words):
         result = CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")
         assert result.exit_code == 0, result.output
 

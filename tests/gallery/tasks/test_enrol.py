@@ -1,7 +1,5 @@
 """Enrolling: each picture once, whatever fails, whoever is killed."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """The index of a large gallery grows while prints are enrolled, a full segment at a time."""
 
-from __future__ import annotations
-
 import platformdirs
 import pytest
 from made_prints import entry_of, scattered

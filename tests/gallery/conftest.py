@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import platformdirs
 import pytest
 
 from fpmatch.base.encryption.key_text import make_keys
@@ -16,6 +17,13 @@ from fpmatch.gallery.gallery import open_gallery
 sys.path.append(str(Path(__file__).parent))  # of `made_prints`
 
 POSTGRES_PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    """Give the user another cache folder, and return it."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    return tmp_path / "cache"
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_prints import FAKE, changed, entry_of, refused, scattered
+from made_prints import FAKE, changed, entry_of, flipped, refused, scattered
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
@@ -42,7 +42,7 @@ def without_step(packed):
 
 GOOD = pack_template(scattered(DAMAGED, 30))
 TEMPLATES = {
-    "bit": bytes([*GOOD[:40], GOOD[40] ^ 1, *GOOD[41:]]),
+    "bit": flipped(GOOD, 40),
     "cut": GOOD[:50],
     "empty": b"",
     "null": "",
@@ -250,9 +250,7 @@ def test_no_change_of_a_stored_template_stops_a_search(tmp_path_factory, data):
     place = tmp_path_factory.mktemp("g") / "g.db"
     fill(place)
     at, bit = data.draw(st.integers(0, len(GOOD) - 1)), data.draw(st.integers(0, 7))
-    changed = bytearray(GOOD)
-    changed[at] ^= 1 << bit
-    mutate(place, "template", bytes(changed))
+    mutate(place, "template", flipped(GOOD, at, 1 << bit))
     with open_gallery(place) as gallery:
         assert open_search(gallery, FAKE).numbers.tolist() == SOUND
         assert list(gallery.damaged) == [DAMAGED]

@@ -11,7 +11,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import platformdirs
 import pytest
 from click.testing import CliRunner
 from made_prints import entry_of
@@ -31,12 +30,6 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 RUN = 32  # bytes that count as a trace
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
-    return tmp_path / "cache"
 
 
 def random_entry(number, count=60):
@@ -100,7 +93,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(tmp_path, cache, *, in
             runs = all_runs[gone].difference(*all_runs[:gone], *all_runs[gone + 1 :])
             assert len(runs) > 500
             assert len(traces(tmp_path, runs)) == 2  # the database and the prepared prints
-            for folder in (tmp_path / "g.db.prepared", *cache.glob("galleries/*")):
+            for folder in (tmp_path / "g.db.prepared", *cache.glob("fpmatch/galleries/*")):
                 if folder.is_dir():
                     unfinished(folder, entry)
             gallery.remove([numbers[entry.label]])

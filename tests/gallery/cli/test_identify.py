@@ -2,6 +2,7 @@ import json
 from pathlib import Path
 
 import pytest
+from made_prints import flipped
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
@@ -110,9 +111,7 @@ def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):
 
     whole = run(*words)
     (path,) = gallery.with_name(f"{gallery.name}.prepared").iterdir()
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 4
-    path.write_bytes(content)
+    path.write_bytes(flipped(path.read_bytes(), path.stat().st_size // 2))
     again = run(*words)
     line = f"fpmatch: note: prepared prints of {gallery} are damaged: prepared again\n"
     assert (again.exit_code, again.stderr) == (0, line)

@@ -2,10 +2,9 @@
 
 import json
 
-import platformdirs
 import pytest
 from click.testing import CliRunner
-from made_prints import entry_of, scattered
+from made_prints import entry_of, flipped, scattered
 
 from fpmatch import identify as identify_in
 from fpmatch.base.encryption.key_text import make_keys
@@ -30,9 +29,8 @@ SIZE = 40
 
 
 @pytest.fixture(autouse=True)
-def small_limits(tmp_path, monkeypatch):
+def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     monkeypatch.setattr(opening, "LISTED_UP_TO", 10)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
@@ -193,9 +191,7 @@ def test_damage_of_a_segment_is_noted_at_the_first_search(large):
     expected = repr(identify(opened(large), print_of(3)))
     folder = large.file.with_name(f"{large.file.name}.prepared")
     (path,) = folder.glob("*.segment")
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
+    path.write_bytes(flipped(path.read_bytes(), path.stat().st_size // 2))
     notes = []
     search = open_search(large, engine=serial(), note=notes.append)
     assert (len(search), notes) == (SIZE, [])

@@ -3,7 +3,6 @@
 import os
 import stat
 
-import platformdirs
 import pytest
 from click.testing import CliRunner
 from made_prints import entry_of, scattered
@@ -38,8 +37,7 @@ def assert_private(folder, number):
         assert mode == (0o700 if (folder / name).is_dir() else 0o600), (name, oct(mode))
 
 
-def test_galleries_their_journals_and_prepared_prints(tmp_path, monkeypatch):
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache" / "x")
+def test_galleries_their_journals_and_prepared_prints(tmp_path, cache):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
         open_search(gallery, engine=serial())
@@ -53,7 +51,7 @@ def test_galleries_their_journals_and_prepared_prints(tmp_path, monkeypatch):
     (tmp_path / "g.db.prepared").chmod(0o600)
     with open_gallery(tmp_path / "g.db") as gallery:
         open_search(gallery, engine=serial())
-    assert len(list((tmp_path / "cache" / "x" / "galleries").iterdir())) == 1
+    assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
     assert_private(tmp_path, 8)
 
 

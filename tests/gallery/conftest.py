@@ -3,6 +3,7 @@
 import os
 import secrets
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -24,6 +25,34 @@ def cache(tmp_path, monkeypatch):
     """Give the user another cache folder, and return it."""
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     return tmp_path / "cache"
+
+
+def start_cluster(workers=2, threads=1):
+    """Start a cluster of Dask on this machine."""
+    distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+    here = {"host": "127.0.0.1", "dashboard_address": ":0", "silence_logs": 60}
+    return distributed.LocalCluster(n_workers=workers, threads_per_worker=threads, **here)
+
+
+def kill_one(address, when):
+    """Return a progress that kills a worker of a cluster once, and the list of those alive."""
+    import distributed
+
+    with distributed.Client(address, set_as_default=False) as client:
+        alive = sorted(client.run(os.getpid).values())
+
+    def progress(stage, done, total, *_):
+        if len(alive) == 2 and when(stage, done, total):
+            os.kill(alive.pop(), signal.SIGKILL)
+
+    return progress, alive
+
+
+@pytest.fixture
+def local_cluster():
+    """Return a cluster of two workers on this machine, of this test alone."""
+    with start_cluster() as started:
+        yield started
 
 
 @pytest.fixture(scope="session")

@@ -142,14 +142,8 @@ def test_candidates_are_those_of_one_thread(filled, helpers, kind, workers):
 
 
 @pytest.mark.slow
-def test_candidates_of_a_cluster_are_those_of_one_thread(filled):
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
-    how = {"n_workers": 2, "threads_per_worker": 1, "silence_logs": 60}
-    here = {"host": "127.0.0.1", "dashboard_address": ":0"}
-    with (
-        distributed.LocalCluster(**how, **here) as cluster,
-        dask(cluster.scheduler_address) as engine,
-    ):
+def test_candidates_of_a_cluster_are_those_of_one_thread(filled, local_cluster):
+    with dask(local_cluster.scheduler_address) as engine:
         for kind, more in product(KINDS.values(), LISTS):
             search, options = opened(filled, kind), kind | more
             made = in_batches(engine, filled, search, SearchOptions(**options))

@@ -16,6 +16,8 @@ from PIL import Image
 
 sys.path.append(str(Path(__file__).parent))
 
+LARGE_BYTES = 6_000_000
+
 NEEDED = ("fastapi", "h11", "httpx", "prometheus_client", "uvicorn")
 if not all(map(find_spec, NEEDED)):  # of the extras `web` and `client`
     collect_ignore_glob = ["test_*.py"]
@@ -43,6 +45,19 @@ def prints(fingers):
         "text.png": b"This is not an image.\n",
         "empty.png": b"",
     }
+
+
+async def echo(scope, receive, send):
+    """Answer with the number of bytes that came; under /large with many."""
+    size, more = 0, scope["method"] == "POST"
+    while more:
+        message = await receive()
+        size += len(message.get("body", b""))
+        more = message.get("more_body", False)
+    body = bytes(LARGE_BYTES) if scope["path"] == "/large" else str(size).encode()
+    headers = [(b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    await send({"type": "http.response.body", "body": body})
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -82,16 +97,22 @@ def served(app):
 
 
 @contextmanager
-def served_gallery(gallery, **settings):
-    """Serve a new, empty gallery, by default on one process; yield a client of the server."""
-    from fpmatch.gallery.gallery import open_gallery
+def serving(**settings):
+    """Serve with these settings, by default on one process; yield a client of the server."""
     from fpmatch.server.app import make_app
     from fpmatch.server.settings import Settings
 
+    with served(make_app(Settings(**{"workers": 1, **settings}))) as client:
+        yield client
+
+
+@contextmanager
+def served_gallery(gallery, **settings):
+    """Serve a gallery, which is made where there is none; yield a client of the server."""
+    from fpmatch.gallery.gallery import open_gallery
+
     open_gallery(gallery, create=True).close()
-    with served(
-        make_app(Settings(**{"workers": 1, "gallery": str(gallery), **settings}))
-    ) as client:
+    with serving(gallery=str(gallery), **settings) as client:
         yield client
 
 
@@ -107,11 +128,9 @@ def wait_until_ready(http):
 @pytest.fixture(scope="session")
 def client():
     """Return a client of a server without a gallery, on one process."""
-    from fpmatch.server.app import make_app
-    from fpmatch.server.settings import Limits, Settings
+    from fpmatch.server.settings import Limits
 
-    settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
-    with served(make_app(settings)) as client:
+    with serving(limits=Limits(file_megabytes=2.0, seconds=120)) as client:
         yield client
 
 

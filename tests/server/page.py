@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import pytest
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
@@ -10,6 +11,9 @@ from selenium.webdriver.support.ui import WebDriverWait
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
+needs_chromium = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
+)
 PATIENCE_S = 60  # uncompiled, and with other tests beside
 
 

@@ -17,10 +17,10 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server import models
-from fpmatch.server.app import STATIC, make_app
-from fpmatch.server.settings import Limits, Settings
+from fpmatch.server.app import STATIC
+from fpmatch.server.settings import Limits
 
-from .conftest import png, served, served_gallery
+from .conftest import png, served_gallery, serving
 
 Prints = dict[str, bytes]
 
@@ -253,7 +253,7 @@ def test_names_never_become_places(client, prints, tmp_path):
 def test_nothing_is_left_in_the_temporary_folder(prints, tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # for the workers
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # for the server
-    with served(make_app(Settings(workers=1))) as client:
+    with serving() as client:
         for name in ("1_1.png", "text.png"):
             files = {"probe": (name, prints[name]), "reference": ("r", bytes(1_900_000))}
             assert client.post("/verify", files=files).status_code == 422
@@ -276,8 +276,7 @@ def test_many_at_once_get_each_its_own_answer(client, prints):
 
 
 def test_too_long_work_is_stopped_and_the_next_is_done(prints):
-    settings = Settings(workers=1, limits=Limits(seconds=1e-3))
-    with served(make_app(settings)) as impatient:
+    with serving(limits=Limits(seconds=1e-3)) as impatient:
         answer = impatient.post("/extract", files=sent(prints, image="1_1.png"))
         assert answer.status_code == 504
         assert "was stopped" in answer.json()["error"]

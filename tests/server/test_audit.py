@@ -10,10 +10,9 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_on
 from fpmatch.gallery.store.audit_chain import AuditError
 from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
-from fpmatch.server.app import make_app
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import served
+from .conftest import served_gallery
 
 TOKEN = "a-long-enough-token"
 
@@ -31,8 +30,7 @@ def places(tmp_path_factory):
 def http(places):
     log, gallery = places
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
-    settings = Settings(workers=1, gallery=str(gallery), audit_log=str(log), clients=clients)
-    with served(make_app(settings)) as client:
+    with served_gallery(gallery, audit_log=str(log), clients=clients) as client:
         client.headers["authorization"] = f"Bearer {TOKEN}"
         yield client
 

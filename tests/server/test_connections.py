@@ -17,23 +17,11 @@ from fpmatch.server.guard import Guard
 from fpmatch.server.running import make_server
 from fpmatch.server.settings import Limits, Settings
 
-ANSWER = bytes(6_000_000)
+from .conftest import LARGE_BYTES, echo
+
 QUICK = Limits(header_seconds=0.6, stalled_seconds=0.6, upload_seconds=1.5, waiting=1)
 HEAD = b"GET /health HTTP/1.1\r\nhost: localhost\r\n"
 POST = b"POST /verify HTTP/1.1\r\nhost: localhost\r\ncontent-length: %d\r\n\r\n"
-
-
-async def echo(scope, receive, send):
-    """Answer with the number of bytes that came; under /large with 6 MB."""
-    size, more = 0, scope["method"] == "POST"
-    while more:
-        message = await receive()
-        size += len(message.get("body", b""))
-        more = message.get("more_body", False)
-    body = ANSWER if scope["path"] == "/large" else str(size).encode()
-    headers = [(b"content-length", str(len(body)).encode())]
-    await send({"type": "http.response.start", "status": 200, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
 
 
 class App:
@@ -206,7 +194,7 @@ def test_an_answer_that_is_read_slowly_is_whole():
     with serving(stalled_seconds=0.5) as served:
         one = served.connect(HEAD.replace(b"/health", b"/large") + b"\r\n")
         size = 0
-        while size < len(ANSWER):
+        while size < LARGE_BYTES:
             part = one.recv(100_000)
             assert part, size
             size += len(part)

@@ -6,12 +6,11 @@ import socket
 
 import pytest
 
-from fpmatch.server.app import make_app
 from fpmatch.server.gallery import short_name
 from fpmatch.server.logs import Incidents, OncePerSecond
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import served, served_gallery, wait_until_ready
+from .conftest import served_gallery, serving, wait_until_ready
 
 TOKEN = "a-long-enough-token"
 BEARER = {"authorization": f"Bearer {TOKEN}"}
@@ -111,7 +110,7 @@ def test_no_answer_contains_the_place_of_a_database(prints, caplog):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     url = f"postgresql://olga:hidden-word@127.0.0.1:{port}/prints?application_name=inner"
-    with served(make_app(Settings(workers=1, gallery=url, clients=ADMIN))) as http:
+    with serving(gallery=url, clients=ADMIN) as http:
         http.headers["host"] = "localhost"
         # no word of hexadecimal digits, which an id may contain
         secrets = (f":{port}", str(port), "127.0.0.1", "olga", "hidden-word", "inner")

@@ -11,10 +11,10 @@ import fpmatch
 from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch as command
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.app import STATIC, make_app
-from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
+from fpmatch.server.app import STATIC
+from fpmatch.server.settings import Client, Limits, Role, digest_of
 
-from .conftest import served, served_gallery
+from .conftest import served_gallery
 
 TOKEN = "a-long-enough-token"
 MARKER = "SECRETMARKER"
@@ -63,14 +63,9 @@ def server(place, prints, plugins):
     assert CliRunner().invoke(command, words).exit_code == 0
     with open_gallery(place / "prints.db") as gallery:
         assert all(MARKER in entry.source for entry in gallery.entries())
-    settings = Settings(
-        workers=1,
-        gallery=str(place / "prints.db"),
-        audit_log=str(place / "audit.jsonl"),
-        clients={digest_of(TOKEN): Client("ada", Role.ADMIN)},
-        limits=Limits(file_megabytes=4.0),
-    )
-    with served(make_app(settings)) as client:
+    settings = {"audit_log": str(place / "audit.jsonl"), "limits": Limits(file_megabytes=4.0)}
+    clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+    with served_gallery(place / "prints.db", clients=clients, **settings) as client:
         yield client
 
 

@@ -5,12 +5,11 @@ import re
 
 import pytest
 
-from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.app import STATIC, make_app
+from fpmatch.server.app import STATIC
 from fpmatch.server.client import _OPTIONS, ServerClient, ServerError
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import served
+from .conftest import served_gallery
 
 TOKEN, READER = "a-long-enough-token", "another-long-enough-token"
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE", "OPTIONS")
@@ -21,12 +20,9 @@ FORM = "multipart/form-data"
 def server(tmp_path_factory):
     """Serve an empty gallery, to a client that may request everything."""
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
-    open_gallery(gallery, create=True).close()
-    clients = {
-        digest_of(TOKEN): Client("ada", Role.ADMIN),
-        digest_of(READER): Client("grace", Role.READ),
-    }
-    with served(make_app(Settings(workers=1, gallery=str(gallery), clients=clients))) as client:
+    clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+    clients |= {digest_of(READER): Client("grace", Role.READ)}
+    with served_gallery(gallery, clients=clients) as client:
         client.headers["authorization"] = f"Bearer {TOKEN}"
         yield client
 

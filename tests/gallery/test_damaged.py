@@ -6,12 +6,10 @@ import zlib
 from itertools import islice
 
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_prints import FAKE, changed, entry_of, flipped, refused, scattered
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.batch.sources import open_source
@@ -96,10 +94,6 @@ few = pytest.mark.parametrize("place", ["bit", "step", "dpi text"], indirect=Tru
 SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
 
 
-def run(*words):
-    return CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")
-
-
 def check_identification(place):
     """Check that a gallery is searched as if there were no damaged entry."""
     with open_gallery(place) as gallery:
@@ -176,7 +170,7 @@ def test_it_is_removed_like_any_other(place):
 
 
 @few
-def test_commands_name_it_once_and_count_it(place, tmp_path):
+def test_commands_name_it_once_and_count_it(run, place, tmp_path):
     probe = tmp_path / "probe.json"
     save_template(probe, scattered(1, 30))
 
@@ -198,10 +192,8 @@ def test_commands_name_it_once_and_count_it(place, tmp_path):
     assert (result.exit_code, named(result)) == (1, 1)
     result = run("gallery", "list", place, "--json")
     assert len(json.loads(result.stdout)) + named(result) == PRINTS
-    assert json.loads(run("gallery", "list", place, "--summary", "--json").stdout)["damaged"] in {
-        0,
-        1,
-    }
+    summary = json.loads(run("gallery", "list", place, "--summary", "--json").stdout)
+    assert summary["damaged"] in {0, 1}
     result = run("verify", probe, "--gallery", place, "--subject", "1", "--json")
     assert (result.exit_code, json.loads(result.stdout)["impressions"]) == (0, 2)
     sides = ("--references", place, "--probes", place)

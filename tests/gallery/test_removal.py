@@ -12,10 +12,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from made_prints import entry_of
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
@@ -185,7 +183,7 @@ def test_prepared_prints_are_copied_without_those_removed(tmp_path, source, *, e
             assert kept.prints[k].key == afresh.prints[k].key
 
 
-def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path):
+def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
         open_search(gallery, engine=serial())
@@ -193,14 +191,14 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path):
         open_search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
-    result = CliRunner().invoke(fpmatch, ["gallery", "rewrite", str(tmp_path / "g.db"), "--json"])
+    result = run("gallery", "rewrite", tmp_path / "g.db", "--json")
     sizes = json.loads(result.stdout)
     assert result.exit_code == 0
     assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
     assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
     (kept,) = (tmp_path / "g.db.prepared").iterdir()
     assert sizes["prepared"]["after"] == kept.stat().st_size < sizes["prepared"]["before"]
-    result = CliRunner().invoke(fpmatch, ["gallery", "rewrite", str(tmp_path / "g.db")])
+    result = run("gallery", "rewrite", tmp_path / "g.db")
     assert result.stdout.splitlines()[0] == str(tmp_path / "g.db")
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries

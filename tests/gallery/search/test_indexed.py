@@ -3,12 +3,9 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 from made_prints import entry_of, flipped, scattered
 
 from fpmatch import identify as identify_in
-from fpmatch.base.encryption.key_text import make_keys
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.cli.identify import identify as identify_command
@@ -213,18 +210,17 @@ def probe(tmp_path):
     return str(tmp_path / "probe.json")
 
 
-def test_the_command_states_loss_and_stages(large, probe):
+def test_the_command_states_loss_and_stages(run, large, probe):
     words = ["identify", large.name, probe, "-k", "1", "--loss", "0.1%"]
-    text = CliRunner().invoke(fpmatch, words)
+    text = run(*words)
     assert text.exit_code == 0, text.output
     (head, *_) = text.stdout.splitlines()
     assert head.startswith(f"{probe}: 6 of {SIZE} prints compared in ")
     assert head.endswith(" s (loss 0.1%: 20 by index, 6 by descriptors)")
-    document = json.loads(CliRunner().invoke(fpmatch, [*words, "--json"]).stdout)
+    document = json.loads(run(*words, "--json").stdout)
     assert (document["loss"], document["compared"]) == (0.001, 6)
     assert document["probes"][0]["passed_on"] == [20, 6]
-    off = CliRunner().invoke(fpmatch, [*words, "--candidate-list", "off", "--json"])
-    document = json.loads(off.stdout)
+    document = json.loads(run(*words, "--candidate-list", "off", "--json").stdout)
     assert (document["loss"], document["compared"]) == (None, SIZE)
 
 
@@ -250,16 +246,14 @@ def test_the_default_of_the_command_is_that_of_the_function():
 
 
 @pytest.mark.parametrize("loss", ["0", "0%", "100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])
-def test_the_command_refuses_an_impossible_loss(large, probe, loss):
-    done = CliRunner().invoke(fpmatch, ["identify", large.name, probe, "--loss", loss])
+def test_the_command_refuses_an_impossible_loss(run, large, probe, loss):
+    done = run("identify", large.name, probe, "--loss", loss)
     assert done.exit_code == 2
     assert "not a percentage" in done.stderr
 
 
-def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path, monkeypatch):
-    source = f"file:{tmp_path / 'gallery.key'}"
-    make_keys(source)
-    monkeypatch.setenv("FPMATCH_KEY", source)
+@pytest.mark.usefixtures("source")
+def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path):
     with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
         gallery.add([new_entry(number) for number in range(SIZE)])
         expected = best(gallery, opened(gallery), 5)

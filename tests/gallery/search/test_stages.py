@@ -9,13 +9,11 @@ from itertools import product
 import numpy as np
 import platformdirs
 import pytest
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, entry_of, scattered, template_at
 
 from fpmatch import identify as identify_in
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine import in_threads
@@ -306,14 +304,14 @@ def test_all_cores_are_the_default(filled, helpers, monkeypatch):
     assert helpers
 
 
-def test_the_function_and_the_command_take_a_number_of_threads(filled, helpers, tmp_path):
+def test_the_function_and_the_command_take_a_number_of_threads(run, filled, helpers, tmp_path):
     expected = identify_in(filled, PROBES[1], workers=1)
     save_template(tmp_path / "probe.json", PROBES[1])
     words = ["identify", filled.name, str(tmp_path / "probe.json"), "--json", "--workers"]
     documents = []
     for workers in ("1", "2"):
         assert not helpers
-        done = CliRunner().invoke(fpmatch, [*words, workers])
+        done = run(*words, workers)
         assert done.exit_code == 0, done.output
         documents.append(json.loads(done.stdout))
         del documents[-1]["probes"][0]["seconds"]

@@ -5,12 +5,10 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from made_prints import changed, entries_of, entry_of, refused, scattered
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine.engine import serial
@@ -22,6 +20,7 @@ from fpmatch.gallery.store import digests
 from fpmatch.gallery.tasks.rotation import rotate
 from fpmatch.gallery.tasks.space import free_space
 from fpmatch.gallery.tasks.transfer import enrol_gallery
+from tests.conftest import assert_refused
 
 PRINTS = [scattered(seed, 30) for seed in range(6)]
 LABELS = [Label(str(k // 2), "", str(k)) for k in range(6)]
@@ -109,16 +108,15 @@ def test_a_changed_column_is_damage_of_one_entry(tmp_path, column):
 
 @kinds
 @lost
-def test_lost_and_added_entries_are_one_line_and_nothing_is_written(tmp_path, encrypt, statement):
+def test_lost_and_added_entries_are_one_line_and_nothing_is_written(
+    run, tmp_path, encrypt, statement
+):
     path = filled(tmp_path / "g.db", encrypt=encrypt)
     (changed if encrypt else without_triggers)(path, statement)
     save_template(tmp_path / "probe.json", PRINTS[2])
     before = path.read_bytes()
     for words in (["identify", path, tmp_path / "probe.json"], ["gallery", "check", path]):
-        done = CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")
-        assert (done.exit_code, done.stdout) == (2, "")
-        assert done.stderr.startswith(f"fpmatch: error: {path}: damaged: entries were removed")
-        assert done.stderr.count("\n") == 1
+        assert_refused(run(*words), f"fpmatch: error: {path}: damaged: entries were removed")
     assert path.read_bytes() == before
     assert not list(tmp_path.glob("*.prepared/*"))
 

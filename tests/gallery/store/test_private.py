@@ -4,10 +4,8 @@ import os
 import stat
 
 import pytest
-from click.testing import CliRunner
 from made_prints import entry_of, scattered
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
@@ -68,30 +66,34 @@ def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
         assert rights(tmp_path) == {"g.db": after}
 
 
-def test_enrol_states_that_others_may_read_a_gallery(tmp_path):
+def test_enrol_states_that_others_may_read_a_gallery(run, tmp_path):
     save_template(tmp_path / "1_1.json", scattered(1, 30))
-    place, probe = str(tmp_path / "g.db"), str(tmp_path / "1_1.json")
+    place, probe = tmp_path / "g.db", tmp_path / "1_1.json"
     for rights_before, noted in ((None, False), (0o644, False), (0o664, True)):
         if rights_before is not None:
             (tmp_path / "g.db").chmod(rights_before)
-        result = CliRunner().invoke(fpmatch, ["enrol", place, probe, "--workers", "1"])
+        result = run("enrol", place, probe, "--workers", 1)
         (tmp_path / "1_1.json").unlink()
         save_template(tmp_path / "1_1.json", scattered(2 + (rights_before or 0), 30))
         assert ("other users may read it" in result.stderr) is noted, result.stderr
 
 
-def test_exports_and_scores(tmp_path):
-    def run(*words):
-        result = CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")
-        assert result.exit_code == 0, result.output
-
+def test_exports_and_scores(run, tmp_path):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k, scattered(k, 30), Label(str(k))) for k in (1, 2)])
         sides = ("--references", gallery.name, "--probes", gallery.name)
-    run("extract", "--gallery", tmp_path / "g.db", "-o", tmp_path / "out")
-    run("score", *sides, "-o", tmp_path / "scores.csv", "--workers", "1")
-    probe = tmp_path / "probe.json"
-    save_template(probe, scattered(1, 30))
-    pair = (probe, tmp_path / "out" / "1.json")
-    run("verify", *pair, "--overlay", tmp_path / "overlay.png")
+    save_template(tmp_path / "probe.json", scattered(1, 30))
+    for words in (
+        ("extract", "--gallery", tmp_path / "g.db", "-o", tmp_path / "out"),
+        ("score", *sides, "-o", tmp_path / "scores.csv", "--workers", 1),
+        (
+            "verify",
+            tmp_path / "probe.json",
+            tmp_path / "out" / "1.json",
+            "--overlay",
+            tmp_path / "o.png",
+        ),
+    ):
+        result = run(*words)
+        assert result.exit_code == 0, result.output
     assert_private(tmp_path, 7)

@@ -306,7 +306,6 @@ def gallery(tmp_path_factory, prints):
 
 
 def rows_of(path):
-    """Return the rows of a CSV file."""
     with path.open(newline="") as stream:
         return list(csv.DictReader(stream))
 
@@ -322,7 +321,6 @@ def copied(prints, folder, *names, **renamed):
 
 
 def leaves(command, path=()):
-    """Yield the full names of the commands below a group."""
     if isinstance(command, click.Group):
         context = click.Context(command)
         for name in command.list_commands(context):

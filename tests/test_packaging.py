@@ -34,7 +34,6 @@ def names(requirements):
 
 
 def requirements(project):
-    """Return the requirements of the package and of all its extras."""
     extras = project["project"]["optional-dependencies"]
     return [*map(Requirement, chain(project["project"]["dependencies"], *extras.values()))]
 

@@ -24,7 +24,6 @@ def promises():
 
 @cache
 def names_in(path):
-    """Return the names of the functions in a file."""
     tree = ast.parse((ROOT / path).read_text("utf-8"))
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef)
     return {node.name for node in ast.walk(tree) if isinstance(node, kinds)}

@@ -26,7 +26,6 @@ def test_a_docstring_says_what_a_class_is_and_not_that_it_holds_something(folder
 
 
 def names_in(function):
-    """Return the names of parameters and variables of a function."""
     nodes = [*ast.walk(function)]
     variables = {node.id for node in nodes if isinstance(node, ast.Name)}
     return variables | {node.arg for node in nodes if isinstance(node, ast.arg)}

@@ -27,8 +27,6 @@ TEMPLATE_FORMATS = {".json": "json", ".csv": "csv", ".iso": "iso2005", ".ansi": 
 
 @dataclass
 class Batch:
-    """A folder of prints, and the names of its damaged files."""
-
     folder: Path
     files: list[Path] = field(default_factory=list)
     damaged: set[str] = field(default_factory=set)
@@ -127,7 +125,6 @@ def check_batches(folder, prints, sensor, every):
 
 
 def _few_pairs(batch, path):
-    """Write a list that pairs every print with the next one."""
     names = [file.name for file in batch.files]
     rows = [f"{a},{b}" for a, b in zip(names, names[1:] + names[:1], strict=True)]
     path.write_text("\n".join(["probe,reference", *rows]) + "\n")

@@ -19,7 +19,6 @@ TEMPLATE = Template(Minutiae(x=[10, 40], y=[20, 30], angle=[0, 1]), 100, 100)
 
 @pytest.fixture
 def source(tmp_path, gallery):
-    """Return the source of the key of an encrypted gallery, which is made."""
     source = make_keys(f"file:{tmp_path / 'secret-keys'}").source
     open_gallery(gallery, create=True, key=source, encrypt=True).close()
     return source

@@ -29,7 +29,6 @@ def server(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def operations(server):
-    """Return method, address and fields of all that the API describes."""
     api = server.get("/openapi.json").json()
     found = []
     for path, methods in api["paths"].items():
@@ -43,7 +42,6 @@ def operations(server):
 
 
 def refusal(response, status):
-    """Return the one line of a refusal."""
     assert response.status_code == status, response.text
     error = response.json()["error"]
     assert "\n" not in error

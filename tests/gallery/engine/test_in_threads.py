@@ -15,6 +15,20 @@ def this_thread(_shared, _chunk):
     return threading.get_ident()
 
 
+@pytest.fixture
+def emptied(monkeypatch):
+    """Return an event that is set when the chunks that nobody has begun are thrown away."""
+    event = threading.Event()
+
+    class Pending(deque):
+        def clear(self):
+            super().clear()
+            event.set()
+
+    monkeypatch.setattr(in_threads, "deque", Pending)
+    return event
+
+
 def test_results_are_in_the_order_of_the_chunks():
     with Threads(3) as threads:
         assert list(threads.map(pow, 2, range(100))) == [2**k for k in range(100)]
@@ -55,15 +69,9 @@ def test_the_threads_end_with_the_block():
 
 @pytest.mark.parametrize("by_caller", [True, False])
 @pytest.mark.parametrize("kind", [IndexError, KeyboardInterrupt])
-def test_after_an_error_nothing_is_begun(by_caller, kind, monkeypatch):
+def test_after_an_error_nothing_is_begun(by_caller, kind, emptied):
     """Both threads have begun a chunk; one fails, and the other ends its own after that."""
-    caller, both, emptied = threading.get_ident(), threading.Barrier(2), threading.Event()
-    begun = []
-
-    class Pending(deque[object]):
-        def clear(self):
-            super().clear()
-            emptied.set()
+    caller, both, begun = threading.get_ident(), threading.Barrier(2), []
 
     def work(_, chunk):
         begun.append(chunk)
@@ -72,19 +80,13 @@ def test_after_an_error_nothing_is_begun(by_caller, kind, monkeypatch):
             raise kind(chunk)
         emptied.wait(WAIT_S)
 
-    monkeypatch.setattr(in_threads, "deque", Pending)
     with pytest.raises(kind), Threads(2) as threads:
         list(threads.map(work, None, range(50)))
     assert sorted(begun) == [0, 1]
 
 
-def test_an_interrupt_while_threads_start_leaves_them_no_work(monkeypatch):
-    begun, emptied, start = [], threading.Event(), Threads._start
-
-    class Pending(deque[object]):
-        def clear(self):
-            super().clear()
-            emptied.set()
+def test_an_interrupt_while_threads_start_leaves_them_no_work(monkeypatch, emptied):
+    begun, start = [], Threads._start
 
     def interrupted(self, work):
         start(self, work)
@@ -94,7 +96,6 @@ def test_an_interrupt_while_threads_start_leaves_them_no_work(monkeypatch):
         begun.append(chunk)
         emptied.wait(WAIT_S)
 
-    monkeypatch.setattr(in_threads, "deque", Pending)
     monkeypatch.setattr(Threads, "_start", interrupted)
     with pytest.raises(KeyboardInterrupt), Threads(2) as threads:
         list(threads.map(work, None, range(50)))

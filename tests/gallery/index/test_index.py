@@ -68,7 +68,6 @@ def afresh(gallery):
 
 
 def files_of(gallery):
-    """Return the files of the index beside a gallery."""
     folder = gallery.file.with_name(f"{gallery.file.name}.prepared")
     return sorted(folder.glob("*"))
 

@@ -35,7 +35,6 @@ def new_entry(number, shown=None):
 
 @pytest.fixture
 def filled(where):
-    """Return an open gallery of six prints, on either kind of database."""
     with open_gallery(where, create=True) as opened:
         opened.add([new_entry(number) for number in range(6)])
         yield opened
@@ -145,7 +144,6 @@ def test_another_gallery_of_the_same_name_is_not_mixed_up(tmp_path):
 
 
 def file_of(gallery):
-    """Return the one file of prepared prints beside a gallery."""
     folder = gallery.file.with_name(f"{gallery.file.name}.prepared")
     (path,) = folder.iterdir()
     return path

@@ -23,7 +23,6 @@ TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
 
 
 def identify_at(search, x, **options):
-    """Identify the print that the fake matcher knows by `x`."""
     return identify(search, template_at(x), calibration=TEN_PER_TEN, **options)
 
 

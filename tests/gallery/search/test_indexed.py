@@ -44,7 +44,6 @@ def new_entry(number, finger=None):
 
 @pytest.fixture
 def filled(where):
-    """Return an open gallery on either kind of database."""
     with open_gallery(where, create=True) as opened:
         opened.add([new_entry(number) for number in range(SIZE)])
         yield opened
@@ -52,7 +51,6 @@ def filled(where):
 
 @pytest.fixture
 def large(gallery):
-    """Return an open gallery in a file."""
     gallery.add([new_entry(number) for number in range(SIZE)])
     return gallery
 
@@ -205,7 +203,6 @@ def test_an_impossible_loss_is_refused(large, loss):
 
 @pytest.fixture
 def probe(tmp_path):
-    """Return a file of a print that is enrolled."""
     save_template(tmp_path / "probe.json", print_of(3))
     return str(tmp_path / "probe.json")
 

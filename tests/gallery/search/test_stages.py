@@ -99,7 +99,6 @@ def filled(small_parts, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def workers():
-    """Return an engine of two processes, which are kept."""
     with processes(2) as engine:
         yield engine
 

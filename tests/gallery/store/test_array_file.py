@@ -238,7 +238,6 @@ def test_writing_replaces_the_file_and_leaves_what_was_mapped(tmp_path):
 
 
 def rewrite(path, header, content):
-    """Write a header and a content with the checksums that belong to them."""
     stored = bytes(content)
     with path.open("wb") as stream:
         array_file.write_content(stream, header, [memoryview(stored)])

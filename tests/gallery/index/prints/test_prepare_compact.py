@@ -33,12 +33,10 @@ from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def one_by_one(packed):
-    """Return the prints of compact templates, each expanded and prepared by itself."""
     return PreparedPrints.pack(prepare(expand(data)) for data in packed)
 
 
 def assert_same(found, expected):
-    """Hold all arrays of packed prints to being equal to the last bit."""
     for name, array in expected.arrays().items():
         other = getattr(found, name)
         assert (other.dtype, other.shape) == (array.dtype, array.shape), name

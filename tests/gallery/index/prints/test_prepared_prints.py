@@ -45,7 +45,6 @@ def parts_of(print_):
 
 
 def assert_same(found, expected):
-    """Hold two prepared prints to being equal to the last bit."""
     assert parts_of(found) == parts_of(expected)
 
 

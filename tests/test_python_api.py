@@ -249,12 +249,3 @@ def test_one_database_is_evaluated_as_a_list_of_one(tmp_path):
     report = fpmatch.evaluate(str(tmp_path), workers=1)
     assert (report.genuine, report.impostor) == (1, 2)
     assert fpmatch.evaluate([tmp_path], workers=1).pooled == report.pooled
-
-
-def test_prints_are_enrolled_from_folders_of_fingers(tmp_path):
-    for finger, name in (("left", "101_1.tif"), ("right", "102_1.tif")):
-        (tmp_path / "people" / "ada" / finger).mkdir(parents=True)
-        shutil.copy(SAMPLES / name, tmp_path / "people" / "ada" / finger)
-    assert fpmatch.enrol(tmp_path / "a.db", tmp_path / "people", workers=1).enrolled == 2
-    (found, _) = fpmatch.identify(tmp_path / "a.db", B)
-    assert (found.label.subject, found.label.finger) == ("ada", "left")

@@ -5,19 +5,13 @@ from contextlib import closing
 
 import pytest
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.batch.store import Store
 
 DATA = bytes(range(200))
 
-
-@pytest.fixture(autouse=True)
-def source(tmp_path, monkeypatch):
-    source = make_keys(f"file:{tmp_path / 'keys'}").source
-    monkeypatch.setenv("FPMATCH_KEY", source)
-    return source
+pytestmark = pytest.mark.usefixtures("source")
 
 
 def begun(tmp_path):

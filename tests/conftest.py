@@ -1,7 +1,5 @@
 """What several tests share: templates and pictures of prints that never were."""
 
-from __future__ import annotations
-
 import csv
 import importlib
 import importlib.util
@@ -9,17 +7,15 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from hypothesis import settings
-from numpy.typing import NDArray
 from PIL import Image
 
 import fpmatch
@@ -254,16 +250,16 @@ Run = Callable[..., Result]
 
 
 @pytest.fixture
-def run() -> Run:
+def run():
     """Return a function that runs ``fpmatch`` with the given words, in this process."""
 
-    def run_words(*words: object, **options: Any) -> Result:
+    def run_words(*words, **options):
         return CliRunner().invoke(main, [*map(str, words)], prog_name="fpmatch", **options)
 
     return run_words
 
 
-def assert_refused(result: Result, reason: str) -> None:
+def assert_refused(result, reason):
     """Check that a command has failed with status 2 and one line on stderr, with a reason."""
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("\n") == 1, result.stderr
@@ -273,7 +269,7 @@ def assert_refused(result: Result, reason: str) -> None:
 
 
 @pytest.fixture(scope="session")
-def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.uint8]]) -> Path:
+def prints(tmp_path_factory, fingers):
     """Return a folder with prints of two fingers, of no finger, and files that are no images."""
     folder = tmp_path_factory.mktemp("prints")
     for number, pixels in enumerate(fingers, start=1):
@@ -295,7 +291,7 @@ def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.ui
 
 
 @pytest.fixture(scope="session")
-def gallery(tmp_path_factory: pytest.TempPathFactory, prints: Path) -> Path:
+def gallery(tmp_path_factory, prints):
     """Return a gallery of two prints of finger 1 and one of finger 2."""
     from fpmatch.gallery.engine.engine import serial
     from fpmatch.gallery.gallery import open_gallery
@@ -309,13 +305,12 @@ def gallery(tmp_path_factory: pytest.TempPathFactory, prints: Path) -> Path:
     return place
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a CSV file."""
+def rows_of(path):
     with path.open(newline="") as stream:
         return list(csv.DictReader(stream))
 
 
-def copied(prints: Path, folder: Path, *names: str, **renamed: str) -> Path:
+def copied(prints, folder, *names, **renamed):
     """Make a folder of copies of prints, those of `renamed` under other names."""
     folder.mkdir()
     for name in names:
@@ -325,8 +320,7 @@ def copied(prints: Path, folder: Path, *names: str, **renamed: str) -> Path:
     return folder
 
 
-def leaves(command: click.Command, path: tuple[str, ...] = ()) -> Iterator[str]:
-    """Yield the full names of the commands below a group."""
+def leaves(command, path=()):
     if isinstance(command, click.Group):
         context = click.Context(command)
         for name in command.list_commands(context):

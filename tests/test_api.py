@@ -72,6 +72,9 @@ def test_help_imports_nothing_heavy(option):
 def test_a_verification_imports_neither_scipy_nor_skimage():
     statement = "import fpmatch; fpmatch.extract, fpmatch.verify, fpmatch.read_image"
     assert not imported_by(statement) & {"scipy", "skimage", "matplotlib"}
+    compared = "t = Template(Minutiae.empty(), 100, 100); verify(t, t)"
+    modules = imported_by(f"from fpmatch import Minutiae, Template, verify; {compared}")
+    assert not modules & {"sqlalchemy", "PIL", "jinja2"}
 
 
 def test_the_command_verifies_with_what_it_needs_alone():

@@ -18,7 +18,6 @@ from measures import MEASURES, TIMES_AS_FAST, measured  # noqa: E402
 
 
 def timed(group, side, *seconds, calls=1, **extra):
-    """Return a benchmark as pytest-benchmark writes it."""
     result = {"group": group, "params": {"side": side}, "stats": {"data": list(seconds)}}
     return {**result, "extra_info": {"calls": calls, **extra}}
 

@@ -123,7 +123,6 @@ def test_the_matcher_in_one_file_has_the_shape_of_ours(monkeypatch, template):
 
 
 def module_of(path):
-    """Return a Python file of the documentation as a module."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

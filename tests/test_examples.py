@@ -21,7 +21,6 @@ pytestmark = pytest.mark.docs
 
 
 def printed(folder, name, *words):
-    """Return what an example prints when it is run in a folder."""
     command = [sys.executable, "-W", "error", str(EXAMPLES / f"{name}.py"), *words]
     done = subprocess.run(
         command, cwd=folder, capture_output=True, encoding="utf-8", env=UTF8, check=False
@@ -78,7 +77,6 @@ def test_the_notebook_is_stored_with_its_outputs_and_without_traces_of_a_machine
 
 @pytest.fixture
 def ran(tmp_path, monkeypatch):
-    """Return the notebook, run from the top."""
     for name in ("nbformat", "nbclient", "ipykernel", "matplotlib"):
         pytest.importorskip(name, reason=f"{name} is not installed: pip install -e '.[plot,test]'")
     for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "MPLCONFIGDIR"):

@@ -24,7 +24,6 @@ pytestmark = pytest.mark.docs
 
 
 def drawn(target, only):
-    """Draw figures of one kind into a folder; return the files."""
     done = CliRunner().invoke(research, ["figures", "--out", str(target), "--only", only])
     assert done.exit_code == 0, done.output
     return sorted(path for path in target.rglob("*") if path.is_file())

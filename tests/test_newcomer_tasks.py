@@ -42,14 +42,12 @@ NEEDED = ("chromium", "curl")
 
 @pytest.fixture
 def clone(tmp_path):
-    """Return a copy of the files that the commands name."""
     for name in ("sample_data", "docs/how-to/one_file"):
         shutil.copytree(ROOT / name, tmp_path / name)
     return tmp_path
 
 
 def container_can_be_made():
-    """Whether packaging/check_container finds what it needs."""
     for engine in filter(shutil.which, ("docker", "podman")):
         if subprocess.run([engine, "info"], capture_output=True, check=False).returncode == 0:
             return True
@@ -96,7 +94,6 @@ def test_the_commands_of_a_task_do_it(task, clone):
 
 @pytest.fixture(scope="module")
 def templates():
-    """Return two templates of one finger."""
     return [extract(SAMPLES / f"101_{number}.tif") for number in (1, 3)]
 
 

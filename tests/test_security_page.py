@@ -1,7 +1,5 @@
 """The page on security: every promise names tests, and they exist."""
 
-from __future__ import annotations
-
 import ast
 import re
 import socket
@@ -17,7 +15,7 @@ PAGE = (ROOT / "docs/security.md").read_text("utf-8")
 FEWEST = 30  # promises on the page
 
 
-def promises() -> list[tuple[str, str]]:
+def promises():
     """Return each promise with the cell that names its tests."""
     tables = re.findall(r"^\| promise \| tests \|\n\|---\|---\|\n((?:\|.*\|\n)+)", PAGE, re.M)
     rows = [line.strip("|\n").split(" | ") for table in tables for line in table.splitlines()]
@@ -25,14 +23,13 @@ def promises() -> list[tuple[str, str]]:
 
 
 @cache
-def names_in(path: str) -> set[str]:
-    """Return the names of the functions in a file."""
+def names_in(path):
     tree = ast.parse((ROOT / path).read_text("utf-8"))
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef)
     return {node.name for node in ast.walk(tree) if isinstance(node, kinds)}
 
 
-def test_all_tables_of_promises_are_read() -> None:
+def test_all_tables_of_promises_are_read():
     section = PAGE.split("## What is promised")[1].split("## What is not protected")[0]
     rows = [line for line in section.splitlines() if line.startswith("|")]
     headers = [line for line in rows if re.match(r"\| promise \||\|---", line)]
@@ -40,7 +37,7 @@ def test_all_tables_of_promises_are_read() -> None:
 
 
 @pytest.mark.parametrize(("promise", "tests"), promises(), ids=lambda text: text[:40])
-def test_each_promise_names_tests_that_exist(promise: str, tests: str) -> None:
+def test_each_promise_names_tests_that_exist(promise, tests):
     named = re.findall(r"`(tests/[\w/]+\.py)::(test_\w+)`", tests)
     assert named, promise
     assert re.sub(r"`tests/[\w/]+\.py::test_\w+`", "", tests).strip(", ") == ""
@@ -48,12 +45,12 @@ def test_each_promise_names_tests_that_exist(promise: str, tests: str) -> None:
         assert name in names_in(path), f"{path}::{name}"
 
 
-def test_the_policy_leads_to_the_page() -> None:
+def test_the_policy_leads_to_the_page():
     assert "(docs/security.md)" in (ROOT / "SECURITY.md").read_text("utf-8")
 
 
-def test_a_comparison_opens_no_connection(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
+def test_a_comparison_opens_no_connection(monkeypatch):
+    def refuse(*_):
         raise AssertionError("a connection was opened")
 
     for name in ("connect", "connect_ex", "bind", "sendto"):

@@ -10,20 +10,22 @@ NAMES = "fpmatch", "research", "benchmarks", "docs"
 FOLDERS = [path for path in map(ROOT.joinpath, NAMES) if path.exists()]
 
 
+def nodes_of(folder, kind):
+    """Return the nodes of a kind in all Python files of a folder, each with its file."""
+    files = sorted(folder.rglob("*.py"))
+    trees = [(file, ast.parse(file.read_text(encoding="utf-8"))) for file in files]
+    return [(f, node) for f, tree in trees for node in ast.walk(tree) if isinstance(node, kind)]
+
+
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_a_docstring_says_what_a_class_is_and_not_that_it_holds_something(folder):
-    classes = [
-        (path.name, node.name, ast.get_docstring(node) or "")
-        for path in sorted(folder.rglob("*.py"))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ClassDef)
-    ]
+    classes = nodes_of(folder, ast.ClassDef)
     assert classes
-    assert [one for one in classes if one[2].startswith("Hold")] == []
+    for file, node in classes:
+        assert not (ast.get_docstring(node) or "").startswith("Hold"), (file, node.name)
 
 
 def names_in(function):
-    """Return the names of parameters and variables of a function."""
     nodes = [*ast.walk(function)]
     variables = {node.id for node in nodes if isinstance(node, ast.Name)}
     return variables | {node.arg for node in nodes if isinstance(node, ast.arg)}
@@ -31,12 +33,6 @@ def names_in(function):
 
 def test_a_variable_is_named_after_what_was_found():
     """Not yet in the kernels."""
-    package = ROOT / "fpmatch"
-    functions = [
-        (path.name, node.name, names_in(node))
-        for path in sorted(package.rglob("*.py"))
-        if not path.stem.endswith("_kernel")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef)
-    ]
-    assert [one[:2] for one in functions if "found" in one[2]] == []
+    for file, node in nodes_of(ROOT / "fpmatch", ast.FunctionDef):
+        kernel = file.stem.endswith("_kernel")
+        assert kernel or "found" not in names_in(node), (file, node.name)

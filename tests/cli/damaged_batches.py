@@ -9,10 +9,9 @@ import json
 from dataclasses import dataclass, field, replace
 from itertools import count, cycle
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 from PIL import Image
 
 from fpmatch import extract, save_template
@@ -21,11 +20,6 @@ from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    from fpmatch.lab.synthesis.sensor import Sensor
-
 IMPRESSIONS = 8
 IMAGE_SUFFIXES = (".tif", ".png", ".bmp", ".jpg", ".pgm")
 TEMPLATE_FORMATS = {".json": "json", ".csv": "csv", ".iso": "iso2005", ".ansi": "ansi2004"}
@@ -33,16 +27,12 @@ TEMPLATE_FORMATS = {".json": "json", ".csv": "csv", ".iso": "iso2005", ".ansi": 
 
 @dataclass
 class Batch:
-    """A folder of prints, and the names of its damaged files."""
-
     folder: Path
     files: list[Path] = field(default_factory=list)
     damaged: set[str] = field(default_factory=set)
 
 
-def make_batches(
-    folder: Path, prints: int, sensor: Sensor, every: int, fingers: int = 4
-) -> tuple[Batch, Batch]:
+def make_batches(folder, prints, sensor, every, fingers=4):
     """Write a batch of images and one of templates, named as in FVC databases.
 
     The images of a few synthetic fingers are repeated, each time slightly moved.
@@ -83,50 +73,44 @@ def make_batches(
     return images, templates
 
 
-def _cut_short(path: Path) -> None:
+def _cut_short(path):
     half = path.read_bytes()[: path.stat().st_size // 2]
     path.write_bytes(half[: half.rfind(b",") + 1] or half)  # a CSV that ends with a line is whole
 
 
-def _emptied(path: Path) -> None:
+def _emptied(path):
     path.write_bytes(b"")
 
 
-def _overwritten(path: Path) -> None:
+def _overwritten(path):
     noise = np.random.default_rng(len(path.name)).integers(0, 256, path.stat().st_size, np.uint8)
     path.write_bytes(noise.tobytes())
 
 
-def _text(path: Path) -> None:
+def _text(path):
     path.write_text("<html>404: not found</html>\n")
 
 
-def _without_its_head(path: Path) -> None:
+def _without_its_head(path):
     path.write_bytes(bytes(16) + path.read_bytes()[16:])
 
 
-DAMAGES: tuple[Callable[[Path], None], ...] = (
-    _cut_short,
-    _emptied,
-    _overwritten,
-    _text,
-    _without_its_head,
-)
+DAMAGES = (_cut_short, _emptied, _overwritten, _text, _without_its_head)
 """Functions that damage a file."""
 
 
-def check_batches(folder: Path, prints: int, sensor: Sensor, every: int) -> dict[str, list[str]]:
+def check_batches(folder, prints, sensor, every):
     """Give batches to every command that takes many prints; return its faults by command."""
     images, templates = make_batches(folder, prints, sensor, every)
     faults = {}
     numbers = count()
 
-    def out(suffix: str = "") -> Path:
+    def out(suffix=""):
         return folder / f"out{next(numbers)}{suffix}"
 
     for batch in (images, templates):
         files, work = [str(file) for file in batch.files], ("--workers", 1, "--json")
-        runs: list[tuple[tuple[object, ...], int, Callable[[Result], Iterable[str]]]] = [
+        runs = [
             (("inspect", *files, "--json"), 1, _on_stderr),
             (("extract", *files, "-o", out(), "--json"), 2, _in_json("failures")),
             (("enrol", out(".db"), *files, *work), 1, _in_json("failures")),
@@ -140,33 +124,27 @@ def check_batches(folder: Path, prints: int, sensor: Sensor, every: int) -> dict
     return faults
 
 
-def _few_pairs(batch: Batch, path: Path) -> Path:
-    """Write a list that pairs every print with the next one."""
+def _few_pairs(batch, path):
     names = [file.name for file in batch.files]
     rows = [f"{a},{b}" for a, b in zip(names, names[1:] + names[:1], strict=True)]
     path.write_text("\n".join(["probe,reference", *rows]) + "\n")
     return path
 
 
-def _on_stderr(result: Result) -> Iterable[str]:
+def _on_stderr(result):
     return [line for line in result.stderr.splitlines() if line.startswith("fpmatch: ")]
 
 
-def _without_template(result: Result) -> Iterable[str]:
+def _without_template(result):
     """Return the lines about images without a template, without notes on others."""
     return [line for line in _on_stderr(result) if "no template: " in line]
 
 
-def _in_json(key: str) -> Callable[[Result], Iterable[str]]:
+def _in_json(key):
     return lambda result: map(str, json.loads(result.stdout)[key])
 
 
-def _faults(
-    batch: Batch,
-    words: tuple[object, ...],
-    status: int,
-    named_in: Callable[[Result], Iterable[str]],
-) -> list[str]:
+def _faults(batch, words, status, named_in):
     """Run a command and compare the files that it names with the damaged ones."""
     result = CliRunner().invoke(fpmatch, [str(word) for word in words], prog_name="fpmatch")
     faults = []
@@ -185,6 +163,6 @@ def _faults(
     return faults
 
 
-def _names(line: str, file: Path) -> bool:
+def _names(line, file):
     """Return whether a line names a file: its path, or its bare name in quotes."""
     return f"/{file.name}" in line or f"'{file.name}'" in line

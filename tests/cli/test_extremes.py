@@ -1,7 +1,5 @@
 """Numbers and texts at the end of what can be written: one line, status 2, nothing written."""
 
-from __future__ import annotations
-
 import json
 import re
 import sqlite3
@@ -135,7 +133,6 @@ def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path, name, p
 
 @pytest.fixture
 def document(run, prints, tmp_path):
-    """Return the JSON template of a print."""
     assert run("extract", prints / "1_1.png", "-o", tmp_path, "--format", "json").exit_code == 0
     (path,) = tmp_path.glob("*.json")
     return json.loads(path.read_text())

@@ -111,8 +111,6 @@ def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, sugges
 
 
 def failing(monkeypatch, error):
-    """Make `fpmatch verify` raise `error`."""
-
     def fail(*_, **__):
         raise error
 
@@ -143,7 +141,6 @@ def test_an_interrupt_is_quiet_while_the_command_line_is_parsed(run, monkeypatch
 
 
 def start(command, **options):
-    """Run a command in another process."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     return subprocess.run(command, text=True, check=False, timeout=60, **options)
 

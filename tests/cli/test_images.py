@@ -22,7 +22,6 @@ from tests.conftest import assert_refused, copied
 
 
 def first_score(result):
-    """Return the score of the first candidate of the first probe."""
     return json.loads(result.stdout)["probes"][0]["candidates"][0]["score"]
 
 
@@ -154,7 +153,6 @@ def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
 
 @pytest.fixture
 def darks(tmp_path, pressed):
-    """Return a folder of two prints with dark ridges."""
     folder = tmp_path / "darks"
     folder.mkdir()
     for number, pixels in enumerate(pressed[:2], start=1):

@@ -1,7 +1,5 @@
 """Ctrl-C at any moment: the exit status of an interrupt, no traceback, no process left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -24,7 +22,7 @@ pytestmark = [
 ]
 
 
-def interrupted(words: list[str], after_s: float, folder: Path) -> tuple[int, str, str]:
+def interrupted(words, after_s, folder):
     """Return status and output of a command, whose process group is interrupted."""
     program = (  # Ctrl-C is ignored in background jobs, as suites may be
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -45,7 +43,7 @@ def interrupted(words: list[str], after_s: float, folder: Path) -> tuple[int, st
     return process.returncode, output, errors
 
 
-def run(program: str) -> subprocess.CompletedProcess[str]:
+def run(program):
     command = [sys.executable, "-c", program]
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
@@ -60,8 +58,8 @@ def run(program: str) -> subprocess.CompletedProcess[str]:
     ids=lambda words: words[0],
 )
 def test_a_command_ends_at_once_and_says_no_more_than_how_to_resume(
-    words: list[str], after_s: float, tmp_path: Path, kernels_line: str
-) -> None:
+    words, after_s, tmp_path, kernels_line
+):
     status, output, errors = interrupted(words, after_s, tmp_path)
     if errors.startswith(BEFORE_ANY_PROGRAM):
         return
@@ -148,12 +146,12 @@ assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
     ],
     ids=["destroyed", "swallowed", "cleaned", "deferred", "received"],
 )
-def test_an_interrupt_comes_once_and_where_work_may_end(program: str, output: str) -> None:
+def test_an_interrupt_comes_once_and_where_work_may_end(program, output):
     done = run(f"{START}try:{textwrap.indent(program, '    ')}{END.lstrip()}")
     assert (done.stdout, done.stderr) == (f"{output}interrupted\n", "")
 
 
-def test_other_errors_in_a_destructor_are_printed_as_usual() -> None:
+def test_other_errors_in_a_destructor_are_printed_as_usual():
     program = "class Destroyed:\n    def __del__(self):\n        raise ValueError('odd')\n"
     assert "ValueError: odd" in run(f"{START}{program}Destroyed()\n").stderr
 
@@ -162,7 +160,7 @@ SLEEPS = [sys.executable, "-c", "import time; print('there', flush=True); time.s
 
 
 @pytest.mark.parametrize("keeping", [interrupt_deferred, interrupt_kept_from_children])
-def test_processes_that_start_meanwhile_receive_no_interrupt(keeping) -> None:  # type: ignore[no-untyped-def]
+def test_processes_that_start_meanwhile_receive_no_interrupt(keeping):
     with keeping():
         child = subprocess.Popen(SLEEPS, stdout=subprocess.PIPE, start_new_session=True)
     with child:

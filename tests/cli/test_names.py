@@ -3,8 +3,6 @@ r"""Names of files that are not UTF-8 or contain control characters, in every co
 Each command of ``fpmatch`` has a case here; a new one without fails the first test.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

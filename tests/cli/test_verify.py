@@ -23,7 +23,6 @@ KEYS = [
 
 
 def decision(result):
-    """Return the one JSON object that a command printed."""
     return json.loads(result.stdout)
 
 

@@ -29,7 +29,6 @@ def read(data, *, file_format=None, **options):
 
 
 def only_view(data, **options):
-    """Return the only view in the bytes of a file, as `read` does."""
     return read(data, **options).single()
 
 
@@ -69,13 +68,11 @@ def records(draw, views=1, fewest=0):
 
 
 def encoded(name, record):
-    """Return a record as a file of a format that can be written, and notes."""
     encode = codec_of_name(name).encode
     return encode(record)
 
 
 def written(name, record):
-    """Return a record as a file of a format that can be written."""
     return encoded(name, record).data
 
 
@@ -91,7 +88,6 @@ def frame_of(record):
 
 
 def turn_deg(a, b):
-    """Return the angles between directions, in degrees."""
     difference = a.astype(float) - b.astype(float)
     return np.abs(np.degrees(np.angle(np.exp(1j * difference))))
 

@@ -35,7 +35,6 @@ templates_with_cells = templates().filter(lambda one: one.field is None or one.f
 
 
 def field_template(orientation, mask, ridges=None):
-    """Return a template of a ridge field alone."""
     field = RidgeField(16.0, np.array(orientation, np.float32), np.array(mask, bool), ridges)
     return Template(Minutiae.empty(), 9, 9, field=field)
 

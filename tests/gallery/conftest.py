@@ -1,28 +1,62 @@
 """What the tests of galleries share: an empty gallery on SQLite and on PostgreSQL, and prints."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import shutil
+import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
+import platformdirs
 import pytest
 
 from fpmatch.base.encryption.key_text import make_keys
-from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.gallery import open_gallery
 
 sys.path.append(str(Path(__file__).parent))  # of `made_prints`
 
 POSTGRES_PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
 
 
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    """Give the user another cache folder, and return it."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
+    return tmp_path / "cache"
+
+
+def start_cluster(workers=2, threads=1):
+    """Start a cluster of Dask on this machine."""
+    distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+    here = {"host": "127.0.0.1", "dashboard_address": ":0", "silence_logs": 60}
+    return distributed.LocalCluster(n_workers=workers, threads_per_worker=threads, **here)
+
+
+def kill_one(address, when):
+    """Return a progress that kills a worker of a cluster once, and the list of those alive."""
+    import distributed
+
+    with distributed.Client(address, set_as_default=False) as client:
+        alive = sorted(client.run(os.getpid).values())
+
+    def progress(stage, done, total, *_):
+        if len(alive) == 2 and when(stage, done, total):
+            os.kill(alive.pop(), signal.SIGKILL)
+
+    return progress, alive
+
+
+@pytest.fixture
+def local_cluster():
+    """Return a cluster of two workers on this machine, of this test alone."""
+    with start_cluster() as started:
+        yield started
+
+
 @pytest.fixture(scope="session")
-def postgresql(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def postgresql(tmp_path_factory):
     """Start a PostgreSQL server of our own on loopback; return its URL without a database."""
     pytest.importorskip("psycopg", reason="psycopg is not installed (fpmatch[postgres])")
     if not POSTGRES_PROGRAMS:
@@ -37,7 +71,7 @@ def postgresql(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         shutil.chown(folder, "nobody")
     become = ["setpriv", "--reuid=nobody", "--clear-groups"] if root else []
 
-    def call(program: str, *words: object) -> None:
+    def call(program, *words):
         command = [*become, programs / program, *words]
         subprocess.run(
             [str(word) for word in command],
@@ -64,7 +98,7 @@ def postgresql(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)])
-def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+def where(request, tmp_path):
     """Return the place of a gallery that is not made yet, on either kind of database."""
     if request.param == "sqlite":
         return str(tmp_path / "gallery.db")
@@ -78,7 +112,7 @@ def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+def source(tmp_path, monkeypatch):
     """Return the source of a new key, which the environment gives."""
     source = f"file:{tmp_path / 'keys.txt'}"
     make_keys(source)
@@ -87,7 +121,7 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 @pytest.fixture
-def gallery(tmp_path: Path) -> Iterator[Gallery]:
+def gallery(tmp_path):
     """Return an open gallery in a file, empty."""
     with open_gallery(tmp_path / "gallery.db", create=True) as opened:
         yield opened

@@ -1,33 +1,21 @@
 """Prints, entries, an extractor and a matcher whose results are known."""
 
-from __future__ import annotations
-
+import pickle
 import sqlite3
 import time
-from collections.abc import Callable
 from contextlib import closing
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fpmatch.errors import FpmatchError, GalleryError, ImageError
+from fpmatch.errors import GalleryError, ImageError
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.listing.prints import ExtractedPrint
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.matching.result import Comparison
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
-def refused(
-    function: Callable[..., object],
-    *arguments: Any,
-    code: str,
-    kind: type[FpmatchError] = GalleryError,
-    **options: Any,
-) -> FpmatchError:
+def refused(function, *arguments, code, kind=GalleryError, **options):
     """Return the error that refuses a call; it is of a kind and a code, and of one line."""
     import pytest  # worker processes need none
 
@@ -38,13 +26,35 @@ def refused(
     return caught.value
 
 
-def changed(path: Path, statement: str, *values: Any) -> list[Any]:
+def changed(path, statement, *values):
     """Return the rows of a statement of SQL, by which another program changes a gallery."""
     with closing(sqlite3.connect(path)) as connection, connection:
         return connection.execute(statement, values).fetchall()
 
 
-def readable(folder: Path, template: Template) -> bool:
+def flipped(content, place, bits=1):
+    """Return bytes with some bits of one of them changed."""
+    return content[:place] + bytes([content[place] ^ bits]) + content[place + 1 :]
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "something else": lambda content: b"something else",
+    "a pickle": lambda content: pickle.dumps({"xy": np.arange(9)}),
+    "an array of numpy": lambda content: b"\x93NUMPY\x01\0" + content,
+    "zeros": lambda content: bytes(len(content)),
+    "cut off": lambda content: content[:-8],
+    "half": lambda content: content[: len(content) // 2],
+    "longer": lambda content: content + b"\0",
+    "first bit": lambda content: flipped(content, 0),
+    "a bit of the header": lambda content: flipped(content, 100),
+    "a bit of the content": lambda content: flipped(content, len(content) * 3 // 4),
+    "last bit": lambda content: flipped(content, len(content) - 1),
+}
+"""Functions that damage the content of a file."""
+
+
+def readable(folder, template):
     """Return whether a run of 32 bytes of a packed template is in any file of a folder."""
     packed = pack_template(template)
     files = [path.read_bytes() for path in folder.rglob("*") if path.is_file()]
@@ -52,19 +62,19 @@ def readable(folder: Path, template: Template) -> bool:
     return any(run in data for data in files for run in runs)
 
 
-def scattered(seed: int, count: int = 20, dpi: float = 500.0) -> Template:
+def scattered(seed, count=20, dpi=500.0):
     """Return a template of some minutiae anywhere."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(20, 280, (2, count))
     return Template(Minutiae(x, y, along_ridges(rng, x)), 300, 300, dpi)
 
 
-def along_ridges(rng: np.random.Generator, x: NDArray[np.float64]) -> NDArray[np.float64]:
+def along_ridges(rng, x):
     """Return directions of minutiae, either way along ridges that turn from left to right."""
     return rng.uniform(0, np.pi) + x / 100 + np.pi * rng.integers(0, 2, len(x))
 
 
-def print_of(finger: int, impression: int, dpi: float = 500.0) -> Template:
+def print_of(finger, impression, dpi=500.0):
     """Return an impression of a finger of 30 minutiae, a few of them missing."""
     rng = np.random.default_rng(finger)
     x, y = rng.uniform(20, 280, (2, 30))
@@ -75,9 +85,7 @@ def print_of(finger: int, impression: int, dpi: float = 500.0) -> Template:
     return Template(Minutiae(x[kept] * zoom, y[kept] * zoom, angle[kept]), size, size, dpi)
 
 
-def entry_of(
-    number: int, template: Template | None = None, label: Label | None = None, **changes: Any
-) -> NewEntry:
+def entry_of(number, template=None, label=None, **changes):
     """Return a print to enrol, all of whose contents follow its number unless they are given."""
     fields = {
         "label": label or Label(str(number), impression="1"),
@@ -88,7 +96,7 @@ def entry_of(
     return NewEntry(**{**fields, **changes})
 
 
-def entries_of(*templates: Template, labels: list[Label] | None = None) -> list[NewEntry]:
+def entries_of(*templates, labels=None):
     """Return prints to enrol, numbered from 1, under their numbers unless labels are given."""
     labels = labels or [Label(str(number)) for number in range(1, len(templates) + 1)]
     numbered = enumerate(zip(templates, labels, strict=True), start=1)
@@ -100,10 +108,10 @@ class FakeMatcher:
 
     name = "fake"
 
-    def prepare(self, template: Template) -> float:
+    def prepare(self, template):
         return float(template.minutiae.x[0])
 
-    def compare(self, probe: float, reference: float) -> Comparison:
+    def compare(self, probe, reference):
         similarity = max(0.0, 100.0 - abs(probe - reference))
         return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "fake")
 
@@ -111,12 +119,12 @@ class FakeMatcher:
 FAKE = FakeMatcher()
 
 
-def template_at(x: float) -> Template:
+def template_at(x):
     """Return the template that the fake matcher knows by `x`."""
     return Template(Minutiae([x], [1], [0]), 300, 300)
 
 
-def extractor(file: PrintFile) -> ExtractedPrint:
+def extractor(file):
     """Make one minutia of a picture that is words; refuse or wait where these say so."""
     words = file.path.read_text().split()
     if "broken" in words:
@@ -127,7 +135,7 @@ def extractor(file: PrintFile) -> ExtractedPrint:
     return ExtractedPrint(template, dpi_assumed=file.dpi is None and "untagged" in words)
 
 
-def finger_extractor(file: PrintFile) -> ExtractedPrint:
+def finger_extractor(file):
     """Make the print of the finger and impression whose numbers the picture begins with."""
     finger, impression, *_ = map(int, file.path.read_text().split())
     return ExtractedPrint(print_of(finger, impression))

@@ -1,7 +1,5 @@
 """A gallery holds what was put into it, once, on either kind of database."""
 
-from __future__ import annotations
-
 import sqlite3
 import subprocess
 import sys
@@ -140,7 +138,7 @@ def test_the_content_hash_changes_with_the_entries_only(where):
 
 
 def test_an_error_in_the_middle_leaves_nothing(where, monkeypatch):
-    def stop(*_: object, **__: object) -> None:
+    def stop(*_, **__):
         raise RuntimeError("stop")
 
     with open_gallery(where, create=True) as gallery:
@@ -336,7 +334,7 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where):
 
     others = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = %s"
 
-    def end_all(*_: object, **__: object) -> None:
+    def end_all(*_, **__):
         with psycopg.connect(where.replace(name, "postgres"), autocommit=True) as server:
             server.execute(others, [name])
 

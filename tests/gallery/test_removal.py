@@ -1,7 +1,5 @@
 """After a removal nothing of the entry can be read in any file of the gallery."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -13,19 +11,16 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import platformdirs
 import pytest
-from click.testing import CliRunner
 from made_prints import entry_of
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import prepare_gallery
 from fpmatch.gallery.index.print_segment import PrintSegment
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.space import free_space
@@ -35,13 +30,7 @@ from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 RUN = 32  # bytes that count as a trace
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
-    return tmp_path / "cache"
-
-
-def random_entry(number: int, count: int = 60) -> NewEntry:
+def random_entry(number, count=60):
     """Return an entry no part of whose template is in another one."""
     rng = np.random.default_rng(number)
     x, y = rng.uniform(0, 300, (2, count))
@@ -57,7 +46,7 @@ def random_entry(number: int, count: int = 60) -> NewEntry:
     return entry_of(number, template, label, source=source, content=rng.bytes(32))
 
 
-def secrets_of(entry: NewEntry) -> list[bytes]:
+def secrets_of(entry):
     """Return all that must not be left of an entry."""
     prepared = PreparedPrints.pack([MATCHER.prepare(entry.template)])
     arrays = (np.ascontiguousarray(array).tobytes() for array in prepared.arrays().values())
@@ -65,13 +54,13 @@ def secrets_of(entry: NewEntry) -> list[bytes]:
     return [pack_template(entry.template), *arrays, *names]
 
 
-def runs_of(parts: list[bytes]) -> set[bytes]:
+def runs_of(parts):
     """Return every run of 32 bytes, but those of few values, which any print may have."""
     runs = (part[k : k + RUN] for part in parts for k in range(len(part) - RUN + 1))
     return {run for run in runs if len(set(run)) > 12}
 
 
-def traces(folder: Path, runs: set[bytes]) -> list[str]:
+def traces(folder, runs):
     """Return the files below a folder in which any of some runs is."""
     files = [(path, path.read_bytes()) for path in folder.rglob("*") if path.is_file()]
     return [
@@ -81,16 +70,14 @@ def traces(folder: Path, runs: set[bytes]) -> list[str]:
     ]
 
 
-def unfinished(folder: Path, entry: NewEntry) -> None:
+def unfinished(folder, entry):
     """Leave a file as a killed preparation does, and one of an earlier version."""
     for name in (f".{16 * 'a'}.part", "unit-circle-0.1.0-abc.prints"):
         (folder / name).write_bytes(b"".join(secrets_of(entry)))
 
 
 @pytest.mark.parametrize("in_cache", [False, True])
-def test_no_run_of_a_removed_template_is_left_in_any_file(
-    tmp_path: Path, cache: Path, *, in_cache: bool
-) -> None:
+def test_no_run_of_a_removed_template_is_left_in_any_file(tmp_path, cache, *, in_cache):
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(6)]
     all_runs = [runs_of(secrets_of(entry)) for entry in entries]
     if in_cache:
@@ -104,7 +91,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
             runs = all_runs[gone].difference(*all_runs[:gone], *all_runs[gone + 1 :])
             assert len(runs) > 500
             assert len(traces(tmp_path, runs)) == 2  # the database and the prepared prints
-            for folder in (tmp_path / "g.db.prepared", *cache.glob("galleries/*")):
+            for folder in (tmp_path / "g.db.prepared", *cache.glob("fpmatch/galleries/*")):
                 if folder.is_dir():
                     unfinished(folder, entry)
             gallery.remove([numbers[entry.label]])
@@ -114,9 +101,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
         assert len(open_search(gallery)) == 3
 
 
-def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(tmp_path, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 2)
     monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
@@ -154,9 +139,7 @@ def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(
         assert traces(tmp_path, all_runs[1].difference(*all_runs[2:])) == []
 
 
-def test_what_earlier_versions_left_is_erased(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_earlier_versions_left_is_erased(tmp_path, monkeypatch):
     first, second, third = (random_entry(k) for k in range(3))
     connect = sqlite3.connect
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
@@ -176,9 +159,7 @@ def test_what_earlier_versions_left_is_erased(
 
 
 @pytest.mark.parametrize("encrypt", [False, True])
-def test_prepared_prints_are_copied_without_those_removed(
-    tmp_path: Path, source: str, *, encrypt: bool
-) -> None:
+def test_prepared_prints_are_copied_without_those_removed(tmp_path, source, *, encrypt):
     with open_gallery(tmp_path / "g.db", create=True, encrypt=encrypt) as gallery:
         same = [random_entry(k) for k in range(6)]
         labels = [Label("ada", "", "1"), Label("ada", "", "2"), *(e.label for e in same[2:])]
@@ -187,7 +168,7 @@ def test_prepared_prints_are_copied_without_those_removed(
         open_search(gallery, engine=serial())
         gallery.remove([1, 4])
 
-        def refuse(*_: object) -> None:
+        def refuse(*_):
             raise AssertionError("prepared again")
 
         idle = SimpleNamespace(__enter__=refuse, map=refuse)
@@ -202,7 +183,7 @@ def test_prepared_prints_are_copied_without_those_removed(
             assert kept.prints[k].key == afresh.prints[k].key
 
 
-def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path: Path) -> None:
+def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
         open_search(gallery, engine=serial())
@@ -210,21 +191,21 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path: P
         open_search(gallery, engine=serial())
         unfinished(tmp_path / "g.db.prepared", random_entry(1))
         entries = list(gallery.entries())
-    result = CliRunner().invoke(fpmatch, ["gallery", "rewrite", str(tmp_path / "g.db"), "--json"])
+    result = run("gallery", "rewrite", tmp_path / "g.db", "--json")
     sizes = json.loads(result.stdout)
     assert result.exit_code == 0
     assert sizes["database"]["after"] == (tmp_path / "g.db").stat().st_size
     assert sizes["database"]["after"] < sizes["database"]["before"] * 0.6
     (kept,) = (tmp_path / "g.db.prepared").iterdir()
     assert sizes["prepared"]["after"] == kept.stat().st_size < sizes["prepared"]["before"]
-    result = CliRunner().invoke(fpmatch, ["gallery", "rewrite", str(tmp_path / "g.db")])
+    result = run("gallery", "rewrite", tmp_path / "g.db")
     assert result.stdout.splitlines()[0] == str(tmp_path / "g.db")
     with open_gallery(tmp_path / "g.db") as gallery:
         assert list(gallery.entries()) == entries
         assert len(open_search(gallery)) == 5
 
 
-def test_compact_on_either_database(where: str) -> None:
+def test_compact_on_either_database(where):
     with open_gallery(where, create=True) as gallery:
         gallery.add([random_entry(k) for k in range(40)])
         gallery.remove(range(1, 39))
@@ -233,9 +214,7 @@ def test_compact_on_either_database(where: str) -> None:
         assert len(list(gallery.templates())) == 2
 
 
-def test_compact_waits_for_another_program_and_then_refuses(
-    tmp_path: Path,
-) -> None:
+def test_compact_waits_for_another_program_and_then_refuses(tmp_path):
     with open_gallery(tmp_path / "g.db", create=True, patience=0.1) as gallery:
         gallery.add([random_entry(k) for k in range(3)])
         content = (tmp_path / "g.db").read_bytes()
@@ -252,14 +231,12 @@ def test_compact_waits_for_another_program_and_then_refuses(
         free_space(gallery)
 
 
-def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(tmp_path, monkeypatch):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(3)])
         open_search(gallery, engine=serial())
 
-        def locked(path: Path, **_: object) -> None:
+        def locked(path, **_):
             raise PermissionError(13, "in use", str(path))
 
         with monkeypatch.context() as patch:
@@ -287,14 +264,14 @@ with open_gallery(sys.argv[1]) as gallery:
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no limits and signals of POSIX")
-def test_a_full_disk_or_a_kill_leaves_the_gallery_whole(tmp_path: Path) -> None:
+def test_a_full_disk_or_a_kill_leaves_the_gallery_whole(tmp_path):
     path = tmp_path / "g.db"
     with open_gallery(path, create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
         gallery.remove(range(1, 31))
         entries, templates = list(gallery.entries()), list(gallery.templates())
 
-    def run(most: int) -> subprocess.Popen[str]:
+    def run(most):
         words = [sys.executable, "-c", COMPACT, path, str(most)]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         return subprocess.Popen(list(map(str, words)), text=True, **pipes)

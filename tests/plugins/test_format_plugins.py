@@ -25,7 +25,6 @@ CODEC = Codec("careless", "Careless", (".careless",), fail, fail, fail)
 
 @pytest.fixture
 def deg(tmp_path, site):
-    """Install the package that the guide shows."""
     install(shown_package(GUIDE, tmp_path / "fpmatch-deg"), site)
     forget_plugins()
 

@@ -32,7 +32,6 @@ BROKEN = {
 
 @pytest.fixture
 def counted(tmp_path, site):
-    """Install the package that the guide shows."""
     package = shown_package(GUIDE, tmp_path / "fpmatch-counted")
     install(package, site)
     forget_plugins()

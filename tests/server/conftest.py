@@ -1,35 +1,29 @@
 """What the tests of the server share: a client of it, prints as bytes, and `pool_work`."""
 
-from __future__ import annotations
-
 import io
 import os
 import socket
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
-if TYPE_CHECKING:
-    import httpx
-
 sys.path.append(str(Path(__file__).parent))
+
+LARGE_BYTES = 6_000_000
 
 NEEDED = ("fastapi", "h11", "httpx", "prometheus_client", "uvicorn")
 if not all(map(find_spec, NEEDED)):  # of the extras `web` and `client`
     collect_ignore_glob = ["test_*.py"]
 
 
-def png(pixels: NDArray[np.uint8], dpi: int | None = 500) -> bytes:
+def png(pixels, dpi=500):
     stream = io.BytesIO()
     options = {} if dpi is None else {"dpi": (dpi, dpi)}
     Image.fromarray(pixels).save(stream, "PNG", **options)
@@ -37,7 +31,7 @@ def png(pixels: NDArray[np.uint8], dpi: int | None = 500) -> bytes:
 
 
 @pytest.fixture(scope="session")
-def prints(fingers: list[NDArray[np.uint8]]) -> dict[str, bytes]:
+def prints(fingers):
     """Return PNG files: two impressions of one finger, one of another, and files that are none."""
     first, second = fingers
     whole = png(first)
@@ -53,8 +47,21 @@ def prints(fingers: list[NDArray[np.uint8]]) -> dict[str, bytes]:
     }
 
 
+async def echo(scope, receive, send):
+    """Answer with the number of bytes that came; under /large with many."""
+    size, more = 0, scope["method"] == "POST"
+    while more:
+        message = await receive()
+        size += len(message.get("body", b""))
+        more = message.get("more_body", False)
+    body = bytes(LARGE_BYTES) if scope["path"] == "/large" else str(size).encode()
+    headers = [(b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    await send({"type": "http.response.body", "body": body})
+
+
 @pytest.fixture(scope="session", autouse=True)
-def short_memory() -> Iterator[None]:
+def short_memory():
     """Let readiness be looked at again after a tenth of a second, not a second."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fpmatch.server.readiness.KEPT_S", 0.1)
@@ -62,13 +69,13 @@ def short_memory() -> Iterator[None]:
 
 
 @pytest.fixture
-def gallery(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def gallery(tmp_path_factory):
     """Return where a gallery may lie that nobody has made."""
     return tmp_path_factory.mktemp("gallery") / "prints.db"
 
 
 @contextmanager
-def served(app: Any) -> Iterator[httpx.Client]:
+def served(app):
     """Serve an ASGI application on a free port of this machine; yield a client of it."""
     import httpx
     import uvicorn
@@ -90,20 +97,26 @@ def served(app: Any) -> Iterator[httpx.Client]:
 
 
 @contextmanager
-def served_gallery(gallery: Path, **settings: Any) -> Iterator[httpx.Client]:
-    """Serve a new, empty gallery, by default on one process; yield a client of the server."""
-    from fpmatch.gallery.gallery import open_gallery
+def serving(**settings):
+    """Serve with these settings, by default on one process; yield a client of the server."""
     from fpmatch.server.app import make_app
     from fpmatch.server.settings import Settings
 
-    open_gallery(gallery, create=True).close()
-    with served(
-        make_app(Settings(**{"workers": 1, "gallery": str(gallery), **settings}))
-    ) as client:
+    with served(make_app(Settings(**{"workers": 1, **settings}))) as client:
         yield client
 
 
-def wait_until_ready(http: httpx.Client) -> None:
+@contextmanager
+def served_gallery(gallery, **settings):
+    """Serve a gallery, which is made where there is none; yield a client of the server."""
+    from fpmatch.gallery.gallery import open_gallery
+
+    open_gallery(gallery, create=True).close()
+    with serving(gallery=str(gallery), **settings) as client:
+        yield client
+
+
+def wait_until_ready(http):
     """Wait until a server says that it is ready: it tells what it knows for a second."""
     for _ in range(500):
         if http.get("/ready").status_code == 200:
@@ -113,30 +126,28 @@ def wait_until_ready(http: httpx.Client) -> None:
 
 
 @pytest.fixture(scope="session")
-def client() -> Iterator[httpx.Client]:
+def client():
     """Return a client of a server without a gallery, on one process."""
-    from fpmatch.server.app import make_app
-    from fpmatch.server.settings import Limits, Settings
+    from fpmatch.server.settings import Limits
 
-    settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
-    with served(make_app(settings)) as client:
+    with serving(limits=Limits(file_megabytes=2.0, seconds=120)) as client:
         yield client
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+def server(tmp_path_factory):
     """Serve a gallery that is empty at first; yield a client of the server."""
     with served_gallery(tmp_path_factory.mktemp("gallery") / "prints.db", workers=2) as client:
         yield client
 
 
 @pytest.fixture(scope="module")
-def downloads(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def downloads(tmp_path_factory):
     return tmp_path_factory.mktemp("downloads")
 
 
 @pytest.fixture(scope="module")
-def browser(downloads: Path) -> Iterator[Any]:
+def browser(downloads):
     from .page import start_browser
 
     driver = start_browser(downloads)
@@ -145,7 +156,7 @@ def browser(downloads: Path) -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def screenshots(tmp_path_factory):
     """Return the folder that FPMATCH_SCREENSHOTS names, else a temporary one."""
     folder = os.environ.get("FPMATCH_SCREENSHOTS")
     if folder is None:
@@ -155,7 +166,7 @@ def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def page(browser: Any, server: httpx.Client, screenshots: Path) -> Iterator[Any]:
+def page(browser, server, screenshots):
     from .page import Page
 
     page = Page(browser, str(server.base_url), screenshots)

@@ -1,11 +1,9 @@
 """The page in a real browser, as hands and eyes have it, and the browser itself."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
-from typing import Any
 
+import pytest
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
@@ -13,6 +11,9 @@ from selenium.webdriver.support.ui import WebDriverWait
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
+needs_chromium = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
+)
 PATIENCE_S = 60  # uncompiled, and with other tests beside
 
 
@@ -49,7 +50,7 @@ class Page:
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def all(self, selector):
-        found: list[Any] = self.browser.find_elements(By.CSS_SELECTOR, selector)
+        found = self.browser.find_elements(By.CSS_SELECTOR, selector)
         return found
 
     def shown(self, selector):

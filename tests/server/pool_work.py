@@ -8,24 +8,24 @@ from pathlib import Path
 from fpmatch.errors import ImageError
 
 
-def refuse(word: str) -> None:
+def refuse(word):
     raise ImageError(f"{word}: no print")
 
 
-def write_late(path: str) -> None:
+def write_late(path):
     time.sleep(1.0)
     Path(path).touch()
 
 
-def note_and_end(path: str) -> None:
+def note_and_end(path):
     with Path(path).open("a") as file:
         file.write("begun\n")
     os._exit(3)
 
 
-def end() -> None:
+def end():
     os._exit(3)
 
 
-def modules() -> set[str]:
+def modules():
     return set(sys.modules)

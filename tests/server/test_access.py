@@ -1,14 +1,10 @@
 """The file of settings of a server: clients, what each role may request, and limits."""
 
-from __future__ import annotations
-
 import hashlib
 import re
-from collections.abc import Iterator
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 
-import httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,14 +16,14 @@ from .conftest import served_gallery
 TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
 
 
-def write(folder: Path, text: str) -> Path:
+def write(folder, text):
     path = folder / "server.toml"
     path.write_text(text, encoding="utf-8")
     path.chmod(0o640)
     return path
 
 
-def test_a_file_with_tokens_that_all_may_read_is_refused(tmp_path: Path) -> None:
+def test_a_file_with_tokens_that_all_may_read_is_refused(tmp_path):
     path = write(tmp_path, '[office]\nrole = "admin"\ntoken = "a-long-enough-token"\n')
     path.chmod(0o644)
     with pytest.raises(SettingsError, match=r"other users may read the tokens; first: chmod o-rwx"):
@@ -37,7 +33,7 @@ def test_a_file_with_tokens_that_all_may_read_is_refused(tmp_path: Path) -> None
     assert load_settings(path).clients
 
 
-def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
+def test_a_file_names_clients_roles_and_tokens(tmp_path):
     digest = hashlib.sha256(b"another-long-token").hexdigest()
     path = write(
         tmp_path,
@@ -78,7 +74,7 @@ def test_a_file_names_clients_roles_and_tokens(tmp_path: Path) -> None:
         ('[limits]\nrole = "read"\ntoken = "a-long-enough-token"', "unknown limit 'role'"),
     ],
 )
-def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, word: str) -> None:
+def test_bad_files_are_refused_in_one_line(tmp_path, text, word):
     path = write(tmp_path, text)
     with pytest.raises(SettingsError, match=word) as caught:
         load_settings(path)
@@ -95,28 +91,26 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, word: str)
         },
     )
 )
-def test_each_limit_can_be_set(
-    tmp_path_factory: pytest.TempPathFactory, limits: dict[str, float]
-) -> None:
+def test_each_limit_can_be_set(tmp_path_factory, limits):
     lines = [f"{name} = {value!r}" for name, value in limits.items()]
     path = write(tmp_path_factory.getbasetemp(), "\n".join(["[limits]", *lines]))
-    assert load_settings(path).limits == replace(Limits(), **limits)  # type: ignore[arg-type]
+    assert load_settings(path).limits == replace(Limits(), **limits)
 
 
-def test_the_page_has_each_limit() -> None:
+def test_the_page_has_each_limit():
     page = (Path(__file__).resolve().parents[2] / "docs/how-to/deploy.md").read_text("utf-8")
     listed = dict(re.findall(r"^\| `(\w+)` \| ([\d.]+) \|", page, re.M))
     assert {name: float(text) for name, text in listed.items()} == asdict(Limits())
 
 
-def test_two_clients_with_one_token_are_refused(tmp_path: Path) -> None:
+def test_two_clients_with_one_token_are_refused(tmp_path):
     client = 'role = "read"\ntoken = "a-long-enough-token"\n'
     with pytest.raises(SettingsError, match="a and b"):
         load_settings(write(tmp_path, f"[a]\n{client}[b]\n{client}"))
 
 
 @pytest.fixture(scope="module")
-def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+def client(tmp_path_factory):
     folder = tmp_path_factory.mktemp("served")
     tables = (
         f'[{role.name}]\nrole = "{role.name.lower()}"\ntoken = "{TOKENS[role]}"' for role in Role
@@ -151,9 +145,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
         ("DELETE", "/gallery/prints?subject=ada", Role.ADMIN),
     ],
 )
-def test_a_role_may_request_what_it_includes_and_no_more(
-    client: httpx.Client, method: str, path: str, least: Role
-) -> None:
+def test_a_role_may_request_what_it_includes_and_no_more(client, method, path, least):
     assert client.request(method, path).status_code == 401
     for role in Role:
         headers = {"authorization": f"Bearer {TOKENS[role]}"}
@@ -161,7 +153,7 @@ def test_a_role_may_request_what_it_includes_and_no_more(
         assert (response.status_code == 403) == (role < least), (role, response.text)
 
 
-def test_every_address_states_who_may_request_it(client: httpx.Client) -> None:
+def test_every_address_states_who_may_request_it(client):
     """An address without a role is one of those that need no token."""
     headers = {"authorization": f"Bearer {TOKENS[Role.READ]}"}
     description = client.get("/openapi.json", headers=headers).json()

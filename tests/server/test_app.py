@@ -5,37 +5,25 @@ import json
 import re
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server import models
-from fpmatch.server.app import STATIC, make_app
-from fpmatch.server.settings import Limits, Settings
+from fpmatch.server.app import STATIC
+from fpmatch.server.settings import Limits
 
-from .conftest import png, served, served_gallery
-
-Prints = dict[str, bytes]
+from .conftest import png, served_gallery, serving
 
 
 def sent(prints, **names):
     return {field: (name, prints[name]) for field, name in names.items()}
-
-
-def as_printed(folder, prints, *words):
-    """Return what a command prints as JSON of these prints, without the folder in its names."""
-    for name, data in prints.items():
-        (folder / name).write_bytes(data)
-    places = [str(folder / word) if word in prints else word for word in words]
-    printed = CliRunner().invoke(fpmatch, places).stdout
-    return json.loads(printed.replace(f"{folder}/", ""))
 
 
 @pytest.mark.parametrize(
@@ -47,12 +35,17 @@ def as_printed(folder, prints, *words):
         ("1_2.png", {"matcher": "paper:rho=0.05,area_tolerance=0.2"}, True),
     ],
 )
-def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference, options, match):
+def test_verify_answers_as_the_command_does(
+    run, client, prints, tmp_path, monkeypatch, reference, options, match
+):
     files = sent(prints, probe="1_1.png", reference=reference)
     answer = client.post("/verify", files=files, data=options)
     assert answer.status_code == 200
     words = [f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
-    printed = as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json", *words)
+    monkeypatch.chdir(tmp_path)
+    for name in ("1_1.png", reference):
+        Path(name).write_bytes(prints[name])
+    printed = json.loads(run("verify", "1_1.png", reference, "--json", *words).stdout)
     assert answer.json() == printed
     assert printed["match"] == match
 
@@ -84,13 +77,12 @@ def test_a_bad_option_is_one_sentence(client, prints, options, reason):
     assert reason in answer.json()["error"]
 
 
-def test_extract_returns_the_template_that_the_command_writes(client, prints, tmp_path):
+def test_extract_returns_the_template_that_the_command_writes(run, client, prints, tmp_path):
     files = sent(prints, image="1_1.png")
     answer = client.post("/extract", files=files)
     (tmp_path / "sent.json").write_bytes(answer.content)
     (tmp_path / "1_1.png").write_bytes(prints["1_1.png"])
-    words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
-    assert CliRunner().invoke(fpmatch, words).exit_code == 0
+    assert run("extract", tmp_path / "1_1.png", "-o", tmp_path / "out").exit_code == 0
     assert load_template(tmp_path / "sent.json") == load_template(tmp_path / "out" / "1_1.json")
     pair = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
     again = client.post("/compare", files=pair).json()
@@ -253,7 +245,7 @@ def test_names_never_become_places(client, prints, tmp_path):
 def test_nothing_is_left_in_the_temporary_folder(prints, tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # for the workers
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # for the server
-    with served(make_app(Settings(workers=1))) as client:
+    with serving() as client:
         for name in ("1_1.png", "text.png"):
             files = {"probe": (name, prints[name]), "reference": ("r", bytes(1_900_000))}
             assert client.post("/verify", files=files).status_code == 422
@@ -276,8 +268,7 @@ def test_many_at_once_get_each_its_own_answer(client, prints):
 
 
 def test_too_long_work_is_stopped_and_the_next_is_done(prints):
-    settings = Settings(workers=1, limits=Limits(seconds=1e-3))
-    with served(make_app(settings)) as impatient:
+    with serving(limits=Limits(seconds=1e-3)) as impatient:
         answer = impatient.post("/extract", files=sent(prints, image="1_1.png"))
         assert answer.status_code == 504
         assert "was stopped" in answer.json()["error"]

@@ -1,31 +1,24 @@
 """The audit of a server: an answer is sent when its event is stored, and only then."""
 
-from __future__ import annotations
-
 import json
 import threading
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
-from typing import Any
 
-import httpx
 import pytest
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_on
 from fpmatch.gallery.store.audit_chain import AuditError
 from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
-from fpmatch.server.app import make_app
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import served
+from .conftest import served_gallery
 
 TOKEN = "a-long-enough-token"
 
 
 @pytest.fixture(scope="module")
-def places(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def places(tmp_path_factory):
     """Return a log, and a gallery that keeps an audit."""
     folder = tmp_path_factory.mktemp("audit")
     with open_gallery(folder / "prints.db", create=True) as gallery:
@@ -34,23 +27,20 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.fixture(scope="module")
-def http(places: tuple[Path, Path]) -> Iterator[httpx.Client]:
+def http(places):
     log, gallery = places
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
-    settings = Settings(workers=1, gallery=str(gallery), audit_log=str(log), clients=clients)
-    with served(make_app(settings)) as client:
+    with served_gallery(gallery, audit_log=str(log), clients=clients) as client:
         client.headers["authorization"] = f"Bearer {TOKEN}"
         yield client
 
 
-def enrol(http: httpx.Client, picture: bytes, subject: str) -> httpx.Response:
+def enrol(http, picture, subject):
     files, data = {"image": ("a.png", picture)}, {"subject": subject, "impression": "1"}
     return http.post("/enrol", files=files, data=data)
 
 
-def test_the_gallery_states_what_its_clients_did(
-    http: httpx.Client, prints: dict[str, bytes], places: tuple[Path, Path]
-) -> None:
+def test_the_gallery_states_what_its_clients_did(http, prints, places):
     assert enrol(http, prints["1_1.png"], "ada").status_code == 201
     probe = {"probe": ("b.png", prints["1_2.png"])}
     assert http.post("/identify", files=probe).status_code == 200
@@ -67,25 +57,18 @@ def test_the_gallery_states_what_its_clients_did(
     assert "score" not in text
 
 
-def test_scores_of_candidates_are_not_in_the_log(
-    http: httpx.Client, prints: dict[str, bytes], places: tuple[Path, Path]
-) -> None:
+def test_scores_of_candidates_are_not_in_the_log(http, prints, places):
     enrol(http, prints["1_1.png"], "grace")
     http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])})
     event = json.loads(places[0].read_bytes().splitlines()[-1])
     assert (event["action"], event["candidates"]) == ("POST /identify", [2])
 
 
-def fail(*_: object) -> None:
+def fail(*_):
     raise AuditError("cannot be written: no space left on device", path="/var/log/audit.jsonl")
 
 
-def test_what_cannot_be_stored_is_not_done_nor_shown(
-    http: httpx.Client,
-    prints: dict[str, bytes],
-    places: tuple[Path, Path],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_cannot_be_stored_is_not_done_nor_shown(http, prints, places, monkeypatch):
     enrolled = http.get("/gallery").json()["impressions"]
     with monkeypatch.context() as patched:
         patched.setattr(AuditLog, "append", fail)
@@ -106,12 +89,10 @@ def test_what_cannot_be_stored_is_not_done_nor_shown(
     check_audit_log(places[0])
 
 
-def test_a_slow_log_holds_up_nothing_but_its_answers_in_order(
-    http: httpx.Client, places: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_slow_log_holds_up_nothing_but_its_answers_in_order(http, places, monkeypatch):
     append, begun, released = AuditLog.append, threading.Event(), threading.Event()
 
-    def slow(log: AuditLog, *event: Any) -> None:
+    def slow(log, *event):
         begun.set()
         assert released.wait(20)
         append(log, *event)

@@ -19,18 +19,12 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 from fpmatch import extract, read_image, save_template
-from fpmatch.server.app import make_app
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import png, served, served_gallery
-from .page import CHROMIUM, DRIVER, PATIENCE_S, SAMPLES, Page, compare
+from .conftest import png, served_gallery, serving
+from .page import PATIENCE_S, SAMPLES, Page, compare, needs_chromium
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
-    ),
-]
+pytestmark = [pytest.mark.slow, needs_chromium]
 
 
 def test_two_prints_that_match(page):
@@ -271,7 +265,7 @@ def test_the_page_of_the_api(page):
 def test_a_token_is_asked_for(browser, screenshots):
     token = "a-long-enough-token"
     clients = {digest_of(token): Client("ada", Role.VERIFY)}
-    with served(make_app(Settings(workers=1, clients=clients))) as client:
+    with serving(clients=clients) as client:
         address = f"{client.base_url}/"
         browser.get(address)
         wait = WebDriverWait(browser, PATIENCE_S, 0.05)

@@ -10,7 +10,7 @@ pytest.importorskip("selenium", reason="the extra `browser` is not installed")
 from selenium import webdriver
 from selenium.webdriver.common.keys import Keys
 
-from .page import CHROMIUM, DRIVER, compare
+from .page import compare, needs_chromium
 
 # Returns left, top, right and bottom of all ink in the first viewer, as shares of its size.
 INKED = """
@@ -40,12 +40,7 @@ Promise.all(images.map(async (shown) => {
 """
 
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        not (CHROMIUM and DRIVER), reason="chromium and its driver are not installed"
-    ),
-]
+pytestmark = [pytest.mark.slow, needs_chromium]
 
 
 def test_the_prints_fade_into_one_another(page):

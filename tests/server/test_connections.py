@@ -1,7 +1,5 @@
 """Connections that keep the server waiting: closed in time, and never at the cost of others."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket
@@ -9,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
@@ -20,34 +17,22 @@ from fpmatch.server.guard import Guard
 from fpmatch.server.running import make_server
 from fpmatch.server.settings import Limits, Settings
 
-ANSWER = bytes(6_000_000)
+from .conftest import LARGE_BYTES, echo
+
 QUICK = Limits(header_seconds=0.6, stalled_seconds=0.6, upload_seconds=1.5, waiting=1)
 HEAD = b"GET /health HTTP/1.1\r\nhost: localhost\r\n"
 POST = b"POST /verify HTTP/1.1\r\nhost: localhost\r\ncontent-length: %d\r\n\r\n"
 
 
-async def echo(scope, receive, send):
-    """Answer with the number of bytes that came; under /large with 6 MB."""
-    size, more = 0, scope["method"] == "POST"
-    while more:
-        message = await receive()
-        size += len(message.get("body", b""))
-        more = message.get("more_body", False)
-    body = ANSWER if scope["path"] == "/large" else str(size).encode()
-    headers = [(b"content-length", str(len(body)).encode())]
-    await send({"type": "http.response.start", "status": 200, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
-
-
 class App:
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits):
         self.registry = CollectorRegistry()
         self.guard = Guard(echo, Settings(workers=1, limits=limits))
 
     async def __call__(self, scope, receive, send):
         await self.guard(scope, receive, send)
 
-    def closed(self, reason: str) -> float:
+    def closed(self, reason):
         return (
             self.registry.get_sample_value("fpmatch_connections_closed_total", {"reason": reason})
             or 0
@@ -57,14 +42,14 @@ class App:
 class Served:
     """A server in a thread, and connections to it."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits):
         self.app = App(limits)
         self._listener = socket.create_server(("0.0.0.0", 0))
         self.port = self._listener.getsockname()[1]
         settings = Settings(workers=1, limits=limits)
-        self.server = make_server(self.app, settings)  # type: ignore[arg-type]
+        self.server = make_server(self.app, settings)
         self.server.config.lifespan = "off"
-        self._opened: list[socket.socket] = []
+        self._opened = []
         self._thread = threading.Thread(
             target=self.server.run, kwargs={"sockets": [self._listener]}
         )
@@ -72,21 +57,21 @@ class Served:
         while not self.server.started:
             time.sleep(0.01)
 
-    def connect(self, data: bytes = b"", source: str = "127.0.0.1") -> socket.socket:
+    def connect(self, data=b"", source="127.0.0.1"):
         one = socket.create_connection(("127.0.0.1", self.port), 10, source_address=(source, 0))
         one.sendall(data)
         self._opened.append(one)
         return one
 
-    def status(self, source: str = "127.0.0.1", data: bytes = HEAD + b"\r\n") -> int:
+    def status(self, source="127.0.0.1", data=HEAD + b"\r\n"):
         """Return the status of the answer to another client."""
         return int(self.connect(data, source).recv(20).split()[1])
 
     @property
-    def number(self) -> int:
+    def number(self):
         return int(self.app.registry.get_sample_value("fpmatch_connections") or 0)
 
-    def end(self) -> None:
+    def end(self):
         for one in self._opened:
             one.close()
         self.server.should_exit = True
@@ -94,15 +79,15 @@ class Served:
 
 
 @contextmanager
-def serving(**limits: float) -> Iterator[Served]:
-    served = Served(replace(QUICK, **limits))  # type: ignore[arg-type]
+def serving(**limits):
+    served = Served(replace(QUICK, **limits))
     try:
         yield served
     finally:
         served.end()
 
 
-def rest(one: socket.socket) -> bytes:
+def rest(one):
     """Return all that comes until the server closes the connection."""
     data = b""
     with suppress(ConnectionResetError):
@@ -111,7 +96,7 @@ def rest(one: socket.socket) -> bytes:
     return data
 
 
-def send_until_closed(one: socket.socket, data: bytes) -> None:
+def send_until_closed(one, data):
     """Send the same again and again until the server has closed the connection."""
     end = time.monotonic() + 10
     with suppress(ConnectionError):
@@ -170,7 +155,7 @@ def test_a_body_that_trickles_faster_ends_at_the_limit_of_uploads():
         assert 1.0 < time.monotonic() - start < 9
 
 
-def large_answer(served: Served) -> socket.socket:
+def large_answer(served):
     one = socket.socket()
     one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     one.connect(("127.0.0.1", served.port))
@@ -179,7 +164,7 @@ def large_answer(served: Served) -> socket.socket:
     return one
 
 
-def wait_until(condition) -> None:
+def wait_until(condition):
     end = time.monotonic() + 10
     while not condition():
         assert time.monotonic() < end
@@ -209,7 +194,7 @@ def test_an_answer_that_is_read_slowly_is_whole():
     with serving(stalled_seconds=0.5) as served:
         one = served.connect(HEAD.replace(b"/health", b"/large") + b"\r\n")
         size = 0
-        while size < len(ANSWER):
+        while size < LARGE_BYTES:
             part = one.recv(100_000)
             assert part, size
             size += len(part)
@@ -307,7 +292,7 @@ SERVE = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0",
 LIMITED = ["bash", "-c", 'ulimit -n 96; exec "$0" "$@"', *SERVE]
 
 
-def start(words: list[str], **options: object) -> tuple[subprocess.Popen[str], int]:
+def start(words, **options):
     server = subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
     )

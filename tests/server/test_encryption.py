@@ -1,11 +1,8 @@
 """A server of an encrypted gallery: with its key as any other, without it one sentence."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 
-import httpx
 import pytest
 
 from fpmatch.base.encryption.key_text import make_keys
@@ -13,32 +10,25 @@ from fpmatch.base.encryption.keys import load_keys
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.server import readiness
-from fpmatch.server.app import make_app
-from fpmatch.server.settings import Settings
 from fpmatch.templates.minutiae import Minutiae, Template
 
-from .conftest import served, wait_until_ready
+from .conftest import serving, wait_until_ready
 
 TEMPLATE = Template(Minutiae(x=[10, 40], y=[20, 30], angle=[0, 1]), 100, 100)
 
 
 @pytest.fixture
-def source(tmp_path: Path, gallery: Path) -> str:
-    """Return the source of the key of an encrypted gallery, which is made."""
+def source(tmp_path, gallery):
     source = make_keys(f"file:{tmp_path / 'secret-keys'}").source
     open_gallery(gallery, create=True, key=source, encrypt=True).close()
     return source
 
 
 def test_a_server_with_the_key_enrols_searches_and_opens_no_template_of_a_client(
-    source: str,
-    gallery: Path,
-    prints: dict[str, bytes],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    source, gallery, prints, tmp_path, monkeypatch
+):
     monkeypatch.setenv("FPMATCH_KEY", source)
-    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+    with serving(gallery=str(gallery)) as http:
         files = {"image": ("1_1.png", prints["1_1.png"])}
         assert http.post("/enrol", files=files).status_code == 201
         found = http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])}).json()
@@ -58,18 +48,16 @@ def test_a_server_with_the_key_enrols_searches_and_opens_no_template_of_a_client
 
 
 @pytest.mark.slow
-def test_a_key_file_that_is_replaced_meanwhile_is_read_again(
-    source: str, gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_key_file_that_is_replaced_meanwhile_is_read_again(source, gallery, prints, monkeypatch):
     monkeypatch.setenv("FPMATCH_KEY", source)
     file = Path(source.removeprefix("file:"))
     right, other = file.read_text(), make_keys(f"file:{file.with_name('other')}").current.as_line()
-    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+    with serving(gallery=str(gallery)) as http:
 
-        def enrol(name: str) -> httpx.Response:
+        def enrol(name):
             return http.post("/enrol", files={"image": (name, prints[name])})
 
-        def identify() -> httpx.Response:
+        def identify():
             return http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])})
 
         assert enrol("1_1.png").status_code == 201
@@ -92,16 +80,12 @@ def test_a_key_file_that_is_replaced_meanwhile_is_read_again(
 
 @pytest.mark.parametrize("given", ["", "file:/nowhere/secret-keys"])
 def test_a_server_without_the_key_says_no_more_than_that(
-    source: str,
-    gallery: Path,
-    prints: dict[str, bytes],
-    monkeypatch: pytest.MonkeyPatch,
-    given: str,
-) -> None:
+    source, gallery, prints, monkeypatch, given
+):
     with open_gallery(gallery, key=source) as opened:
         key_id = opened.current_key()
     monkeypatch.setenv("FPMATCH_KEY", given)
-    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as http:
+    with serving(gallery=str(gallery)) as http:
         files = {"image": ("1_1.png", prints["1_1.png"])}
         refused = http.post("/enrol", files=files)
     assert refused.status_code == 500

@@ -1,22 +1,16 @@
 """A gallery or database that fails while it is served: answers lead nowhere, the log has why."""
 
-from __future__ import annotations
-
 import logging
 import shutil
 import socket
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
-import httpx
 import pytest
 
-from fpmatch.server.app import make_app
 from fpmatch.server.gallery import short_name
 from fpmatch.server.logs import Incidents, OncePerSecond
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import served, served_gallery, wait_until_ready
+from .conftest import served_gallery, serving, wait_until_ready
 
 TOKEN = "a-long-enough-token"
 BEARER = {"authorization": f"Bearer {TOKEN}"}
@@ -24,7 +18,7 @@ ADMIN = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
 LIBRARIES = ("sqlite", "psycopg", "traceback", "sqlalchemy", "errno", ".py", "connection refused")
 
 
-def requests(prints: dict[str, bytes]) -> Iterator[tuple[str, str, dict[str, object]]]:
+def requests(prints):
     probe = {"probe": ("1_1.png", prints["1_1.png"])}
     image = {"image": ("1_1.png", prints["1_1.png"])}
     yield "GET", "/ready", {}
@@ -41,16 +35,11 @@ def requests(prints: dict[str, bytes]) -> Iterator[tuple[str, str, dict[str, obj
     yield "GET", "/metrics", {}
 
 
-def check_answers(
-    http: httpx.Client,
-    prints: dict[str, bytes],
-    secrets: tuple[str, ...],
-    log: pytest.LogCaptureFixture,
-) -> None:
+def check_answers(http, prints, secrets, log):
     """Request everything: no answer contains a secret, and the log has each failure."""
     failures = 0
     for method, path, parts in requests(prints):
-        response = http.request(method, path, headers=BEARER, **parts)  # type: ignore[arg-type]
+        response = http.request(method, path, headers=BEARER, **parts)
         text = str(response.headers).lower()
         kind = response.headers.get("content-type", "")
         if not kind.startswith("image/"):  # pixels may read as words
@@ -65,26 +54,26 @@ def check_answers(
     assert failures >= 8
 
 
-def remove(gallery: Path) -> None:
+def remove(gallery):
     gallery.unlink()
 
 
-def replace_by_folder(gallery: Path) -> None:
+def replace_by_folder(gallery):
     gallery.unlink()
     gallery.mkdir()
 
 
-def damage_header(gallery: Path) -> None:
+def damage_header(gallery):
     gallery.write_bytes(b"SQLite format 3\0" + bytes(4096))
 
 
-def overwrite_end(gallery: Path) -> None:
+def overwrite_end(gallery):
     content = bytearray(gallery.read_bytes())
     content[100:] = b"\xa5" * (len(content) - 100)
     gallery.write_bytes(content)
 
 
-def make_unreadable(gallery: Path) -> None:
+def make_unreadable(gallery):
     gallery.chmod(0)
     if gallery.stat().st_uid == 0:  # root reads it nevertheless
         gallery.unlink()
@@ -92,9 +81,7 @@ def make_unreadable(gallery: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def running(
-    tmp_path_factory: pytest.TempPathFactory, prints: dict[str, bytes]
-) -> Iterator[tuple[httpx.Client, Path]]:
+def running(tmp_path_factory, prints):
     gallery = tmp_path_factory.mktemp("a_secret_folder") / "prints.db"
     with served_gallery(gallery, clients=ADMIN) as http:
         files = {"image": ("1_1.png", prints["1_1.png"])}
@@ -106,12 +93,7 @@ def running(
 @pytest.mark.parametrize(
     "break_it", [remove, replace_by_folder, damage_header, overwrite_end, make_unreadable]
 )
-def test_no_answer_says_where_a_gallery_is_or_how_it_failed(
-    running: tuple[httpx.Client, Path],
-    break_it: Callable[[Path], None],
-    prints: dict[str, bytes],
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_no_answer_says_where_a_gallery_is_or_how_it_failed(running, break_it, prints, caplog):
     http, gallery = running
     break_it(gallery)
     try:
@@ -123,14 +105,12 @@ def test_no_answer_says_where_a_gallery_is_or_how_it_failed(
     wait_until_ready(http)
 
 
-def test_no_answer_contains_the_place_of_a_database(
-    prints: dict[str, bytes], caplog: pytest.LogCaptureFixture
-) -> None:
+def test_no_answer_contains_the_place_of_a_database(prints, caplog):
     pytest.importorskip("psycopg", reason="the extra `postgres` is not installed")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     url = f"postgresql://olga:hidden-word@127.0.0.1:{port}/prints?application_name=inner"
-    with served(make_app(Settings(workers=1, gallery=url, clients=ADMIN))) as http:
+    with serving(gallery=url, clients=ADMIN) as http:
         http.headers["host"] = "localhost"
         # no word of hexadecimal digits, which an id may contain
         secrets = (f":{port}", str(port), "127.0.0.1", "olga", "hidden-word", "inner")
@@ -147,11 +127,11 @@ def test_no_answer_contains_the_place_of_a_database(
         (r"C:\prints\all.db", "all.db"),
     ],
 )
-def test_the_name_of_a_gallery_has_no_host(place: str, name: str) -> None:
+def test_the_name_of_a_gallery_has_no_host(place, name):
     assert short_name(place) == name
 
 
-def test_the_same_reason_within_a_second_is_one_incident(caplog: pytest.LogCaptureFixture) -> None:
+def test_the_same_reason_within_a_second_is_one_incident(caplog):
     incidents = Incidents(logging.getLogger("incidents"))
     first = incidents.report("disk: full 100 %")
     assert {incidents.report("disk: full 100 %") for _ in range(100)} == {first}
@@ -160,14 +140,12 @@ def test_the_same_reason_within_a_second_is_one_incident(caplog: pytest.LogCaptu
     assert caplog.messages[0] == f"{first}: disk: full 100 %"
 
 
-def test_a_kind_of_line_is_written_once_a_second_with_a_count(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_kind_of_line_is_written_once_a_second_with_a_count(monkeypatch):
     now = [0.0]
     monkeypatch.setattr("fpmatch.server.logs.monotonic", lambda: now[0])
     bound = OncePerSecond()
 
-    def write(level: int, text: str, *values: object) -> str | None:
+    def write(level, text, *values):
         record = logging.LogRecord("web", level, __file__, 1, text, values, None)
         return record.getMessage() if bound.filter(record) else None
 

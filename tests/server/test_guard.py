@@ -8,24 +8,12 @@ import pytest
 from fpmatch.server.guard import FORM_BYTES, Guard
 from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
 
-from .conftest import served
+from .conftest import echo, served
 
 TOKEN = "a-long-enough-token"
 LIMITS = Limits(file_megabytes=0.05, upload_seconds=5.0, waiting=1)
 LARGE = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
 MOST = 2 * 50_000 + FORM_BYTES
-
-
-async def echo(scope, receive, send):
-    """Answer with the number of bytes that came."""
-    size, more = 0, scope["method"] == "POST"
-    while more:
-        message = await receive()
-        size += len(message.get("body", b""))
-        more = message.get("more_body", False)
-    headers = [(b"content-type", b"text/plain")]
-    await send({"type": "http.response.start", "status": 200, "headers": headers})
-    await send({"type": "http.response.body", "body": str(size).encode()})
 
 
 def guarded(**settings):

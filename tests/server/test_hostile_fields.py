@@ -26,8 +26,7 @@ def assert_refused(answer):
 
 
 @pytest.mark.parametrize(
-    ("field", "text"),
-    [("subject", "   "), *product(("subject", "finger", "impression"), TEXTS)],
+    ("field", "text"), [("subject", "   "), *product(("subject", "finger", "impression"), TEXTS)]
 )
 def test_labels_are_short_text_of_one_line(server, image, field, text):
     data = {"subject": "ada", field: text}

@@ -1,14 +1,9 @@
 """No answer, header or page contains a folder of the server, whatever is asked of it."""
 
-from __future__ import annotations
-
 import sys
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import httpx
 import pytest
 from click.testing import CliRunner
 
@@ -16,10 +11,10 @@ import fpmatch
 from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch as command
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.app import STATIC, make_app
-from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
+from fpmatch.server.app import STATIC
+from fpmatch.server.settings import Client, Limits, Role, digest_of
 
-from .conftest import served, served_gallery
+from .conftest import served_gallery
 
 TOKEN = "a-long-enough-token"
 MARKER = "SECRETMARKER"
@@ -28,7 +23,7 @@ POINTS = "[fpmatch.{}]\nbroken = broken:THING\n"
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def place(tmp_path_factory):
     """Return the folder of all that a server has: working, temporary, home and cache folder."""
     folder = tmp_path_factory.mktemp(MARKER)
     with pytest.MonkeyPatch.context() as patch:
@@ -41,7 +36,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="module")
-def plugins(place: Path) -> Iterator[None]:
+def plugins(place):
     """Install a matcher and a format that cannot be loaded, for a reason that names a folder."""
     site = place / "site"
     info = site / "broken-1.0.dist-info"
@@ -57,7 +52,7 @@ def plugins(place: Path) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def server(place: Path, prints: dict[str, bytes], plugins: None) -> Iterator[httpx.Client]:
+def server(place, prints, plugins):
     """Serve a gallery whose prints the command enrolled from files by their whole paths."""
     (place / "prints").mkdir()
     for name in ("1_1.png", "1_2.png", "2_1.png"):
@@ -68,32 +63,29 @@ def server(place: Path, prints: dict[str, bytes], plugins: None) -> Iterator[htt
     assert CliRunner().invoke(command, words).exit_code == 0
     with open_gallery(place / "prints.db") as gallery:
         assert all(MARKER in entry.source for entry in gallery.entries())
-    settings = Settings(
-        workers=1,
-        gallery=str(place / "prints.db"),
-        audit_log=str(place / "audit.jsonl"),
-        clients={digest_of(TOKEN): Client("ada", Role.ADMIN)},
-        limits=Limits(file_megabytes=4.0),
-    )
-    with served(make_app(settings)) as client:
+    settings = {"audit_log": str(place / "audit.jsonl"), "limits": Limits(file_megabytes=4.0)}
+    clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+    with served_gallery(place / "prints.db", clients=clients, **settings) as client:
         yield client
 
 
-def check(response: httpx.Response) -> httpx.Response:
+def check(response):
     """Check an answer: the marker is part of every folder but those of the installation."""
     text = f"{response.text}\n{response.headers}"
-    for secret in (MARKER, str(Path(fpmatch.__file__).parent), sys.prefix, ".py"):
+    pixels = response.headers.get("content-type", "").startswith("image/")  # read as short words
+    secrets = (MARKER, str(Path(fpmatch.__file__).parent), sys.prefix)
+    for secret in secrets if pixels else (*secrets, ".py"):
         assert secret not in text, text[:2000]
     return response
 
 
-def asked(prints: dict[str, bytes]) -> Iterator[tuple[str, str, dict[str, Any]]]:
+def asked(prints):
     """Return good and bad requests to every address."""
     large = prints["1_1.png"] + bytes(2_000_000)  # in a temporary file until it is read
     bad = {"2_1.png": prints["text.png"], "2_2.png": prints["empty.png"], "9_1.png": b"\xffP" * 9}
     bad |= {name: prints[name] for name in ("blank.png", "truncated.png")}
     files = {"1_2.png": prints["1_2.png"], "9_2.png": large, **bad}
-    options: list[dict[str, Any]] = [{}, {"dpi": "7"}, {"dpi": "no"}, {"nothing": "1"}]
+    options = [{}, {"dpi": "7"}, {"dpi": "no"}, {"nothing": "1"}]
     pairs = ("/verify", "/compare", "/views", "/overlay", "/case-report")
     matchers = [{"matcher": name} for name in ("paper", "broken", "a:b", "../../etc")]
     for name, data in files.items():
@@ -141,9 +133,7 @@ def asked(prints: dict[str, bytes]) -> Iterator[tuple[str, str, dict[str, Any]]]
 
 
 @pytest.mark.slow
-def test_no_answer_contains_a_folder_of_the_server(
-    server: httpx.Client, prints: dict[str, bytes]
-) -> None:
+def test_no_answer_contains_a_folder_of_the_server(server, prints):
     statuses = set()
     for bearer in ({"authorization": f"Bearer {TOKEN}"}, {}):
         for method, path, parts in asked(prints):
@@ -152,9 +142,7 @@ def test_no_answer_contains_a_folder_of_the_server(
     assert statuses >= {200, 201, 401, 404, 405, 409, 422, 500}
 
 
-def test_answers_name_the_files_of_enrolled_prints(
-    server: httpx.Client, prints: dict[str, bytes]
-) -> None:
+def test_answers_name_the_files_of_enrolled_prints(server, prints):
     server.headers["authorization"] = f"Bearer {TOKEN}"
     probe = {"probe": ("1_2.png", prints["1_2.png"])}
     found = server.post("/identify", files=probe).json()["candidates"]
@@ -176,9 +164,7 @@ def test_answers_name_the_files_of_enrolled_prints(
     )
 
 
-def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
-    server: httpx.Client, prints: dict[str, bytes], caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(server, prints, caplog):
     server.headers["authorization"] = f"Bearer {TOKEN}"
     pair = {side: (f"{side}.png", prints["1_1.png"]) for side in ("probe", "reference")}
     answer = check(server.post("/verify", files=pair, data={"matcher": "broken"}))
@@ -191,7 +177,7 @@ def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
     assert text.json() == {"error": "a.png: not an image of a known format"}
 
 
-def test_the_working_folder_becomes_no_label(place: Path, prints: dict[str, bytes]) -> None:
+def test_the_working_folder_becomes_no_label(place, prints):
     gallery = place / "by_folder.db"
     with served_gallery(gallery, pattern=BY_FOLDER) as client:
         answer = check(client.post("/enrol", files={"image": ("1_1.png", prints["1_1.png"])}))

@@ -1,23 +1,19 @@
 """Readiness, and a gallery that does not answer: whoever needs none of it does not notice."""
 
-from __future__ import annotations
-
 import ast
 import asyncio
 import sqlite3
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-import httpx
 import pytest
 
 from fpmatch import server
-from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.errors import GalleryError
 from fpmatch.server import readiness
 from fpmatch.server.guard import OF_GALLERY
 from fpmatch.server.readiness import Check, in_own_thread
@@ -29,33 +25,33 @@ READY_S = 3.0  # in which readiness is told, whatever hangs: two, and one for a 
 CLIENTS = 50
 
 
-def codes(faults: list[FpmatchError | None]) -> Counter[str]:
+def codes(faults):
     return Counter("" if fault is None else fault.code for fault in faults)
 
 
 class Looks:
     """What a check looks at: it hangs while `open` is not set, and fails with `fault` then."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.begun, self.open = 0, threading.Event()
-        self.fault: FpmatchError | None = None
+        self.fault = None
 
-    def __call__(self) -> None:
+    def __call__(self):
         self.begun += 1
         self.open.wait()
         if self.fault is not None:
             raise self.fault
 
 
-def test_one_look_answers_all_who_ask_within_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_look_answers_all_who_ask_within_a_second(monkeypatch):
     looks = Looks()
     looks.open.set()
     check = Check("the gallery", lambda: in_own_thread(looks))
 
-    async def ask(times: int) -> Counter[str]:
+    async def ask(times):
         return codes(await asyncio.gather(*(check.fault() for _ in range(times))))
 
-    async def test() -> None:
+    async def test():
         assert await ask(CLIENTS) == {"": CLIENTS}
         looks.fault = GalleryError("gone", code="missing")
         assert await ask(CLIENTS) == {"": CLIENTS}
@@ -66,15 +62,13 @@ def test_one_look_answers_all_who_ask_within_a_second(monkeypatch: pytest.Monkey
     asyncio.run(test())
 
 
-def test_while_a_look_hangs_there_is_no_other_and_all_are_told(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_while_a_look_hangs_there_is_no_other_and_all_are_told(monkeypatch):
     monkeypatch.setattr(readiness, "CHECK_S", 0.1)
     monkeypatch.setattr(readiness, "KEPT_S", 0.0)
     looks = Looks()
     check = Check("the gallery", lambda: in_own_thread(looks))
 
-    async def test() -> None:
+    async def test():
         faults = await asyncio.gather(*(check.fault() for _ in range(CLIENTS)))
         assert codes(faults) == {"late": CLIENTS}
         start = time.monotonic()
@@ -89,15 +83,15 @@ def test_while_a_look_hangs_there_is_no_other_and_all_are_told(
     asyncio.run(test())
 
 
-def test_addresses_that_need_the_gallery_are_told_by_their_beginning() -> None:
-    paths = [route.path for route in gallery_router.routes]  # type: ignore[attr-defined]
+def test_addresses_that_need_the_gallery_are_told_by_their_beginning():
+    paths = [route.path for route in gallery_router.routes]
     assert paths
     assert all(path.startswith(OF_GALLERY) for path in paths)
-    others = [route.path for route in router.routes]  # type: ignore[attr-defined]
+    others = [route.path for route in router.routes]
     assert not any(path.startswith(OF_GALLERY) for path in others)
 
 
-def test_the_server_measures_time_by_a_clock_that_nobody_sets() -> None:
+def test_the_server_measures_time_by_a_clock_that_nobody_sets():
     files = sorted(Path(server.__file__).parent.glob("*.py"))
     assert len(files) > 10
     for file in files:
@@ -110,32 +104,30 @@ def test_the_server_measures_time_by_a_clock_that_nobody_sets() -> None:
 
 
 @contextmanager
-def held(gallery: Path) -> Iterator[None]:
+def held(gallery):
     """Hold the file of a gallery, so that nobody can read it."""
     with closing(sqlite3.connect(gallery, timeout=60, isolation_level=None)) as other:
         other.execute("BEGIN EXCLUSIVE")
         yield
 
 
-def timed(request: Callable[[], httpx.Response]) -> tuple[int, float]:
+def timed(request):
     start = time.monotonic()
     return request().status_code, time.monotonic() - start
 
 
 @pytest.mark.slow
-def test_a_gallery_that_does_not_answer_holds_up_no_other_request(
-    gallery: Path, prints: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_gallery_that_does_not_answer_holds_up_no_other_request(gallery, prints, monkeypatch):
     first, second = (("a.png", prints[name]) for name in ("1_1.png", "1_2.png"))
     with served_gallery(gallery) as http, ThreadPoolExecutor(CLIENTS) as clients:
 
-        def verify() -> httpx.Response:
+        def verify():
             return http.post("/verify", files={"probe": first, "reference": second})
 
-        def identify() -> httpx.Response:
+        def identify():
             return http.post("/identify", files={"probe": first})
 
-        def ready() -> httpx.Response:
+        def ready():
             return http.get("/ready")
 
         assert [ask().status_code for ask in (identify, verify, ready)] == [200, 200, 200]

@@ -1,21 +1,15 @@
 """What a route does not take is refused with one line that names it: fields, methods, bodies."""
 
-from __future__ import annotations
-
 import json
 import re
-from collections.abc import Iterator
-from typing import Any
 
-import httpx
 import pytest
 
-from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.app import STATIC, make_app
+from fpmatch.server.app import STATIC
 from fpmatch.server.client import _OPTIONS, ServerClient, ServerError
-from fpmatch.server.settings import Client, Role, Settings, digest_of
+from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import served
+from .conftest import served_gallery
 
 TOKEN, READER = "a-long-enough-token", "another-long-enough-token"
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE", "OPTIONS")
@@ -23,22 +17,18 @@ FORM = "multipart/form-data"
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+def server(tmp_path_factory):
     """Serve an empty gallery, to a client that may request everything."""
     gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
-    open_gallery(gallery, create=True).close()
-    clients = {
-        digest_of(TOKEN): Client("ada", Role.ADMIN),
-        digest_of(READER): Client("grace", Role.READ),
-    }
-    with served(make_app(Settings(workers=1, gallery=str(gallery), clients=clients))) as client:
+    clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
+    clients |= {digest_of(READER): Client("grace", Role.READ)}
+    with served_gallery(gallery, clients=clients) as client:
         client.headers["authorization"] = f"Bearer {TOKEN}"
         yield client
 
 
 @pytest.fixture(scope="module")
-def operations(server: httpx.Client) -> list[tuple[str, str, dict[str, Any]]]:
-    """Return method, address and fields of all that the API describes."""
+def operations(server):
     api = server.get("/openapi.json").json()
     found = []
     for path, methods in api["paths"].items():
@@ -51,17 +41,14 @@ def operations(server: httpx.Client) -> list[tuple[str, str, dict[str, Any]]]:
     return found
 
 
-def refusal(response: httpx.Response, status: int) -> str:
-    """Return the one line of a refusal."""
+def refusal(response, status):
     assert response.status_code == status, response.text
-    error: str = response.json()["error"]
+    error = response.json()["error"]
     assert "\n" not in error
     return error
 
 
-def test_no_route_takes_an_unknown_parameter_or_field(
-    server: httpx.Client, operations: list[tuple[str, str, dict[str, Any]]], image: bytes
-) -> None:
+def test_no_route_takes_an_unknown_parameter_or_field(server, operations, image):
     assert len(operations) == 21
     for method, path, fields in operations:
         files = {
@@ -77,7 +64,7 @@ def test_no_route_takes_an_unknown_parameter_or_field(
 
 
 @pytest.fixture(scope="module")
-def image(prints: dict[str, bytes]) -> bytes:
+def image(prints):
     return prints["1_1.png"]
 
 
@@ -97,16 +84,14 @@ def image(prints: dict[str, bytes]) -> bytes:
         ("/case-report", {"marks": '[{"side": "probe", "x": 1, "y": 1, "nte": "a"}]'}, "'note'?"),
     ],
 )
-def test_a_field_of_a_pair_is_named(
-    server: httpx.Client, image: bytes, path: str, data: dict[str, Any], why: str
-) -> None:
+def test_a_field_of_a_pair_is_named(server, image, path, data, why):
     files = {"probe": ("1_1.png", image), "reference": ("1_2.png", image)}
     error = refusal(server.post(path, files=files, data=data), 422)
     assert why in error
     assert len(error) <= 2000
 
 
-def test_files_are_given_once_and_where_they_belong(server: httpx.Client, image: bytes) -> None:
+def test_files_are_given_once_and_where_they_belong(server, image):
     probe, file = ("probe", ("1_1.png", image)), ("1_2.png", image)
     twice = server.post("/verify", files=[probe, ("reference", file), ("reference", file)])
     assert refusal(twice, 422) == "reference: given 2 times, must be given once"
@@ -116,8 +101,8 @@ def test_files_are_given_once_and_where_they_belong(server: httpx.Client, image:
     assert refusal(text, 422) == "reference: must be a file, as curl -F reference=@FILE sends it"
 
 
-def test_parameters_of_the_query_are_known_and_given_once(server: httpx.Client) -> None:
-    def ask(method: str, query: str) -> str:
+def test_parameters_of_the_query_are_known_and_given_once(server):
+    def ask(method, query):
         return refusal(server.request(method, f"/gallery/prints?{query}"), 422)
 
     for method in ("GET", "DELETE"):
@@ -130,17 +115,15 @@ def test_parameters_of_the_query_are_known_and_given_once(server: httpx.Client) 
     assert refusal(answer, 422) == "subject: must be a query parameter, not a form field"
 
 
-def test_a_role_is_checked_before_names(server: httpx.Client) -> None:
+def test_a_role_is_checked_before_names(server):
     headers = {"authorization": f"Bearer {READER}"}
     answer = server.post("/verify?a=1", headers=headers, files={"b": b"c"})
     assert "needs the role" in refusal(answer, 403)
 
 
 @pytest.mark.slow
-def test_methods_that_an_address_does_not_take_are_answered_with_those_it_does(
-    server: httpx.Client, operations: list[tuple[str, str, dict[str, Any]]]
-) -> None:
-    taken: dict[str, set[str]] = {}
+def test_methods_that_an_address_does_not_take_are_answered_with_those_it_does(server, operations):
+    taken = {}
     for method, path, _ in operations:
         taken.setdefault(path, set()).update({method, "HEAD"} if method == "GET" else {method})
     pages = ["/", "/openapi.json", *(f"/{file.name}" for file in STATIC.iterdir())]
@@ -159,7 +142,7 @@ def test_methods_that_an_address_does_not_take_are_answered_with_those_it_does(
             assert error == f"this address takes {answer.headers['allow']}, not {method}"
 
 
-def test_head_is_answered_as_get_without_a_body(server: httpx.Client) -> None:
+def test_head_is_answered_as_get_without_a_body(server):
     for path in ("/", "/health", "/ready", "/about", "/gallery", "/gallery/prints?subject=1"):
         head, get = server.head(path), server.get(path)
         assert (head.status_code, head.content) == (200, b"")
@@ -179,11 +162,8 @@ def test_head_is_answered_as_get_without_a_body(server: httpx.Client) -> None:
     ],
 )
 def test_a_body_that_is_no_form_with_files_is_answered_with_the_type_that_is_needed(
-    server: httpx.Client,
-    operations: list[tuple[str, str, dict[str, Any]]],
-    headers: dict[str, str],
-    content: bytes,
-) -> None:
+    server, operations, headers, content
+):
     for method, path, fields in operations:
         if fields:
             answer = server.request(method, path, headers=headers, content=content)
@@ -199,7 +179,7 @@ def test_a_body_that_is_no_form_with_files_is_answered_with_the_type_that_is_nee
     assert refusal(streamed, 415)
 
 
-def test_a_matcher_by_place_is_not_offered(server: httpx.Client, image: bytes) -> None:
+def test_a_matcher_by_place_is_not_offered(server, image):
     probe = {"probe": ("1_1.png", image)}
     pair = {**probe, "reference": ("1_2.png", image)}
     for path, files in (
@@ -220,9 +200,7 @@ def test_a_matcher_by_place_is_not_offered(server: httpx.Client, image: bytes) -
         assert not re.search(r"package\.module|OBJECT|\^\[\^:\]", server.get(path).text), path
 
 
-def test_the_client_refuses_options_that_a_request_does_not_take(
-    operations: list[tuple[str, str, dict[str, Any]]],
-) -> None:
+def test_the_client_refuses_options_that_a_request_does_not_take(operations):
     fields = {path: schemas for _, path, schemas in operations}
     labels = {"subject", "finger", "impression"}
     for path, options in _OPTIONS.items():
@@ -243,7 +221,7 @@ def test_the_client_refuses_options_that_a_request_does_not_take(
             assert caught.value.status == 0
 
 
-def test_the_client_tells_what_the_server_refuses(server: httpx.Client, image: bytes) -> None:
+def test_the_client_tells_what_the_server_refuses(server, image):
     with ServerClient(f"{server.base_url}#token={TOKEN}") as client:
         with pytest.raises(ServerError, match="unknown matcher 'a:b'; known: paper") as caught:
             client.verify(image, image, matcher="a:b")

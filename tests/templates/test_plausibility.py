@@ -30,14 +30,12 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def random_template(seed, size, field=None):
-    """Return minutiae in random places and directions."""
     rng = np.random.default_rng(seed)
     columns = rng.uniform((20, 20, 0), (380, 380, 2 * np.pi), (size, 3)).T
     return Template(Minutiae(*columns), 400, 400, field=field)
 
 
 def ridges(orientation=0.0, part=1.0):
-    """Return parallel ridges on the left part of the frame."""
     mask = np.broadcast_to(np.arange(25) < 25 * part, (25, 25))
     return RidgeField(16.0, np.full((25, 25), orientation), mask)
 

@@ -26,7 +26,6 @@ def arch(shape=(24, 24), turn=0.0):
 
 
 def minutiae_along(ridges, seed=0, count=60):
-    """Return minutiae anywhere on a field, along its ridges."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(20, 360, (2, count))
     angle = ridges.orientation[(y / 16).astype(int), (x / 16).astype(int)]

@@ -1,21 +1,16 @@
 """`fpmatch.gallery.batch.candidates`: the same file on every engine, whatever is killed."""
 
-from __future__ import annotations
-
 import csv
-import importlib.util
 import json
-import os
 import shutil
-import signal
 import sqlite3
-import sys
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
+from made_prints import entries_of, entry_of, scattered
 
 from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
 from fpmatch.formats.files import save_template
@@ -30,14 +25,8 @@ from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
+from tests.gallery.conftest import kill_one
 
-sys.path.append(str(Path(__file__).parents[2] / "gallery"))  # of `made_prints`
-
-from made_prints import entries_of, entry_of, scattered
-
-needs_dask = pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
-)
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
     "short lists": SearchOptions(listed="subjects", count=2, candidate_list=9, threshold=1.0),
@@ -158,34 +147,22 @@ def test_several_processes(gallery, probes, tmp_path):
             assert run(gallery, probes, tmp_path / f"c{suffix}", options, engine)[1] == expected
 
 
-@needs_dask
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["index", "whole"])
-def test_a_cluster_of_which_a_worker_is_killed(gallery, probes, tmp_path, kind, monkeypatch):
-    import distributed
-
+def test_a_cluster_of_which_a_worker_is_killed(
+    gallery, probes, tmp_path, kind, monkeypatch, local_cluster
+):
     options = OPTIONS["short lists"]
     if kind == "index":
         monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
         options = replace(options, candidate_list="auto")
     _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
-    ) as cluster:
-        address = cluster.scheduler_address
-        assert run(gallery, probes, tmp_path / "calm.csv", options, dask(address))[1] == expected
-        with distributed.Client(address, set_as_default=False) as client:
-            alive = sorted(client.run(os.getpid).values())
-
-            def kill(stage, done, total):
-                if done >= 2 and len(alive) == 2:
-                    os.kill(alive.pop(), signal.SIGKILL)
-
-            again = run(
-                gallery, probes, tmp_path / "killed.csv", options, dask(address), progress=kill
-            )
-            assert again[1] == expected
-            assert len(alive) == 1
+    address = local_cluster.scheduler_address
+    assert run(gallery, probes, tmp_path / "calm.csv", options, dask(address))[1] == expected
+    kill, alive = kill_one(address, lambda stage, done, total: done >= 2)
+    again = run(gallery, probes, tmp_path / "killed.csv", options, dask(address), progress=kill)
+    assert again[1] == expected
+    assert len(alive) == 1
 
 
 class Stopped(Exception):

@@ -1,29 +1,20 @@
 """Templates of an unfinished run are encrypted where a key was given."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
-from pathlib import Path
 
 import pytest
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.errors import ScoringError
 from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.batch.store import Store
 
 DATA = bytes(range(200))
 
-
-@pytest.fixture(autouse=True)
-def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    source = make_keys(f"file:{tmp_path / 'keys'}").source
-    monkeypatch.setenv("FPMATCH_KEY", source)
-    return source
+pytestmark = pytest.mark.usefixtures("source")
 
 
-def begun(tmp_path: Path) -> Path:
+def begun(tmp_path):
     with Store(tmp_path / "out.csv", {"what": "a run"}) as store:
         items = [(1, StoredTemplate(DATA)), (2, StoredTemplate(None, "no print"))]
         assert list(store.add_items("probes", items)) == [1, 2]
@@ -31,35 +22,31 @@ def begun(tmp_path: Path) -> Path:
     return tmp_path / "out.csv.unfinished" / "state.db"
 
 
-def resumed(tmp_path: Path) -> dict[int, bytes]:
+def resumed(tmp_path):
     with Store(tmp_path / "out.csv", {"what": "a run"}) as store:
         return store.templates("probes", [1, 2])
 
 
-def test_nothing_is_readable_and_the_run_resumes(tmp_path: Path) -> None:
+def test_nothing_is_readable_and_the_run_resumes(tmp_path):
     state = begun(tmp_path)
     assert DATA[:16] not in state.read_bytes()
     assert resumed(tmp_path) == {1: DATA}
 
 
-def test_without_the_key_it_does_not_resume(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_key_it_does_not_resume(tmp_path, monkeypatch):
     begun(tmp_path)
     monkeypatch.delenv("FPMATCH_KEY")
     with pytest.raises(ScoringError, match="give it with --key"):
         resumed(tmp_path)
 
 
-def test_without_a_key_it_is_plain_as_before(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_key_it_is_plain_as_before(tmp_path, monkeypatch):
     monkeypatch.delenv("FPMATCH_KEY")
     assert DATA in begun(tmp_path).read_bytes()
     assert resumed(tmp_path) == {1: DATA}
 
 
-def test_a_template_of_another_print_is_refused(tmp_path: Path) -> None:
+def test_a_template_of_another_print_is_refused(tmp_path):
     state = begun(tmp_path)
     with closing(sqlite3.connect(state)) as connection, connection:
         row = connection.execute("SELECT * FROM item WHERE number = 1").fetchone()

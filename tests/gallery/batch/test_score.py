@@ -10,6 +10,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from made_prints import flipped
 
 from fpmatch.errors import (
     DatasetError,
@@ -144,9 +145,7 @@ def test_a_changed_page_of_parquet_is_found(output):
     expected = list(score_file._rows_of(table))
     refused = 0
     for place in range(4, end, 7):
-        changed = bytearray(content)
-        changed[place] ^= 1 << place % 8
-        table.write_bytes(changed)
+        table.write_bytes(flipped(content, place, 1 << place % 8))
         try:
             assert list(score_file._rows_of(table)) == expected
         except DatasetError as error:
@@ -245,9 +244,7 @@ def test_a_changed_bit_never_changes_the_rows(output, unfinished, tmp_path, name
         unfinished.mkdir(exist_ok=True)
         for file, content in kept.items():
             (unfinished / file).write_bytes(content)
-        changed = bytearray(kept[name])
-        changed[place] ^= 1 << place % 8
-        (unfinished / name).write_bytes(changed)
+        (unfinished / name).write_bytes(flipped(kept[name], place, 1 << place % 8))
         refused += made_or_refused(output, expected) != ""
     assert refused > 3
 

@@ -1,13 +1,9 @@
 """`fpmatch gallery audit`, `enrol --audit`: what is asked of commands, in a gallery or a log."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sqlite3
 from contextlib import closing
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,7 +15,7 @@ from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture
-def gallery(tmp_path: Path, run: Any) -> str:
+def gallery(tmp_path, run):
     """Return a gallery of two prints that keeps an audit."""
     where = str(tmp_path / "prints.db")
     minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
@@ -35,11 +31,11 @@ def gallery(tmp_path: Path, run: Any) -> str:
     return where
 
 
-def actions(result: Any) -> list[str]:
+def actions(result):
     return [event["action"] for event in json.loads(result.stdout)]
 
 
-def test_commands_are_events(gallery: str, run: Any, tmp_path: Path, monkeypatch: Any) -> None:
+def test_commands_are_events(gallery, run, tmp_path, monkeypatch):
     monkeypatch.setenv(OPERATOR, "grace")
     out = str(tmp_path / "out")
     for words in (
@@ -57,8 +53,8 @@ def test_commands_are_events(gallery: str, run: Any, tmp_path: Path, monkeypatch
     assert "previous" not in text
 
 
-def test_events_are_chosen(gallery: str, run: Any) -> None:
-    def chosen(*options: str) -> list[str]:
+def test_events_are_chosen(gallery, run):
+    def chosen(*options):
         return actions(run("gallery", "audit", "show", gallery, "--json", *options))
 
     assert chosen() == ["audit on", "enrol", "enrol"]
@@ -69,9 +65,7 @@ def test_events_are_chosen(gallery: str, run: Any) -> None:
     assert len(chosen("--since", "2020-01-01T12:30", "--until", "2999-01-01")) == 3
 
 
-def test_an_audit_is_verified_with_its_gallery_and_as_a_file(
-    gallery: str, run: Any, tmp_path: Path
-) -> None:
+def test_an_audit_is_verified_with_its_gallery_and_as_a_file(gallery, run, tmp_path):
     with open_gallery(gallery) as opened:
         state = check_audit(opened)
     told = f"3 events, last hash {state.last}\n"
@@ -103,9 +97,7 @@ def test_an_audit_is_verified_with_its_gallery_and_as_a_file(
         "UPDATE fpmatch_entry SET id = 99 WHERE id = 2",
     ],
 )
-def test_entries_that_another_program_changed_are_an_error(
-    statement: str, gallery: str, run: Any
-) -> None:
+def test_entries_that_another_program_changed_are_an_error(statement, gallery, run):
     with closing(sqlite3.connect(gallery)) as connection, connection:
         connection.execute(statement)
     result = run("gallery", "audit", "verify", gallery)
@@ -113,7 +105,7 @@ def test_entries_that_another_program_changed_are_an_error(
     assert len(result.stderr.splitlines()) == 1
 
 
-def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:
+def test_an_incomplete_line_is_named(run, tmp_path):
     pytest.importorskip("filelock", reason="the extra `web` is not installed")
     from fpmatch.gallery.store.audit_log import AuditLog
 
@@ -133,7 +125,7 @@ def test_an_incomplete_line_is_named(run: Any, tmp_path: Path) -> None:
     )
 
 
-def test_it_ends_with_a_confirmation_only(gallery: str, run: Any) -> None:
+def test_it_ends_with_a_confirmation_only(gallery, run):
     result = run("gallery", "audit", "switch", gallery, "off")
     assert result.exit_code == 2
     assert "add --yes" in result.stderr
@@ -144,7 +136,7 @@ def test_it_ends_with_a_confirmation_only(gallery: str, run: Any) -> None:
     assert run("gallery", "audit", "verify", gallery).exit_code == 0
 
 
-def test_enrol_turns_it_on_and_searches_are_events(run: Any, tmp_path: Path, prints: Path) -> None:
+def test_enrol_turns_it_on_and_searches_are_events(run, tmp_path, prints):
     where = str(tmp_path / "own.db")
     result = run("enrol", where, prints / "1_1.png", "--audit", "--workers", "1")
     assert result.exit_code == 0, result.stderr
@@ -159,7 +151,7 @@ def test_enrol_turns_it_on_and_searches_are_events(run: Any, tmp_path: Path, pri
     assert (found[1]["subject"], found[1]["best"], found[1]["match"]) == ("1", 1, True)
 
 
-def test_a_batch_and_an_evaluation_are_events(gallery: str, run: Any, tmp_path: Path) -> None:
+def test_a_batch_and_an_evaluation_are_events(gallery, run, tmp_path):
     out = tmp_path / "scores.csv"
     words = ("score", "--references", gallery, "--probes", gallery, "-o", out, "--workers", "1")
     assert run(*words).exit_code == 0
@@ -181,15 +173,13 @@ def test_a_batch_and_an_evaluation_are_events(gallery: str, run: Any, tmp_path: 
         (("show", "--since", "yesterday"), "does not match the formats"),
     ],
 )
-def test_bad_options_are_one_error(
-    gallery: str, run: Any, options: tuple[str, ...], words: str
-) -> None:
+def test_bad_options_are_one_error(gallery, run, options, words):
     result = run("gallery", "audit", options[0], gallery, *options[1:])
     assert result.exit_code == 2
     assert words in " ".join(result.stderr.split())
 
 
-def test_a_gallery_without_and_a_file_that_is_none(run: Any, tmp_path: Path) -> None:
+def test_a_gallery_without_and_a_file_that_is_none(run, tmp_path):
     with open_gallery(tmp_path / "plain.db", create=True):
         pass
     result = run("gallery", "audit", "show", str(tmp_path / "plain.db"))

@@ -1,7 +1,7 @@
 import json
-from pathlib import Path
 
 import pytest
+from made_prints import flipped
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
@@ -110,9 +110,7 @@ def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):
 
     whole = run(*words)
     (path,) = gallery.with_name(f"{gallery.name}.prepared").iterdir()
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 4
-    path.write_bytes(content)
+    path.write_bytes(flipped(path.read_bytes(), path.stat().st_size // 2))
     again = run(*words)
     line = f"fpmatch: note: prepared prints of {gallery} are damaged: prepared again\n"
     assert (again.exit_code, again.stderr) == (0, line)
@@ -214,15 +212,12 @@ def test_json_lines_are_what_is_shown_of_each_probe(run, gallery, prints, tmp_pa
     result = run("identify", gallery, "--probes", folder, "-o", output, *words)
     assert result.exit_code == 1
     assert result.stdout.endswith(f"{output}: 3 lines\n")
-    documents = [json.loads(line) for line in output.read_text().splitlines()]
-    assert [(Path(one["probe"]).name, one["reason"]) for one in documents] == [
-        ("empty.png", "the file is empty"),
-        ("other.png", None),
-        ("probe.png", None),
-    ]
+    failed, *documents = map(json.loads, output.read_text().splitlines())
+    assert failed["reason"] == "the file is empty"
     of_all = ("gallery", "matcher", "enrolled", "compared", "fingers", "loss", "listed")
-    for document, probe in zip(documents[1:], shown["probes"], strict=True):
-        assert {name: document[name] for name in of_all} == {name: shown[name] for name in of_all}
+    for document, probe in zip(documents, shown["probes"], strict=True):
+        assert document.items() >= {name: shown[name] for name in of_all}.items()
+        assert document["reason"] is None
         del probe["seconds"]
         assert document.items() >= probe.items()
         assert document["candidates"][0]["transform"]["scale"] > 0

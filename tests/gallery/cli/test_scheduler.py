@@ -1,11 +1,8 @@
 """`--scheduler` of `enrol` and `identify`: as in this process, though a worker be killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
-import signal
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -14,6 +11,7 @@ import pytest
 
 from fpmatch.cli.notes import ProgressBars
 from tests.conftest import assert_refused, copied
+from tests.gallery.conftest import kill_one, start_cluster
 
 distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
 pytestmark = pytest.mark.slow
@@ -21,23 +19,15 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def cluster():
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
-    ) as started:
+    with start_cluster() as started:
         yield started.scheduler_address
 
 
 @pytest.fixture
 def killing(cluster, monkeypatch):
     """Kill a worker when two prints are done; return the list of those alive."""
-    with distributed.Client(cluster, set_as_default=False) as client:
-        alive = sorted(client.run(os.getpid).values())
-
-    def show(self, stage, done, total, text=None):
-        if done >= 2 and len(alive) == 2:
-            os.kill(alive.pop(), signal.SIGKILL)
-
-    monkeypatch.setattr(ProgressBars, "show", show)
+    kill, alive = kill_one(cluster, lambda stage, done, total: done >= 2)
+    monkeypatch.setattr(ProgressBars, "show", lambda self, *step: kill(*step))
     return alive
 
 

@@ -16,7 +16,6 @@ SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.pn
 
 @pytest.fixture
 def pair(prints, tmp_path):
-    """Return a folder of two prints of one finger."""
     return copied(prints, tmp_path / "pair", "1_1.png", "1_2.png")
 
 

@@ -69,7 +69,6 @@ def note(folder, chunk):
 
 
 def add_piece(shared, piece, chunk):
-    """Return a sum of all three."""
     return shared + float(piece.sum()) + chunk
 
 

@@ -1,8 +1,5 @@
 """`fpmatch.gallery.engine`: the same results in the same order, wherever the work is done."""
 
-from __future__ import annotations
-
-import importlib.util
 import os
 import pickle
 import signal
@@ -16,54 +13,22 @@ from itertools import count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import chunk_work  # spawned workers must find it by this name
 import pytest
 
 from fpmatch.errors import EngineError, ImageError
 from fpmatch.gallery.engine import cluster, task
 from fpmatch.gallery.engine.engine import make_engine, processes
 from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT, Serial
-
-FOLDER = Path(__file__).parent
-sys.path.insert(0, str(FOLDER))
-
-import chunk_work  # noqa: E402  (spawned workers must find it by this name)
-
-ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])}
-needs_dask = pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
-)
-
-
-@pytest.fixture(scope="module")
-def workers_find_the_work():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", ENVIRONMENT["PYTHONPATH"])
-        yield
+from tests.gallery.conftest import start_cluster
+from tests.gallery.engine.conftest import ENVIRONMENT
 
 
 @pytest.fixture(scope="module")
 def scheduler(workers_find_the_work):
     """Return the address of a cluster of two workers on this machine."""
-    import distributed
-
-    with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=2,
-        host="127.0.0.1",
-        dashboard_address=":0",
-        silence_logs=60,
-    ) as started:
+    with start_cluster(threads=2) as started:
         yield started.scheduler_address
-
-
-@pytest.fixture(
-    params=["serial", "processes", pytest.param("dask", marks=[needs_dask, pytest.mark.slow])]
-)
-def engine(request, workers_find_the_work):
-    scheduler = request.getfixturevalue("scheduler") if request.param == "dask" else None
-    workers = {"serial": 1, "processes": 2, "dask": None}[request.param]
-    with make_engine(workers, scheduler) as made:
-        yield made
 
 
 @pytest.mark.parametrize("count", [0, 40])
@@ -94,7 +59,6 @@ def test_an_error_of_the_work_comes_through(engine):
         list(engine.map(chunk_work.fail, TimeoutError("late"), range(3)))
 
 
-@pytest.mark.usefixtures("workers_find_the_work")
 def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
     with processes(2) as engine:
         first = set(engine.map(chunk_work.process, None, range(8)))
@@ -140,7 +104,6 @@ def test_two_works_in_turn_keep_what_is_theirs(engine):
     assert all(sorted(order) == list(range(len(order))) for order in seen.values())
 
 
-@pytest.mark.usefixtures("workers_find_the_work")
 def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
     with processes(2) as engine:
         with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
@@ -152,7 +115,6 @@ def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
     assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
 
 
-@pytest.mark.usefixtures("workers_find_the_work")
 def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
     with processes(2) as engine:
         with pytest.raises(EngineError, match="a worker process ended before its work was done"):
@@ -228,7 +190,6 @@ def test_what_workers_need_is_imported_before_they_start(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@needs_dask
 @pytest.mark.slow
 def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
     with make_engine(scheduler=scheduler) as engine:
@@ -237,7 +198,6 @@ def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
     assert (tmp_path / "died").exists()
 
 
-@needs_dask
 @pytest.mark.slow
 @pytest.mark.parametrize("who", ["nobody", "somebody else", "nonsense"])
 def test_no_scheduler_is_one_line(monkeypatch, who):
@@ -252,60 +212,18 @@ def test_no_scheduler_is_one_line(monkeypatch, who):
     assert "\n" not in str(raised.value)
 
 
-@needs_dask
 @pytest.mark.slow
 def test_a_cluster_without_workers_is_given_up(monkeypatch):
-    import distributed
-
     monkeypatch.setattr(cluster, "NO_WORKERS_S", 0.2)
     monkeypatch.setattr(cluster, "POLL_S", 0.1)
     with (
-        distributed.LocalCluster(
-            n_workers=0, host="127.0.0.1", dashboard_address=":0", silence_logs=60
-        ) as empty,
+        start_cluster(workers=0) as empty,
         make_engine(scheduler=empty.scheduler_address) as engine,
         pytest.raises(EngineError, match=r"no worker has answered for 0.2 seconds"),
     ):
         list(engine.map(chunk_work.add, 1, [2]))
 
 
-_CLUSTER = """
-import sys, time, distributed
-cluster = distributed.LocalCluster(
-    n_workers=1, threads_per_worker=1, processes=False, host="127.0.0.1", protocol="tcp://",
-    dashboard_address=":0", silence_logs=60,
-)
-if len(sys.argv) > 1:  # a worker that cannot import fpmatch
-    sys.modules["fpmatch"] = None
-print(cluster.scheduler_address, flush=True)
-time.sleep(60)
-"""
-
-
-@pytest.fixture
-def other_cluster():
-    """Return a function that starts a cluster in a process of its own: its address, the process."""
-    started = []
-
-    def start(*words):
-        process = subprocess.Popen(
-            [sys.executable, "-c", _CLUSTER, *words],
-            env=ENVIRONMENT,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-        )
-        started.append(process)
-        return process.stdout.readline().strip(), process
-
-    yield start
-    for process in started:
-        process.kill()
-        process.wait()
-        process.stdout.close()
-
-
-@needs_dask
 @pytest.mark.slow
 def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
     address, process = other_cluster()
@@ -319,7 +237,6 @@ def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
     assert capfd.readouterr().err == ""
 
 
-@needs_dask
 @pytest.mark.slow
 def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
     address, process = other_cluster()
@@ -334,7 +251,6 @@ def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
         process.kill()
 
 
-@needs_dask
 @pytest.mark.slow
 def test_a_worker_without_fpmatch_is_one_line(other_cluster):
     address, _ = other_cluster("without")

@@ -1,38 +1,45 @@
 """Threads of this process do the work of one call, and leave none of it to run on."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
-from typing import TYPE_CHECKING
 
 import pytest
 
 from fpmatch.gallery.engine import in_threads
 from fpmatch.gallery.engine.in_threads import Threads
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from concurrent.futures import Future
-
 WAIT_S = 60.0
 
 
-def this_thread(_shared: object, _chunk: object) -> int:
+def this_thread(_shared, _chunk):
     return threading.get_ident()
 
 
-def test_results_are_in_the_order_of_the_chunks() -> None:
+@pytest.fixture
+def emptied(monkeypatch):
+    """Return an event that is set when the chunks that nobody has begun are thrown away."""
+    event = threading.Event()
+
+    class Pending(deque):
+        def clear(self):
+            super().clear()
+            event.set()
+
+    monkeypatch.setattr(in_threads, "deque", Pending)
+    return event
+
+
+def test_results_are_in_the_order_of_the_chunks():
     with Threads(3) as threads:
         assert list(threads.map(pow, 2, range(100))) == [2**k for k in range(100)]
         assert list(threads.map(pow, 2, iter([5]))) == [32]
         assert list(threads.map(pow, 2, [])) == []
 
 
-def test_so_many_threads_work_at_once_and_the_callers_is_one() -> None:
+def test_so_many_threads_work_at_once_and_the_callers_is_one():
     meeting = threading.Barrier(3)
 
-    def meet(_shared: object, _chunk: object) -> int:
+    def meet(_shared, _chunk):
         meeting.wait(WAIT_S)
         return threading.get_ident()
 
@@ -40,7 +47,7 @@ def test_so_many_threads_work_at_once_and_the_callers_is_one() -> None:
         assert len({threading.get_ident(), *threads.map(meet, None, range(3))}) == 3
 
 
-def test_a_thread_a_core_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_thread_a_core_is_the_default(monkeypatch):
     meeting = threading.Barrier(2)
     monkeypatch.setattr(in_threads, "available_cores", lambda: 2)
     with Threads() as threads:
@@ -48,12 +55,12 @@ def test_a_thread_a_core_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize(("workers", "chunks"), [(1, 5), (2, 1)])
-def test_one_worker_or_chunk_needs_no_other_thread(workers: int, chunks: int) -> None:
+def test_one_worker_or_chunk_needs_no_other_thread(workers, chunks):
     with Threads(workers) as threads:
         assert set(threads.map(this_thread, None, range(chunks))) == {threading.get_ident()}
 
 
-def test_the_threads_end_with_the_block() -> None:
+def test_the_threads_end_with_the_block():
     before = threading.active_count()
     with Threads(2) as threads:
         list(threads.map(this_thread, None, range(10)))
@@ -62,50 +69,33 @@ def test_the_threads_end_with_the_block() -> None:
 
 @pytest.mark.parametrize("by_caller", [True, False])
 @pytest.mark.parametrize("kind", [IndexError, KeyboardInterrupt])
-def test_after_an_error_nothing_is_begun(
-    by_caller: bool, kind: type[BaseException], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_after_an_error_nothing_is_begun(by_caller, kind, emptied):
     """Both threads have begun a chunk; one fails, and the other ends its own after that."""
-    caller, both, emptied = threading.get_ident(), threading.Barrier(2), threading.Event()
-    begun = []
+    caller, both, begun = threading.get_ident(), threading.Barrier(2), []
 
-    class Pending(deque[object]):
-        def clear(self) -> None:
-            super().clear()
-            emptied.set()
-
-    def work(_: object, chunk: int) -> None:
+    def work(_, chunk):
         begun.append(chunk)
         both.wait(WAIT_S)
         if (threading.get_ident() == caller) == by_caller:
             raise kind(chunk)
         emptied.wait(WAIT_S)
 
-    monkeypatch.setattr(in_threads, "deque", Pending)
     with pytest.raises(kind), Threads(2) as threads:
         list(threads.map(work, None, range(50)))
     assert sorted(begun) == [0, 1]
 
 
-def test_an_interrupt_while_threads_start_leaves_them_no_work(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    begun, emptied, start = [], threading.Event(), Threads._start
+def test_an_interrupt_while_threads_start_leaves_them_no_work(monkeypatch, emptied):
+    begun, start = [], Threads._start
 
-    class Pending(deque[object]):
-        def clear(self) -> None:
-            super().clear()
-            emptied.set()
-
-    def interrupted(self: Threads, work: Callable[[], None]) -> Future[None]:
+    def interrupted(self, work):
         start(self, work)
         raise KeyboardInterrupt
 
-    def work(_: object, chunk: int) -> None:
+    def work(_, chunk):
         begun.append(chunk)
         emptied.wait(WAIT_S)
 
-    monkeypatch.setattr(in_threads, "deque", Pending)
     monkeypatch.setattr(Threads, "_start", interrupted)
     with pytest.raises(KeyboardInterrupt), Threads(2) as threads:
         list(threads.map(work, None, range(50)))
@@ -113,6 +103,6 @@ def test_an_interrupt_while_threads_start_leaves_them_no_work(
 
 
 @pytest.mark.parametrize("workers", [0, -1])
-def test_less_than_one_worker_is_refused(workers: int) -> None:
+def test_less_than_one_worker_is_refused(workers):
     with pytest.raises(ValueError, match="at least 1"):
         Threads(workers)

@@ -1,69 +1,27 @@
 """Workers hold pieces, and the results are the same on every engine."""
 
-from __future__ import annotations
-
-import importlib.util
 import os
 import pickle
-import signal
-import subprocess
 import sys
 from contextlib import closing
 from itertools import count, islice
-from pathlib import Path
 
+import chunk_work  # spawned workers must find it by this name
 import numpy as np
 import pytest
 
 from fpmatch.errors import EngineError, ImageError
-from fpmatch.gallery.engine import cluster, cluster_pieces
+from fpmatch.gallery.engine import cluster_pieces
 from fpmatch.gallery.engine.engine import make_engine, processes, serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT
 from fpmatch.gallery.engine.mapped import MIN_BYTES, MappedArrays
 from fpmatch.gallery.engine.pieces import hold_pieces, map_batches
 
-FOLDER = Path(__file__).parent
-sys.path.insert(0, str(FOLDER))
-
-import chunk_work  # noqa: E402  (spawned workers must find it by this name)
-
 PIECES = [np.full(MIN_BYTES, k + 1.0) for k in range(5)]
 CHUNKS = [(k, b) for b in range(6) for k in range(5)]
 EXPECTED = [10 + MIN_BYTES * (k + 1.0) + b for k, b in CHUNKS]
-needs_dask = pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
-)
 ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="memory is shared on Linux")
-
-
-@pytest.fixture(autouse=True, scope="module")
-def workers_find_the_work():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", os.pathsep.join([str(FOLDER), *sys.path]))
-        yield
-
-
-@pytest.fixture
-def local_cluster():
-    """Start a cluster of two workers on this machine, of this test alone."""
-    import distributed
-
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0", silence_logs=60
-    ) as started:
-        yield started
-
-
-@pytest.fixture(
-    params=["serial", "processes", pytest.param("dask", marks=[needs_dask, pytest.mark.slow])]
-)
-def engine(request):
-    scheduler = None
-    if request.param == "dask":
-        scheduler = request.getfixturevalue("local_cluster").scheduler_address
-    with make_engine({"serial": 1, "processes": 2, "dask": None}[request.param], scheduler) as made:
-        yield made
 
 
 def test_results_come_in_order_and_chunks_are_drawn_as_they_are_needed(engine):
@@ -166,7 +124,6 @@ def test_what_cannot_be_sent_is_one_line():
         assert list(held.map(lambda a, piece, b: a + piece() + b, 1, [(0, 3)])) == [5]
 
 
-@needs_dask
 @pytest.mark.slow
 def test_what_a_dead_worker_had_is_done_by_another(local_cluster, tmp_path):
     address = local_cluster.scheduler_address
@@ -176,7 +133,6 @@ def test_what_a_dead_worker_had_is_done_by_another(local_cluster, tmp_path):
     assert (tmp_path / "died").exists()
 
 
-@needs_dask
 @pytest.mark.slow
 def test_a_chunk_that_ends_every_worker_is_given_up(local_cluster, monkeypatch):
     monkeypatch.setattr(cluster_pieces, "MOST_LOSSES", 0)
@@ -189,7 +145,6 @@ def test_a_chunk_that_ends_every_worker_is_given_up(local_cluster, monkeypatch):
         list(held.map(chunk_work.die_always, None, CHUNKS[:1]))
 
 
-@needs_dask
 @pytest.mark.slow
 def test_a_worker_that_joins_gets_pieces(local_cluster):
     address = local_cluster.scheduler_address
@@ -203,27 +158,14 @@ def test_a_worker_that_joins_gets_pieces(local_cluster):
         assert any(pid not in before for pid in found)
 
 
-@needs_dask
 @pytest.mark.slow
-def test_a_scheduler_that_is_lost_is_one_line(capfd):
-    code = (
-        "import time, distributed; c = distributed.LocalCluster(n_workers=1, threads_per_worker=1,"
-        " processes=False, host='127.0.0.1', protocol='tcp://', dashboard_address=':0',"
-        " silence_logs=60); print(c.scheduler_address, flush=True); time.sleep(60)"
-    )
-    started = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    try:
-        address = started.stdout.readline().strip()
-        with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
-            results = held.map(chunk_work.address, None, ((k % 5, k) for k in count()))
-            next(results)
-            started.send_signal(signal.SIGKILL)
-            with pytest.raises(EngineError) as raised:
-                list(islice(results, 1000))
-        assert str(raised.value) == f"{address}: the connection to the scheduler is lost"
-        assert capfd.readouterr().err == ""
-        assert cluster.POLL_S > 0
-    finally:
-        started.kill()
-        started.wait()
-        started.stdout.close()
+def test_a_scheduler_that_is_lost_is_one_line(other_cluster, capfd):
+    address, process = other_cluster()
+    with make_engine(scheduler=address) as engine, hold_pieces(engine, PIECES) as held:
+        results = held.map(chunk_work.address, None, ((k % 5, k) for k in count()))
+        next(results)
+        process.kill()
+        with pytest.raises(EngineError) as raised:
+            list(islice(results, 1000))
+    assert str(raised.value) == f"{address}: the connection to the scheduler is lost"
+    assert capfd.readouterr().err == ""

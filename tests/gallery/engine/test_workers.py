@@ -1,7 +1,5 @@
 """`fpmatch.gallery.engine.workers`: results in order, and attempts that stop nothing."""
 
-from __future__ import annotations
-
 import os
 from itertools import count, islice
 

@@ -22,7 +22,7 @@ if __name__ == "__main__":
 
 
 @pytest.fixture
-def hostile(tmp_path: Path) -> Path:
+def hostile(tmp_path):
     """Return a directory with modules that leave a file where they are imported."""
     folder = tmp_path / "here"
     folder.mkdir()
@@ -33,7 +33,7 @@ def hostile(tmp_path: Path) -> Path:
     return folder
 
 
-def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+def run(folder, *words):
     """Run Python in a directory, with a path that does not name it."""
     environment = {name: text for name, text in os.environ.items() if name != "PYTHONSAFEPATH"}
     finished = subprocess.run(
@@ -51,7 +51,7 @@ def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("method", ["forkserver", "spawn"])
-def test_workers_of_a_program_import_nothing_from_its_directory(hostile: Path, method: str) -> None:
+def test_workers_of_a_program_import_nothing_from_its_directory(hostile, method):
     """Whatever the start method: a file `numpy.py` is not run."""
     if sys.platform == "win32" and method == "forkserver":
         pytest.skip("no fork server on this system")
@@ -60,7 +60,7 @@ def test_workers_of_a_program_import_nothing_from_its_directory(hostile: Path, m
     assert run(hostile, str(program), method).stdout == "10\n"
 
 
-def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile: Path) -> None:
+def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile):
     """Started as a script on the path is."""
     script = hostile.parent / "fpmatch_command.py"
     script.write_text("from fpmatch.cli import main\nif __name__ == '__main__':\n    main()\n")
@@ -100,9 +100,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize(
     ("program", "printed"), [(GUARDLESS, "started\n10\n"), (OWN_WORK, "10 15\n")]
 )
-def test_workers_import_the_script_only_where_they_need_it(
-    tmp_path: Path, method: str, program: str, printed: str
-) -> None:
+def test_workers_import_the_script_only_where_they_need_it(tmp_path, method, program, printed):
     """A script without a main guard works, and so do functions of a script with one."""
     if sys.platform == "win32" and method == "forkserver":
         pytest.skip("no fork server on this system")
@@ -127,9 +125,7 @@ with processes(2) as engine:
 
 
 @pytest.mark.parametrize("given", ["file", "standard input"])
-def test_work_of_a_script_without_a_main_guard_is_done_in_one_process(
-    tmp_path: Path, given: str
-) -> None:
+def test_work_of_a_script_without_a_main_guard_is_done_in_one_process(tmp_path, given):
     """It works, and a line says that it is not several processes."""
     script = tmp_path / "program.py"
     script.write_text(OWN_MATCHER)

@@ -51,7 +51,6 @@ def test_independent_impostors_reach_a_score_as_often_as_it_states():
 
 
 def slow_assignment(scores, allowed):
-    """Try every assignment of as many probes as possible."""
     probes, fingers = scores.shape
     for size in range(min(probes, fingers), 0, -1):
         every = [

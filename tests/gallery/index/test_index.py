@@ -1,7 +1,5 @@
 """The index of a gallery follows it, whoever changes it, and whatever happens to its files."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -13,11 +11,10 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
-import platformdirs
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made_prints import changed, entry_of, scattered
+from made_prints import DAMAGES, changed, entry_of, scattered
 
 from fpmatch.errors import GalleryError, OutputError
 from fpmatch.gallery.engine.engine import serial
@@ -29,13 +26,6 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    """Give the user another cache folder, and return it."""
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
-    return tmp_path / "cache"
 
 
 def new_entry(number, finger=None):
@@ -78,7 +68,6 @@ def afresh(gallery):
 
 
 def files_of(gallery):
-    """Return the files of the index beside a gallery."""
     folder = gallery.file.with_name(f"{gallery.file.name}.prepared")
     return sorted(folder.glob("*"))
 
@@ -201,24 +190,6 @@ def test_damaged_entries_are_known_to_every_index(gallery):
     assert not gallery.damaged
 
 
-def flipped(content, place):
-    return content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :]
-
-
-DAMAGES = {
-    "empty": lambda content: b"",
-    "something else": lambda content: b"something else",
-    "zeros": lambda content: bytes(len(content)),
-    "truncated": lambda content: content[:-8],
-    "half": lambda content: content[: len(content) // 2],
-    "longer": lambda content: content + b"\0",
-    "first bit": lambda content: flipped(content, 0),
-    "a bit of the header": lambda content: flipped(content, 100),
-    "a bit of the content": lambda content: flipped(content, len(content) * 3 // 4),
-    "last bit": lambda content: flipped(content, len(content) - 1),
-}
-
-
 @pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize("which", ["list", "segment"])
 def test_what_is_damaged_is_built_again_with_a_note(gallery, damage, which):
@@ -250,21 +221,26 @@ def test_missing_files_are_built_again(gallery):
     assert contents(index_of(gallery)) == expected
 
 
-def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path):
+@pytest.mark.parametrize("of", ["gallery", "version"])
+def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path, monkeypatch, of):
     gallery.add([new_entry(number) for number in range(5)])
     expected = contents(index_of(gallery))
-    with open_gallery(tmp_path / "other.db", create=True) as other:
-        other.add([new_entry(50 + number) for number in range(5)])
-        contents(index_of(other))
-        folder = files_of(gallery)[0].parent
-        shutil.rmtree(folder)
-        shutil.copytree(files_of(other)[0].parent, folder)
+    if of == "version":
+        monkeypatch.setattr(index_files, "__version__", "99.0")
+    else:
+        with open_gallery(tmp_path / "other.db", create=True) as other:
+            other.add([new_entry(50 + number) for number in range(5)])
+            contents(index_of(other))
+            folder = files_of(gallery)[0].parent
+            shutil.rmtree(folder)
+            shutil.copytree(files_of(other)[0].parent, folder)
     notes = []
     assert contents(index_of(gallery, notes)) == expected
     assert notes == [
         f"files of the index of {gallery.name} are of another version or gallery: built again"
     ]
     assert contents(index_of(gallery)) == expected
+    assert len(segment_files(gallery)) == 1
 
 
 def test_removals_that_fpmatch_did_not_make_are_not_followed(gallery):
@@ -294,18 +270,6 @@ def test_the_index_of_a_copy_that_was_changed_since_is_not_used(gallery, tmp_pat
     notes = []
     assert contents(index_of(gallery, notes)) == afresh(gallery)
     assert len(notes) == 1
-
-
-def test_an_index_of_another_version_is_not_used(gallery, monkeypatch):
-    gallery.add([new_entry(number) for number in range(3)])
-    expected = contents(index_of(gallery))
-    monkeypatch.setattr(index_files, "__version__", "99.0")
-    notes = []
-    assert contents(index_of(gallery, notes)) == expected
-    assert notes == [
-        f"files of the index of {gallery.name} are of another version or gallery: built again"
-    ]
-    assert len(segment_files(gallery)) == 1
 
 
 def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):

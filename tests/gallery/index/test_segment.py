@@ -24,13 +24,7 @@ from fpmatch.gallery.index._vote_kernel import count_votes, lists_ascend
 from fpmatch.gallery.index.model import CURVATURES, MODEL_FILE, TERMS, IndexModel, index_model
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
-from fpmatch.gallery.index.terms import (
-    UNKNOWN,
-    curvatures,
-    edges_of,
-    print_terms,
-    probe_terms,
-)
+from fpmatch.gallery.index.terms import UNKNOWN, curvatures, edges_of, print_terms, probe_terms
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import RidgeField
 

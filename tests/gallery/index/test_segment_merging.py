@@ -1,7 +1,5 @@
 """Segments are merged, and prints are taken from them, as if they were built of these prints."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, template_at
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers, fuse_fingers
 from fpmatch.gallery.listing.entry import Label
@@ -74,14 +73,6 @@ def test_each_probe_is_compared_with_the_finger_of_its_position(people):
         ("a.png", "left"),
         ("b.png", "right"),
     ]
-
-
-@pytest.mark.parametrize("candidate_list", ["auto", "off"])
-def test_the_workers_of_an_engine_find_the_same(people, candidate_list):
-    options = {"positions": ["left", ""], "candidate_list": candidate_list}
-    assert found_in(people, 40, 80, engine=serial(), **options) == found_in(
-        people, 40, 80, **options
-    )
 
 
 def test_without_positions_any_other_finger_is_tried(people):

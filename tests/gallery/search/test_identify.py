@@ -1,7 +1,5 @@
 """The ranks of an identification are those of comparing one by one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +23,6 @@ TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
 
 
 def identify_at(search, x, **options):
-    """Identify the print that the fake matcher knows by `x`."""
     return identify(search, template_at(x), calibration=TEN_PER_TEN, **options)
 
 

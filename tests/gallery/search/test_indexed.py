@@ -1,17 +1,11 @@
 """A large gallery is searched by its index, in stages, as it is at the moment of each search."""
 
-from __future__ import annotations
-
 import json
 
-import platformdirs
 import pytest
-from click.testing import CliRunner
-from made_prints import entry_of, scattered
+from made_prints import entry_of, flipped, scattered
 
 from fpmatch import identify as identify_in
-from fpmatch.base.encryption.key_text import make_keys
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.cli.identify import identify as identify_command
@@ -32,9 +26,8 @@ SIZE = 40
 
 
 @pytest.fixture(autouse=True)
-def small_limits(tmp_path, monkeypatch):
+def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     monkeypatch.setattr(opening, "LISTED_UP_TO", 10)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
@@ -51,7 +44,6 @@ def new_entry(number, finger=None):
 
 @pytest.fixture
 def filled(where):
-    """Return an open gallery on either kind of database."""
     with open_gallery(where, create=True) as opened:
         opened.add([new_entry(number) for number in range(SIZE)])
         yield opened
@@ -59,7 +51,6 @@ def filled(where):
 
 @pytest.fixture
 def large(gallery):
-    """Return an open gallery in a file."""
     gallery.add([new_entry(number) for number in range(SIZE)])
     return gallery
 
@@ -195,9 +186,7 @@ def test_damage_of_a_segment_is_noted_at_the_first_search(large):
     expected = repr(identify(opened(large), print_of(3)))
     folder = large.file.with_name(f"{large.file.name}.prepared")
     (path,) = folder.glob("*.segment")
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
+    path.write_bytes(flipped(path.read_bytes(), path.stat().st_size // 2))
     notes = []
     search = open_search(large, engine=serial(), note=notes.append)
     assert (len(search), notes) == (SIZE, [])
@@ -214,23 +203,21 @@ def test_an_impossible_loss_is_refused(large, loss):
 
 @pytest.fixture
 def probe(tmp_path):
-    """Return a file of a print that is enrolled."""
     save_template(tmp_path / "probe.json", print_of(3))
     return str(tmp_path / "probe.json")
 
 
-def test_the_command_states_loss_and_stages(large, probe):
+def test_the_command_states_loss_and_stages(run, large, probe):
     words = ["identify", large.name, probe, "-k", "1", "--loss", "0.1%"]
-    text = CliRunner().invoke(fpmatch, words)
+    text = run(*words)
     assert text.exit_code == 0, text.output
     (head, *_) = text.stdout.splitlines()
     assert head.startswith(f"{probe}: 6 of {SIZE} prints compared in ")
     assert head.endswith(" s (loss 0.1%: 20 by index, 6 by descriptors)")
-    document = json.loads(CliRunner().invoke(fpmatch, [*words, "--json"]).stdout)
+    document = json.loads(run(*words, "--json").stdout)
     assert (document["loss"], document["compared"]) == (0.001, 6)
     assert document["probes"][0]["passed_on"] == [20, 6]
-    off = CliRunner().invoke(fpmatch, [*words, "--candidate-list", "off", "--json"])
-    document = json.loads(off.stdout)
+    document = json.loads(run(*words, "--candidate-list", "off", "--json").stdout)
     assert (document["loss"], document["compared"]) == (None, SIZE)
 
 
@@ -256,16 +243,14 @@ def test_the_default_of_the_command_is_that_of_the_function():
 
 
 @pytest.mark.parametrize("loss", ["0", "0%", "100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])
-def test_the_command_refuses_an_impossible_loss(large, probe, loss):
-    done = CliRunner().invoke(fpmatch, ["identify", large.name, probe, "--loss", loss])
+def test_the_command_refuses_an_impossible_loss(run, large, probe, loss):
+    done = run("identify", large.name, probe, "--loss", loss)
     assert done.exit_code == 2
     assert "not a percentage" in done.stderr
 
 
-def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path, monkeypatch):
-    source = f"file:{tmp_path / 'gallery.key'}"
-    make_keys(source)
-    monkeypatch.setenv("FPMATCH_KEY", source)
+@pytest.mark.usefixtures("source")
+def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path):
     with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
         gallery.add([new_entry(number) for number in range(SIZE)])
         expected = best(gallery, opened(gallery), 5)

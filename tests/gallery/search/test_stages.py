@@ -3,21 +3,17 @@
 What they find is held against plain loops over all prints.
 """
 
-from __future__ import annotations
-
 import json
 from itertools import product
 
 import numpy as np
 import platformdirs
 import pytest
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, entry_of, scattered, template_at
 
 from fpmatch import identify as identify_in
-from fpmatch.cli.group import fpmatch
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine import in_threads
@@ -103,7 +99,6 @@ def filled(small_parts, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def workers():
-    """Return an engine of two processes, which are kept."""
     with processes(2) as engine:
         yield engine
 
@@ -144,14 +139,8 @@ def test_candidates_are_those_of_one_thread(filled, helpers, kind, workers):
 
 
 @pytest.mark.slow
-def test_candidates_of_a_cluster_are_those_of_one_thread(filled):
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
-    how = {"n_workers": 2, "threads_per_worker": 1, "silence_logs": 60}
-    here = {"host": "127.0.0.1", "dashboard_address": ":0"}
-    with (
-        distributed.LocalCluster(**how, **here) as cluster,
-        dask(cluster.scheduler_address) as engine,
-    ):
+def test_candidates_of_a_cluster_are_those_of_one_thread(filled, local_cluster):
+    with dask(local_cluster.scheduler_address) as engine:
         for kind, more in product(KINDS.values(), LISTS):
             search, options = opened(filled, kind), kind | more
             made = in_batches(engine, filled, search, SearchOptions(**options))
@@ -314,14 +303,14 @@ def test_all_cores_are_the_default(filled, helpers, monkeypatch):
     assert helpers
 
 
-def test_the_function_and_the_command_take_a_number_of_threads(filled, helpers, tmp_path):
+def test_the_function_and_the_command_take_a_number_of_threads(run, filled, helpers, tmp_path):
     expected = identify_in(filled, PROBES[1], workers=1)
     save_template(tmp_path / "probe.json", PROBES[1])
     words = ["identify", filled.name, str(tmp_path / "probe.json"), "--json", "--workers"]
     documents = []
     for workers in ("1", "2"):
         assert not helpers
-        done = CliRunner().invoke(fpmatch, [*words, workers])
+        done = run(*words, workers)
         assert done.exit_code == 0, done.output
         documents.append(json.loads(done.stdout))
         del documents[-1]["probes"][0]["seconds"]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_prints import flipped
 
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.store import array_file
@@ -98,9 +99,7 @@ def test_any_change_of_any_bytes_is_found(tmp_path_factory, sizes, data):
 def test_every_bit_of_a_file_counts(small):
     content = small.read_bytes()
     for place in range(len(content)):
-        changed = bytearray(content)
-        changed[place] ^= 1 << place % 8
-        small.write_bytes(changed)
+        small.write_bytes(flipped(content, place, 1 << place % 8))
         assert refusal(small) in {"damaged", "other"}
 
 
@@ -239,7 +238,6 @@ def test_writing_replaces_the_file_and_leaves_what_was_mapped(tmp_path):
 
 
 def rewrite(path, header, content):
-    """Write a header and a content with the checksums that belong to them."""
     stored = bytes(content)
     with path.open("wb") as stream:
         array_file.write_content(stream, header, [memoryview(stored)])

@@ -1,7 +1,5 @@
 """The audit of a gallery: each event is stored with what it states, and cannot be changed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re
@@ -13,7 +11,7 @@ import sqlalchemy as sa
 from made_prints import refused
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_off, turn_on
@@ -26,7 +24,7 @@ from fpmatch.gallery.tasks.space import free_space
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
-def entry(subject: str, impression: str = "1") -> NewEntry:
+def entry(subject, impression="1"):
     """Return a print of a subject, of two minutiae."""
     minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
     content = hashlib.sha256(f"{subject}_{impression}".encode()).digest()
@@ -34,18 +32,18 @@ def entry(subject: str, impression: str = "1") -> NewEntry:
     return NewEntry(label, f"/pictures/{subject}.png", content, Template(minutiae, 300, 400))
 
 
-def events(gallery: Gallery) -> list[dict[str, object]]:
+def events(gallery):
     return [json.loads(line) for line in audit_lines(gallery)]
 
 
 @pytest.fixture
-def audited(where: str):
+def audited(where):
     with open_gallery(where, create=True) as gallery:
         turn_on(gallery)
         yield gallery
 
 
-def test_changes_are_stored_with_their_events(audited: Gallery, where: str) -> None:
+def test_changes_are_stored_with_their_events(audited, where):
     with acting_as("ada"):
         audited.add([entry("101"), entry("101", "2")], [Failure("/pictures/bad.png", "blank")])
         audited.remove([1])
@@ -70,7 +68,7 @@ def test_changes_are_stored_with_their_events(audited: Gallery, where: str) -> N
         assert check_audit(again).events == 4
 
 
-def test_reads_are_stored(audited: Gallery, tmp_path: Path) -> None:
+def test_reads_are_stored(audited, tmp_path):
     audited.add([entry("101"), entry("101", "2"), entry("102")])
     identify(audited, audited.template(1))
     export_templates(audited, tmp_path / "out", subject="101")
@@ -81,12 +79,12 @@ def test_reads_are_stored(audited: Gallery, tmp_path: Path) -> None:
     assert [event["action"] for event in found] == [
         *("identify", "export", "check", "list", "identify")
     ]
-    assert {1, 2, 3} >= set(found[0]["candidates"])  # type: ignore[call-overload]
+    assert {1, 2, 3} >= set(found[0]["candidates"])
     assert found[1]["entries"] == "1-2"
     assert found[-1]["probe"] == hashlib.sha256(b"picture").hexdigest()
 
 
-def test_no_event_contains_a_template_a_picture_or_a_score(audited: Gallery) -> None:
+def test_no_event_contains_a_template_a_picture_or_a_score(audited):
     audited.add([entry("101")])
     identify(audited, audited.template(1))
     (_, packed), *_ = audited.packed_templates()
@@ -96,7 +94,7 @@ def test_no_event_contains_a_template_a_picture_or_a_score(audited: Gallery) -> 
     assert all(len(line) < 600 for line in audit_lines(audited))
 
 
-def test_it_is_off_until_it_is_turned_on(where: str) -> None:
+def test_it_is_off_until_it_is_turned_on(where):
     with open_gallery(where, create=True) as gallery:
         gallery.add([entry("101")])
         refused(events, gallery, code="no audit")
@@ -114,7 +112,7 @@ def test_it_is_off_until_it_is_turned_on(where: str) -> None:
     assert found == ["audit on", "enrol", "audit off", "audit on", "remove"]
 
 
-def test_the_database_refuses_to_change_events(audited: Gallery) -> None:
+def test_the_database_refuses_to_change_events(audited):
     audited.add([entry("101")])
     replacing = "INSERT OR REPLACE INTO fpmatch_audit VALUES (2, 'x')"
     for statement in (
@@ -128,7 +126,7 @@ def test_the_database_refuses_to_change_events(audited: Gallery) -> None:
     assert check_audit(audited).events == 2
 
 
-def without_triggers(gallery: Gallery, statement: str) -> None:
+def without_triggers(gallery, statement):
     """Change the database as its owner can who knows of the triggers."""
     sqlite = [f"DROP TRIGGER fpmatch_audit_{name}" for name in ("update", "delete", "insert")]
     drops = sqlite if gallery.file else ["DROP TRIGGER fpmatch_audit_refuse ON fpmatch_audit"]
@@ -146,7 +144,7 @@ def without_triggers(gallery: Gallery, statement: str) -> None:
         ("DELETE FROM fpmatch_audit WHERE number > 2", "unrecorded"),
     ],
 )
-def test_a_change_is_found(audited: Gallery, statement: str, code: str) -> None:
+def test_a_change_is_found(audited, statement, code):
     with acting_as("ada"):
         audited.add([entry("101")])
         audited.add([entry("102")])
@@ -156,7 +154,7 @@ def test_a_change_is_found(audited: Gallery, statement: str, code: str) -> None:
     assert error.path == audited.name
 
 
-def test_a_damaged_line_is_named_and_stops_nothing(audited: Gallery) -> None:
+def test_a_damaged_line_is_named_and_stops_nothing(audited):
     audited.add([entry("101")])
     without_triggers(audited, "UPDATE fpmatch_audit SET line = '[' WHERE number = 2")
     audited.remove([1])
@@ -165,7 +163,7 @@ def test_a_damaged_line_is_named_and_stops_nothing(audited: Gallery) -> None:
         check_audit(audited)
 
 
-def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited: Gallery) -> None:
+def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited):
     audited.add([entry("101")])
     noted = check_audit(audited)
     expect = (noted.events, noted.last)
@@ -182,19 +180,17 @@ def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited: Gal
         check_audit(audited, expect=expect)
 
 
-def test_a_change_without_an_event_is_found(audited: Gallery) -> None:
+def test_a_change_without_an_event_is_found(audited):
     audited.add([entry("101")])
     with audited.writing() as connection:  # as a version without audits does
         connection.execute(sa.text("UPDATE fpmatch_gallery SET state = 'other'"))
     refused(check_audit, audited, code="unrecorded", kind=AuditError)
 
 
-def test_what_cannot_be_stored_is_not_done(
-    audited: Gallery, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_what_cannot_be_stored_is_not_done(audited, monkeypatch, tmp_path):
     audited.add([entry("101")])
 
-    def fail(*_: object, **__: object) -> bytes:
+    def fail(*_, **__):
         raise sa.exc.OperationalError("insert", {}, Exception("no space"))
 
     monkeypatch.setattr(audit, "event_line", fail)
@@ -213,8 +209,8 @@ def test_what_cannot_be_stored_is_not_done(
     assert check_audit(audited).events == 2
 
 
-def test_several_programs_share_one_chain(audited: Gallery, where: str) -> None:
-    def enrol(name: str) -> None:
+def test_several_programs_share_one_chain(audited, where):
+    def enrol(name):
         with open_gallery(where) as own, acting_as(name):
             for k in range(5):
                 own.add([entry(name, str(k))])
@@ -226,7 +222,7 @@ def test_several_programs_share_one_chain(audited: Gallery, where: str) -> None:
     assert len(audited) == 20
 
 
-def test_its_lines_are_those_of_a_log(audited: Gallery, tmp_path: Path) -> None:
+def test_its_lines_are_those_of_a_log(audited, tmp_path):
     audited.add([entry("Zoë")])
     copy = tmp_path / "copy.jsonl"
     copy.write_bytes(b"".join(audit_lines(audited)))
@@ -244,7 +240,7 @@ def test_its_lines_are_those_of_a_log(audited: Gallery, tmp_path: Path) -> None:
         "template = 'text'",
     ],
 )
-def test_a_damaged_entry_is_removed_with_its_event(gallery: Gallery, damage: str) -> None:
+def test_a_damaged_entry_is_removed_with_its_event(gallery, damage):
     turn_on(gallery)
     gallery.add([entry("101"), entry("102")])
     with gallery.writing() as connection:
@@ -253,11 +249,11 @@ def test_a_damaged_entry_is_removed_with_its_event(gallery: Gallery, damage: str
     assert gallery.remove([1]) == 1
     *_, event = events(gallery)
     assert event["action"] == "remove"
-    assert event["entries"][0]["number"] == 1  # type: ignore[index]
+    assert event["entries"][0]["number"] == 1
     assert check_audit(gallery).events == 4
 
 
-def test_the_guide_names_every_action() -> None:
+def test_the_guide_names_every_action():
     root = Path(__file__).resolve().parents[3]
     code = "\n".join(path.read_text("utf-8") for path in sorted((root / "fpmatch").rglob("*.py")))
     used = set(
@@ -270,7 +266,7 @@ def test_the_guide_names_every_action() -> None:
     assert named == used | {audit.ON, audit.OFF}
 
 
-def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
+def test_it_is_whole_after_a_compaction(audited):
     audited.add([entry("101"), entry("102")])
     audited.remove([1])
     noted = check_audit(audited)
@@ -279,7 +275,7 @@ def test_it_is_whole_after_a_compaction(audited: Gallery) -> None:
     assert events(audited)[-1]["action"] == "compact"
 
 
-def test_a_rotation_of_keys_is_an_event(audited: Gallery, where: str, source: str) -> None:
+def test_a_rotation_of_keys_is_an_event(audited, where, source):
     from fpmatch.base.encryption.keys import load_keys
     from fpmatch.gallery.tasks.rotation import rotate
 

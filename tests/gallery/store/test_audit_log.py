@@ -4,9 +4,8 @@ import json
 import stat
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from datetime import datetime, tzinfo
+from datetime import datetime
 from pathlib import Path
-from typing import Any, Self
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -28,19 +27,19 @@ from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
 
 
 @pytest.fixture
-def log(tmp_path: Path) -> AuditLog:
+def log(tmp_path):
     log = AuditLog(tmp_path / "audit.jsonl")
     for number in range(5):
         log.append("ada", "identify", {"candidates": [[number, 40.5]]})
     return log
 
 
-def events_of(log: AuditLog, last: int = 0) -> list[dict[str, Any]]:
+def events_of(log, last=0):
     """Return the last events of a log, all where none are counted."""
     return [json.loads(line) for line in log.path.read_bytes().splitlines()[-last:]]
 
 
-def test_events_are_stored_as_they_were_appended(log: AuditLog) -> None:
+def test_events_are_stored_as_they_were_appended(log):
     events = events_of(log)
     assert check_audit_log(log.path).events == len(events)
     assert [event["candidates"][0][0] for event in events] == list(range(5))
@@ -48,7 +47,7 @@ def test_events_are_stored_as_they_were_appended(log: AuditLog) -> None:
     assert {event["client"] for event in events} == {"ada"}
 
 
-def test_a_log_goes_on_where_it_ended(log: AuditLog) -> None:
+def test_a_log_goes_on_where_it_ended(log):
     before = check_audit_log(log.path)
     AuditLog(log.path).append("bob", "remove", {})
     after = check_audit_log(log.path)
@@ -56,12 +55,10 @@ def test_a_log_goes_on_where_it_ended(log: AuditLog) -> None:
     assert before.last != after.last
 
 
-def test_events_stay_in_order_when_the_clock_is_set_back(
-    log: AuditLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_events_stay_in_order_when_the_clock_is_set_back(log, monkeypatch):
     class Earlier(datetime):
         @classmethod
-        def now(cls, tz: tzinfo | None = None) -> Self:
+        def now(cls, tz=None):
             return cls(2001, 1, 1, tzinfo=tz)
 
     monkeypatch.setattr(audit_chain, "datetime", Earlier)
@@ -75,11 +72,11 @@ def test_events_stay_in_order_when_the_clock_is_set_back(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no modes of files on this system")
-def test_only_its_owner_may_read_it(log: AuditLog) -> None:
+def test_only_its_owner_may_read_it(log):
     assert stat.S_IMODE(log.path.stat().st_mode) == 0o600
 
 
-def test_an_empty_log_is_whole(tmp_path: Path) -> None:
+def test_an_empty_log_is_whole(tmp_path):
     state = check_audit_log(AuditLog(tmp_path / "audit.jsonl").path)
     assert (state.events, state.last) == (0, START)
 
@@ -97,18 +94,16 @@ def test_an_empty_log_is_whole(tmp_path: Path) -> None:
         (lambda lines: [b"[" * 100_000 + b"\n", *lines], "damaged"),
     ],
 )
-def test_a_change_is_found(log: AuditLog, change: object, code: str) -> None:
+def test_a_change_is_found(log, change, code):
     lines = log.path.read_bytes().splitlines(keepends=True)
-    log.path.write_bytes(b"".join(change(lines)))  # type: ignore[operator]
+    log.path.write_bytes(b"".join(change(lines)))
     error = refused(check_audit_log, log.path, code=code, kind=AuditError)
     assert error.path == str(log.path)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
-def test_no_changed_byte_before_the_last_line_goes_unseen(
-    log: AuditLog, data: st.DataObject
-) -> None:
+def test_no_changed_byte_before_the_last_line_goes_unseen(log, data):
     whole = log.path.read_bytes()
     last = whole.rstrip(b"\n").rfind(b"\n") + 1
     place = data.draw(st.integers(0, last - 1))
@@ -121,10 +116,10 @@ def test_no_changed_byte_before_the_last_line_goes_unseen(
         log.path.write_bytes(whole)
 
 
-def test_several_may_append_at_once(tmp_path: Path) -> None:
+def test_several_may_append_at_once(tmp_path):
     path = tmp_path / "audit.jsonl"
 
-    def append(name: str) -> None:
+    def append(name):
         log = AuditLog(path)
         for _ in range(10):
             log.append(name, "verify", {})
@@ -134,7 +129,7 @@ def test_several_may_append_at_once(tmp_path: Path) -> None:
     assert check_audit_log(path).events == 40
 
 
-def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
     with pytest.raises(AuditError, match="no such") as caught:
         AuditLog(tmp_path / "missing" / "audit.jsonl")
     assert caught.value.path.endswith("audit.jsonl")
@@ -142,7 +137,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         check_audit_log(tmp_path)
 
 
-def test_values_that_are_no_json_are_refused_and_nothing_is_written(log: AuditLog) -> None:
+def test_values_that_are_no_json_are_refused_and_nothing_is_written(log):
     before = log.path.read_bytes()
     with pytest.raises(ValueError, match="JSON"):
         log.append("ada", "verify", {"score": float("nan")})
@@ -150,7 +145,7 @@ def test_values_that_are_no_json_are_refused_and_nothing_is_written(log: AuditLo
     assert json.loads(before.splitlines()[-1])["action"] == "identify"
 
 
-def cut(log: AuditLog, left: int) -> bytes:
+def cut(log, left):
     """Leave so many bytes of the last line, as a program that was killed does."""
     whole = log.path.read_bytes()
     last = whole.rstrip(b"\n").rfind(b"\n") + 1
@@ -159,7 +154,7 @@ def cut(log: AuditLog, left: int) -> bytes:
 
 
 @pytest.mark.parametrize("left", [1, 7, 40])
-def test_after_half_a_line_the_next_event_states_it(log: AuditLog, left: int) -> None:
+def test_after_half_a_line_the_next_event_states_it(log, left):
     torn = cut(log, left)
     with pytest.raises(AuditError, match="line 5 is damaged"):
         check_audit_log(log.path)
@@ -171,7 +166,7 @@ def test_after_half_a_line_the_next_event_states_it(log: AuditLog, left: int) ->
     assert (note["action"], note["bytes"], last["client"]) == (INCOMPLETE, left, "bob")
 
 
-def test_a_line_that_lacks_its_end_only_is_kept(log: AuditLog) -> None:
+def test_a_line_that_lacks_its_end_only_is_kept(log):
     log.path.write_bytes(log.path.read_bytes()[:-1])
     log.append("bob", "remove", {})
     assert check_audit_log(log.path).events == 6
@@ -180,9 +175,7 @@ def test_a_line_that_lacks_its_end_only_is_kept(log: AuditLog) -> None:
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.integers(1, 400), min_size=1, max_size=4), st.booleans())
-def test_a_log_goes_on_whatever_was_left_of_it(
-    tmp_path: Path, kept: list[int], zeros: bool
-) -> None:
+def test_a_log_goes_on_whatever_was_left_of_it(tmp_path, kept, zeros):
     log = AuditLog(tmp_path / "audit.jsonl")
     log.path.write_bytes(b"")
     log.append("ada", "verify", {})
@@ -196,7 +189,7 @@ def test_a_log_goes_on_whatever_was_left_of_it(
     check_audit_log(log.path)
 
 
-def test_lines_of_an_incomplete_one_cannot_be_changed(log: AuditLog) -> None:
+def test_lines_of_an_incomplete_one_cannot_be_changed(log):
     cut(log, 20)
     log.append("bob", "remove", {})
     lines = log.path.read_bytes().splitlines(keepends=True)
@@ -206,7 +199,7 @@ def test_lines_of_an_incomplete_one_cannot_be_changed(log: AuditLog) -> None:
             check_audit_log(log.path)
 
 
-def test_an_earlier_state_is_a_part_of_this_one(log: AuditLog) -> None:
+def test_an_earlier_state_is_a_part_of_this_one(log):
     before = check_audit_log(log.path)
     expect = (before.events, before.last)
     log.append("bob", "remove", {})
@@ -219,7 +212,7 @@ def test_an_earlier_state_is_a_part_of_this_one(log: AuditLog) -> None:
     refused(check_audit_log, log.path, expect=expect, code="changed", kind=AuditError)
 
 
-def test_a_long_line_is_followed(tmp_path: Path) -> None:
+def test_a_long_line_is_followed(tmp_path):
     log = AuditLog(tmp_path / "audit.jsonl")
     for _ in range(3):
         log.append("ada", "remove", {"entries": list(range(200_000))})
@@ -228,7 +221,7 @@ def test_a_long_line_is_followed(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device on this system")
-def test_a_full_disk_is_an_error_of_one_line(tmp_path: Path) -> None:
+def test_a_full_disk_is_an_error_of_one_line(tmp_path):
     path = tmp_path / "audit.jsonl"
     path.symlink_to("/dev/full")
     log = AuditLog(path)
@@ -236,10 +229,10 @@ def test_a_full_disk_is_an_error_of_one_line(tmp_path: Path) -> None:
         log.append("ada", "verify", {})
 
 
-def test_a_failed_append_leaves_nothing(log: AuditLog, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_append_leaves_nothing(log, monkeypatch):
     before = log.path.read_bytes()
 
-    def fail(_: int) -> None:
+    def fail(_):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
@@ -251,7 +244,7 @@ def test_a_failed_append_leaves_nothing(log: AuditLog, monkeypatch: pytest.Monke
     assert check_audit_log(log.path).events == 6
 
 
-def test_who_requests_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_requests_it(monkeypatch):
     monkeypatch.delenv(OPERATOR, raising=False)
     user = current_client()
     assert "@" in user
@@ -262,7 +255,7 @@ def test_who_requests_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert act_as("bob", current_client) == "bob"
 
 
-def test_any_text_is_stored_and_read(log: AuditLog) -> None:
+def test_any_text_is_stored_and_read(log):
     log.append("ada\udcff", "enrol", {"subject": "Zoë \ud800 \x1b[2J\u2028"})
     assert check_audit_log(log.path).events == 6
     (event,) = events_of(log, 1)

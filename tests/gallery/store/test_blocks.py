@@ -5,6 +5,7 @@ import io
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_prints import flipped
 
 from fpmatch.base.encryption.keys import Key, KeyRing, new_key
 from fpmatch.errors import EncryptionError
@@ -41,10 +42,8 @@ def test_every_flipped_byte_of_a_file_of_several_blocks_is_detected(monkeypatch)
     file = in_blocks(bytes(range(200)))
     assert content(file) == bytes(range(200))
     for k in range(len(file)):
-        changed = bytearray(file)
-        changed[k] ^= 1 + k % 255
         with pytest.raises(EncryptionError):
-            content(bytes(changed))
+            content(flipped(file, k, 1 + k % 255))
 
 
 def test_every_length_but_the_whole_is_detected(monkeypatch):

@@ -1,7 +1,5 @@
 """Encrypted galleries: the same results as plain ones, nothing readable, every change detected."""
 
-from __future__ import annotations
-
 import base64
 import subprocess
 import sys
@@ -11,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_prints import changed, entries_of, entry_of, readable, refused, scattered
+from made_prints import changed, entries_of, entry_of, flipped, readable, refused, scattered
 
 from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
 from fpmatch.base.encryption.keys import load_keys
@@ -183,10 +181,9 @@ def test_every_flipped_byte_of_an_entry_is_detected(encrypted):
         sealing, as_stored = gallery.sealing(), namedtuple("Row", row._fields)(*row)
         assert sealing.unseal_row(as_stored).template == pack_template(PRINTS[1])
         for k in range(len(row.template)):
-            flipped = bytearray(row.template)
-            flipped[k] ^= 1 + k % 255
+            changed_template = flipped(row.template, k, 1 + k % 255)
             with pytest.raises(DamagedRowError):
-                sealing.unseal_row(as_stored._replace(template=bytes(flipped)))
+                sealing.unseal_row(as_stored._replace(template=changed_template))
 
 
 def test_a_changed_or_alien_prepared_file_is_made_again_with_a_word(encrypted, tmp_path, rng):
@@ -195,9 +192,7 @@ def test_a_changed_or_alien_prepared_file_is_made_again_with_a_word(encrypted, t
     data = path.read_bytes()
     notes = []
     for k in [*range(0, 40, 4), *rng.integers(0, len(data), 20).tolist()]:
-        flipped = bytearray(data)
-        flipped[k] ^= 1 + k % 255
-        path.write_bytes(flipped)
+        path.write_bytes(flipped(data, k, 1 + k % 255))
         with open_gallery(encrypted) as gallery:
             open_search(gallery, engine=serial(), note=notes.append)
     assert len(notes) == 30
@@ -298,9 +293,7 @@ def test_a_changed_label_in_table_or_index_regroups_no_impressions(tmp_path):
     at = data.index(b"2thumb4")
     assert data.count(b"2thumb4") > 1  # in the table and in an index
     for place in (at, data.index(b"2thumb4", at + 1)):
-        changed_data = bytearray(data)
-        changed_data[place] ^= 1
-        (tmp_path / "g.db").write_bytes(changed_data)
+        (tmp_path / "g.db").write_bytes(flipped(data, place))
         with open_gallery(tmp_path / "g.db") as gallery:
             read = [number for number, _ in gallery.packed_templates()]
             fingers = gallery.fingers()

@@ -1,7 +1,5 @@
 """What follows a gallery by its revisions has its entries and fingers, whoever changes it."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 import tempfile
@@ -15,7 +13,7 @@ from hypothesis import strategies as st
 from made_prints import changed, entry_of, scattered
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.history import UNKNOWN
 
@@ -27,11 +25,11 @@ OTHERS = ("insert", "update", "removal", "state")  # what history has triggers f
 class Follower:
     """The fingers of a gallery by the numbers of its entries, kept by its changes only."""
 
-    def __init__(self, gallery: Gallery) -> None:
+    def __init__(self, gallery):
         self.revision = gallery.revision()
         self.fingers = gallery.fingers(after=0)
 
-    def follow(self, gallery: Gallery) -> None:
+    def follow(self, gallery):
         """Take the changes since the last time into account."""
         now = gallery.revision()
         removals = gallery.removals_since(self.revision)
@@ -46,18 +44,18 @@ class Follower:
         self.revision = now
 
 
-def enrol(gallery: Gallery, number: int, subject: str = "ada", finger: str = "") -> None:
+def enrol(gallery, number, subject="ada", finger=""):
     label = Label(subject, finger, str(number))
     assert gallery.add([entry_of(number, TEMPLATE, label)]) == [None]
 
 
-def without_history(path: Path) -> None:
+def without_history(path):
     """Make a gallery as version 0.2 made it."""
     for what in (*(f"TRIGGER fpmatch_history_{name}" for name in OTHERS), *TABLES):
         changed(path, f"DROP {what}")
 
 
-def test_changes_are_known_on_either_database(where: str) -> None:
+def test_changes_are_known_on_either_database(where):
     with open_gallery(where, create=True) as gallery:
         follower = Follower(gallery)
         assert follower.revision.last == follower.revision.removals == 0
@@ -92,7 +90,7 @@ CHANGES = st.lists(
 
 @settings(max_examples=25, deadline=None)
 @given(CHANGES)
-def test_a_follower_has_what_the_gallery_has(changes: list[tuple[str, int, int]]) -> None:
+def test_a_follower_has_what_the_gallery_has(changes):
     with (
         tempfile.TemporaryDirectory() as folder,
         open_gallery(Path(folder, "g.db"), create=True) as gallery,
@@ -109,9 +107,7 @@ def test_a_follower_has_what_the_gallery_has(changes: list[tuple[str, int, int]]
         assert follower.fingers == gallery.fingers() == gallery.fingers(after=0)
 
 
-def test_a_gallery_of_an_earlier_version_gets_a_history_with_its_next_change(
-    tmp_path: Path,
-) -> None:
+def test_a_gallery_of_an_earlier_version_gets_a_history_with_its_next_change(tmp_path):
     path = tmp_path / "g.db"
     with open_gallery(path, create=True) as gallery:
         enrol(gallery, 1)
@@ -134,7 +130,7 @@ def test_a_gallery_of_an_earlier_version_gets_a_history_with_its_next_change(
         assert follower.fingers == {3: 3}
 
 
-def test_a_change_by_another_program_is_known(tmp_path: Path) -> None:
+def test_a_change_by_another_program_is_known(tmp_path):
     path = tmp_path / "g.db"
     with open_gallery(path, create=True) as gallery:
         for number in range(1, 5):
@@ -155,9 +151,7 @@ def test_a_change_by_another_program_is_known(tmp_path: Path) -> None:
         "digest, template FROM fpmatch_entry WHERE id = 2",
     ],
 )
-def test_after_a_change_that_fpmatch_never_makes_nothing_is_known(
-    statement: str, where: str
-) -> None:
+def test_after_a_change_that_fpmatch_never_makes_nothing_is_known(statement, where):
     if "zeroblob" in statement and where.startswith("postgresql"):
         statement = statement.replace("zeroblob(32)", "decode('00', 'hex')")
     with open_gallery(where, create=True) as gallery:
@@ -175,7 +169,7 @@ def test_after_a_change_that_fpmatch_never_makes_nothing_is_known(
         assert follower.fingers == gallery.fingers()
 
 
-def test_the_changes_of_a_restored_copy_are_not_known(tmp_path: Path) -> None:
+def test_the_changes_of_a_restored_copy_are_not_known(tmp_path):
     path, backup = tmp_path / "g.db", tmp_path / "backup.db"
     with open_gallery(path, create=True) as gallery:
         enrol(gallery, 1)
@@ -193,7 +187,7 @@ def test_the_changes_of_a_restored_copy_are_not_known(tmp_path: Path) -> None:
         assert follower.fingers == gallery.fingers()
 
 
-def test_who_may_not_create_tables_enrols_without_a_history(where: str) -> None:
+def test_who_may_not_create_tables_enrols_without_a_history(where):
     if not where.startswith("postgresql"):
         pytest.skip("SQLite has no roles")
     with open_gallery(where, create=True) as gallery:

@@ -1,18 +1,14 @@
 """A database that is held, or that is silent: every call of it ends in time, with one line."""
 
-from __future__ import annotations
-
 import socket
 import time
-from collections.abc import Callable, Generator
 from contextlib import closing
-from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store import postgresql as module
 from fpmatch.gallery.tasks.space import free_space
 from research.attacks.hanging import HangingDatabase, HangingFile
@@ -21,7 +17,7 @@ PATIENCE_S = 0.3
 LONGEST_S = 4.0  # of a call: the connection is tried, then made anew, for two seconds at least
 
 
-def refusal(work: Callable[[], object]) -> str:
+def refusal(work):
     """Return the line of the error of a call that was waited for in vain."""
     start = time.monotonic()
     with pytest.raises(GalleryError) as caught:
@@ -31,7 +27,7 @@ def refusal(work: Callable[[], object]) -> str:
     return str(caught.value)
 
 
-def test_a_file_that_another_program_holds_is_waited_for_no_longer(tmp_path: Path) -> None:
+def test_a_file_that_another_program_holds_is_waited_for_no_longer(tmp_path):
     place = HangingFile(tmp_path / "g.db")
     with open_gallery(place.place, create=True, patience=PATIENCE_S) as gallery:
         with place.hangs():
@@ -43,7 +39,7 @@ def test_a_file_that_another_program_holds_is_waited_for_no_longer(tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_a_server_that_says_nothing_is_waited_for_no_longer() -> None:
+def test_a_server_that_says_nothing_is_waited_for_no_longer():
     pytest.importorskip("psycopg", reason="psycopg is not installed (fpmatch[postgres])")
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"postgresql://ada:secret@127.0.0.1:{silent.getsockname()[1]}/prints"
@@ -51,17 +47,17 @@ def test_a_server_that_says_nothing_is_waited_for_no_longer() -> None:
     assert line == f"{url.replace('secret', '***')}: no answer for more than 2 seconds"
 
 
-def test_a_call_may_take_long_while_something_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_call_may_take_long_while_something_is_heard(monkeypatch):
     now = [0.0]
     monkeypatch.setattr(module, "monotonic", lambda: now[0])
 
-    def call() -> Generator[int, int, str]:
+    def call():
         heard = 0
         for _ in range(4):
             heard += yield 1
         return f"{heard} rows"
 
-    def outcome(pauses: list[tuple[float, int]]) -> str:
+    def outcome(pauses):
         waiting = module._heard(call(), 10.0)
         next(waiting)
         try:
@@ -78,16 +74,15 @@ def test_a_call_may_take_long_while_something_is_heard(monkeypatch: pytest.Monke
         outcome([(9.0, 1), (0.5, 0), (9.6, 0)])
 
 
-def statement(gallery: Gallery, text: str) -> None:
+def statement(gallery, text):
     with gallery.writing() as connection:
         connection.execute(sa.text("SELECT 1"))
         connection.execute(sa.text(text))
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.parametrize("where", ["postgresql"], indirect=True)
-def test_a_server_that_falls_silent_ends_every_call_and_then_goes_on(where: str) -> None:
+def test_a_server_that_falls_silent_ends_every_call_and_then_goes_on(where):
     with (
         closing(HangingDatabase(where)) as database,
         open_gallery(database.place, create=True, patience=PATIENCE_S) as gallery,

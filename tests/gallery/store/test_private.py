@@ -1,54 +1,41 @@
 """What is kept of prints may be read by its owner only, whatever the umask."""
 
-from __future__ import annotations
-
 import os
 import stat
-from typing import TYPE_CHECKING
 
-import platformdirs
 import pytest
-from click.testing import CliRunner
 from made_prints import entry_of, scattered
 
-from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 
 
 @pytest.fixture(params=[0, 0o022, 0o777], autouse=True)
-def _umask(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[None]:
+def _umask(request, tmp_path):
     before = os.umask(request.param)
     yield
     os.umask(before)
 
 
-def rights(folder: Path) -> dict[str, int]:
+def rights(folder):
     """Return the rights of everything below a folder."""
     found = (path for path in folder.rglob("*"))
     return {str(p.relative_to(folder)): stat.S_IMODE(p.stat().st_mode) for p in found}
 
 
-def assert_private(folder: Path, number: int) -> None:
+def assert_private(folder, number):
     found = rights(folder)
     assert len(found) >= number, found
     for name, mode in found.items():
         assert mode == (0o700 if (folder / name).is_dir() else 0o600), (name, oct(mode))
 
 
-def test_galleries_their_journals_and_prepared_prints(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache" / "x")
+def test_galleries_their_journals_and_prepared_prints(tmp_path, cache):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
         open_search(gallery, engine=serial())
@@ -62,11 +49,11 @@ def test_galleries_their_journals_and_prepared_prints(
     (tmp_path / "g.db.prepared").chmod(0o600)
     with open_gallery(tmp_path / "g.db") as gallery:
         open_search(gallery, engine=serial())
-    assert len(list((tmp_path / "cache" / "x" / "galleries").iterdir())) == 1
+    assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
     assert_private(tmp_path, 8)
 
 
-def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path: Path) -> None:
+def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
     with open_gallery(tmp_path / "g.db", create=True):
         pass
     for before, after, private in ((0o644, 0o600, True), (0o664, 0o660, False)):
@@ -79,30 +66,34 @@ def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path: Path) -> None
         assert rights(tmp_path) == {"g.db": after}
 
 
-def test_enrol_states_that_others_may_read_a_gallery(tmp_path: Path) -> None:
+def test_enrol_states_that_others_may_read_a_gallery(run, tmp_path):
     save_template(tmp_path / "1_1.json", scattered(1, 30))
-    place, probe = str(tmp_path / "g.db"), str(tmp_path / "1_1.json")
+    place, probe = tmp_path / "g.db", tmp_path / "1_1.json"
     for rights_before, noted in ((None, False), (0o644, False), (0o664, True)):
         if rights_before is not None:
             (tmp_path / "g.db").chmod(rights_before)
-        result = CliRunner().invoke(fpmatch, ["enrol", place, probe, "--workers", "1"])
+        result = run("enrol", place, probe, "--workers", 1)
         (tmp_path / "1_1.json").unlink()
         save_template(tmp_path / "1_1.json", scattered(2 + (rights_before or 0), 30))
         assert ("other users may read it" in result.stderr) is noted, result.stderr
 
 
-def test_exports_and_scores(tmp_path: Path) -> None:
-    def run(*words: object) -> None:
-        result = CliRunner().invoke(fpmatch, [*map(str, words)], prog_name="fpmatch")
-        assert result.exit_code == 0, result.output
-
+def test_exports_and_scores(run, tmp_path):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k, scattered(k, 30), Label(str(k))) for k in (1, 2)])
         sides = ("--references", gallery.name, "--probes", gallery.name)
-    run("extract", "--gallery", tmp_path / "g.db", "-o", tmp_path / "out")
-    run("score", *sides, "-o", tmp_path / "scores.csv", "--workers", "1")
-    probe = tmp_path / "probe.json"
-    save_template(probe, scattered(1, 30))
-    pair = (probe, tmp_path / "out" / "1.json")
-    run("verify", *pair, "--overlay", tmp_path / "overlay.png")
+    save_template(tmp_path / "probe.json", scattered(1, 30))
+    for words in (
+        ("extract", "--gallery", tmp_path / "g.db", "-o", tmp_path / "out"),
+        ("score", *sides, "-o", tmp_path / "scores.csv", "--workers", 1),
+        (
+            "verify",
+            tmp_path / "probe.json",
+            tmp_path / "out" / "1.json",
+            "--overlay",
+            tmp_path / "o.png",
+        ),
+    ):
+        result = run(*words)
+        assert result.exit_code == 0, result.output
     assert_private(tmp_path, 7)

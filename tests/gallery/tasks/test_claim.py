@@ -1,7 +1,5 @@
 """A claimed identity is checked against all that is enrolled of it."""
 
-from __future__ import annotations
-
 import pytest
 from made_prints import entries_of, refused
 

@@ -1,7 +1,5 @@
 """Prints of another finger are found among the impressions of a finger, and refused on request."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -29,7 +27,7 @@ def entries(*prints):
 def test_a_print_of_another_finger_is_told_with_the_pair_that_disagrees(gallery):
     gallery.add(entries(("a", 1, 1), ("a", 2, 1, 1000.0), ("a", 3, 2)))
     gallery.add(entries(("b", 1, 3), ("b", 2, 3, 400.0), ("c", 1, 4)))
-    told: list[int] = []
+    told = []
     first, second = check_fingers(gallery, progress=lambda _, done, __: told.append(done))
     assert told == [0, 3, 5]
     assert not first.consistent

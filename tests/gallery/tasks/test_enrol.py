@@ -1,7 +1,5 @@
 """Enrolling: each picture once, whatever fails, whoever is killed."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal
@@ -16,7 +14,7 @@ from made_prints import extractor, finger_extractor
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Failure, NamePattern
+from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.tasks import enrol as enrol_module
 from fpmatch.prints.reading import ASSUMED_DPI
@@ -92,25 +90,6 @@ def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path):
             enrol(gallery, folder, engine=processes(workers))
             contents.append((list(gallery.entries()), list(gallery.packed_templates())))
     assert contents[0] == contents[1]
-
-
-def test_a_pattern_of_ones_own(gallery, tmp_path):
-    for name in ("ada/left-1.png", "ada/right-1.png", "bob/left-1.png"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(name)
-    pattern = NamePattern(r"(?P<subject>\w+)/(?P<finger>\w+)-(?P<impression>\d)")
-    result = enrol(gallery, tmp_path / "ada", tmp_path / "bob", pattern=pattern)
-    assert result.enrolled == 3
-    assert labels(gallery) == ["ada_left_1", "ada_right_1", "bob_left_1"]
-
-
-def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder):
-    other = tmp_path / "other"
-    other.mkdir()
-    (other / "1_1.tif").write_text("another finger")
-    (failure,) = enrol(gallery, folder / "1_1.tif", other).failures
-    assert failure.source == str(other / "1_1.tif")
-    assert failure.reason == f"another picture is enrolled as 1_1 already ({folder}/1_1.tif)"
 
 
 def test_resolutions_may_differ_and_are_told_apart(gallery, folder):

@@ -1,8 +1,5 @@
 """The index of a large gallery grows while prints are enrolled, a full segment at a time."""
 
-from __future__ import annotations
-
-import platformdirs
 import pytest
 from made_prints import entry_of, scattered
 
@@ -21,9 +18,8 @@ FULL = 16  # prints of a segment
 
 
 @pytest.fixture(autouse=True)
-def small_limits(tmp_path, monkeypatch):
+def small_limits(monkeypatch):
     """Index galleries of more than 40 prints, and look for full segments every five prints."""
-    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / "cache" / name)
     monkeypatch.setattr("fpmatch.gallery.index.loss.LISTED_UP_TO", 40)
     monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", FULL)
     monkeypatch.setattr(enrolment_index, "PRINTS_PER_CHECK", 5)

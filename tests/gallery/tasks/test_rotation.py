@@ -1,7 +1,5 @@
 """Rotation of keys: nothing is lost, nothing stays readable, others go on meanwhile."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,9 +1,6 @@
 """The entries of one gallery are enrolled in another, each once, as they are."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -11,8 +8,8 @@ from made_prints import changed, entries_of, entry_of, print_of, refused, scatte
 
 from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
-from fpmatch.gallery.gallery import Gallery, open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.audit import audit_lines, turn_on
 from fpmatch.gallery.tasks import transfer
 from fpmatch.gallery.tasks.transfer import enrol_gallery
@@ -21,7 +18,7 @@ COUNT = 7
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path):
     """Return a gallery of some entries, of which the first number was removed."""
     path = tmp_path / "source.db"
     with open_gallery(path, create=True) as gallery:
@@ -30,22 +27,20 @@ def source(tmp_path: Path) -> Path:
     return path
 
 
-def run(*words: object) -> tuple[int, str, str]:
+def run(*words):
     result = CliRunner().invoke(fpmatch, ["enrol", *map(str, words)])
     return result.exit_code, result.stdout, result.stderr
 
 
-def contents(gallery: Gallery) -> list[object]:
+def contents(gallery):
     """Return all of a gallery but the numbers."""
     about = [(e.label, e.source, e.content, e.dpi, e.minutiae) for e in gallery.entries()]
     return [*about, *(packed for _, packed in gallery.packed_templates())]
 
 
-def test_all_is_copied_on_either_database(
-    source: Path, where: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_is_copied_on_either_database(source, where, monkeypatch):
     monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 3)
-    shown: list[tuple[int, int]] = []
+    shown = []
     with open_gallery(source) as given, open_gallery(where, create=True) as gallery:
         done = enrol_gallery(gallery, given, progress=lambda _, *counts: shown.append(counts))
         assert (done.enrolled, done.known, done.failures) == (COUNT, 0, ())
@@ -55,12 +50,10 @@ def test_all_is_copied_on_either_database(
     assert shown == [(0, 7), (3, 7), (6, 7), (7, 7)]
 
 
-def test_a_run_that_was_stopped_continues(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_was_stopped_continues(source, tmp_path, monkeypatch):
     monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
 
-    def stop(_: str, done: int, __: int) -> None:
+    def stop(_, done, __):
         if done == 4:
             raise KeyboardInterrupt
 
@@ -73,7 +66,7 @@ def test_a_run_that_was_stopped_continues(
         assert contents(gallery) == contents(given)
 
 
-def test_conflicts_and_damage_are_failures(source: Path, tmp_path: Path) -> None:
+def test_conflicts_and_damage_are_failures(source, tmp_path):
     changed(source, "UPDATE fpmatch_entry SET template = zeroblob(50) WHERE id = 3")
     changed(source, "UPDATE fpmatch_entry SET minutiae = minutiae + 1 WHERE id = 4")
     target = tmp_path / "g.db"
@@ -91,7 +84,7 @@ def test_conflicts_and_damage_are_failures(source: Path, tmp_path: Path) -> None
         assert {failure.source for failure in gallery.failures()} == reasons.keys()
 
 
-def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path: Path) -> None:
+def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path):
     key = f"file:{tmp_path / 'keys.txt'}"
     make_keys(key)
     with open_gallery(tmp_path / "a.db", create=True, key=key, encrypt=True) as given:
@@ -107,7 +100,7 @@ def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path: Path) -> N
     assert len(err.strip().splitlines()) == 1
 
 
-def test_the_audit_of_the_source_has_what_was_copied(source: Path, tmp_path: Path) -> None:
+def test_the_audit_of_the_source_has_what_was_copied(source, tmp_path):
     with open_gallery(source) as given, open_gallery(tmp_path / "g.db", create=True) as gallery:
         turn_on(given)
         enrol_gallery(gallery, given)
@@ -116,7 +109,7 @@ def test_the_audit_of_the_source_has_what_was_copied(source: Path, tmp_path: Pat
     assert event["entries"] == f"2-{COUNT + 1}"
 
 
-def test_strict_refuses_what_matches_no_other_impression(tmp_path: Path) -> None:
+def test_strict_refuses_what_matches_no_other_impression(tmp_path):
     one, other = Label("ada", "", "1"), Label("ada", "", "2")
     with open_gallery(tmp_path / "a.db", create=True) as given:
         given.add(entries_of(scattered(1, 30), scattered(2, 30), labels=[one, other]))
@@ -125,7 +118,7 @@ def test_strict_refuses_what_matches_no_other_impression(tmp_path: Path) -> None
             assert (done.enrolled, len(done.failures), len(gallery)) == (1, 1, 1)
 
 
-def test_galleries_and_files_in_one_run(source: Path, tmp_path: Path) -> None:
+def test_galleries_and_files_in_one_run(source, tmp_path):
     template = tmp_path / "9_1.csv"
     minutiae = "".join(f"{k},{2 * k},{k},ending,90\n" for k in range(20))
     head = "# fpmatch-template 1 width=300 height=300 dpi=500\nx,y,angle_deg,kind,quality\n"
@@ -136,16 +129,14 @@ def test_galleries_and_files_in_one_run(source: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("option", [("--dpi", "500"), ("--by-folder",), ("--min-quality", "3")])
-def test_options_of_files_are_refused_for_galleries(
-    source: Path, tmp_path: Path, option: tuple[str, ...]
-) -> None:
+def test_options_of_files_are_refused_for_galleries(source, tmp_path, option):
     status, _, err = run(tmp_path / "g.db", source, *option)
     assert status == 2
     assert "are not for the entries of galleries" in err
     assert not (tmp_path / "g.db").exists()
 
 
-def test_a_gallery_is_not_enrolled_in_itself(source: Path, tmp_path: Path) -> None:
+def test_a_gallery_is_not_enrolled_in_itself(source, tmp_path):
     link = tmp_path / "link.db"
     link.hardlink_to(source)
     for path in (source, link):
@@ -156,7 +147,7 @@ def test_a_gallery_is_not_enrolled_in_itself(source: Path, tmp_path: Path) -> No
         refused(enrol_gallery, one, one, code="same gallery")
 
 
-def test_a_database_of_something_else_makes_no_gallery(tmp_path: Path) -> None:
+def test_a_database_of_something_else_makes_no_gallery(tmp_path):
     changed(tmp_path / "x.db", "CREATE TABLE a (b)")
     status, _, err = run(tmp_path / "g.db", tmp_path / "x.db")
     assert status == 2
@@ -164,12 +155,10 @@ def test_a_database_of_something_else_makes_no_gallery(tmp_path: Path) -> None:
     assert not (tmp_path / "g.db").exists()
 
 
-def test_entries_that_join_other_people_are_counted_and_named(
-    tmp_path: Path, where: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_entries_that_join_other_people_are_counted_and_named(tmp_path, where, monkeypatch):
     monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
 
-    def new(number: int, name: str, finger: int) -> NewEntry:
+    def new(number, name, finger):
         label = Label(name[0], impression=name[1:])
         return entry_of(number, print_of(finger, number), label, source=f"{name}.tif")
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_prints import flipped
 from matching_prints import spread_points, striped_field, template_of, templates
 
 from fpmatch.errors import TemplateError
@@ -95,9 +96,7 @@ def test_another_layout_is_refused_by_either_reader():
 def test_every_damage_is_noticed(pack, unpack, ridged):
     data = pack(a_print(ridged=ridged))
     for k in range(0, len(data), 5):
-        changed = bytearray(data)
-        changed[k] ^= 0x10
-        for damaged in (bytes(changed), data[:k], data[k:], data + data[:k], data + b"\0"):
+        for damaged in (flipped(data, k, 0x10), data[:k], data[k:], data + data[:k], data + b"\0"):
             if damaged != data:
                 with pytest.raises(TemplateError):
                     unpack(damaged)

@@ -23,7 +23,6 @@ def packed_of(kind, sizes=SIZES):
 
 
 def arrays_of(packed):
-    """Return the arrays of packed prints, to be compared to the last bit."""
     arrays = packed.arrays().items()
     return {name: (array.dtype, array.shape, array.tobytes()) for name, array in arrays}
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_prints import flipped
 from matching_prints import (
     COMPILED,
     any_points,
     even_field,
-    impressions_of_a_finger,
     spread_points,
     striped_field,
     template_of,
@@ -27,20 +27,16 @@ from fpmatch.gallery.index.prints.compact_template import (
     expand,
     prepare_compact,
 )
-from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def one_by_one(packed):
-    """Return the prints of compact templates, each expanded and prepared by itself."""
     return PreparedPrints.pack(prepare(expand(data)) for data in packed)
 
 
 def assert_same(found, expected):
-    """Hold all arrays of packed prints to being equal to the last bit."""
     for name, array in expected.arrays().items():
         other = getattr(found, name)
         assert (other.dtype, other.shape) == (array.dtype, array.shape), name
@@ -89,19 +85,6 @@ def test_any_templates_are_prepared_alike(given_):
     assert_same(prepared(packed), one_by_one(packed))
 
 
-def test_similarities_are_the_same():
-    sides = impressions_of_a_finger(4, 30 if COMPILED else 14)
-    field = striped_field(side=20 if COMPILED else 8)
-    packed = [compact(template_of(side, field=field)) for side in sides]
-    many = prepared(packed)
-    for data in packed:
-        probe = prepare(expand(data))
-        found = similarities(MATCHER, probe, many)
-        expected = [MATCHER.compare(probe, prepare(expand(other))).similarity for other in packed]
-        assert found.tolist() == expected
-        assert max(expected) > 0
-
-
 @pytest.mark.parametrize("which", [[3], [-1], [0, 2**40]])
 def test_there_is_no_print_beyond_the_last(which):
     packed = [compact(template_of(any_points(1)))] * 3
@@ -113,9 +96,7 @@ def test_there_is_no_print_beyond_the_last(which):
 def test_damage_is_stated_as_for_one_template():
     whole = compact(template_of(any_points(3), field=striped_field(side=4)))
     for k in range(0, len(whole), 9):
-        changed = bytearray(whole)
-        changed[k] ^= 0x10
-        for damaged in (bytes(changed), whole[:k]):
+        for damaged in (flipped(whole, k, 0x10), whole[:k]):
             with pytest.raises(TemplateError) as alone:
                 expand(damaged)
             with pytest.raises(TemplateError) as among_others:

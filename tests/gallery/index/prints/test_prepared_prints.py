@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
-    ridge_correlation,
     some_templates,
     spread_points,
     striped_field,
@@ -18,11 +17,9 @@ from matching_prints import (
 )
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.prints.prepared_prints import COLUMNS, PRINTS_AT_ONCE, PreparedPrints
-from fpmatch.gallery.store.array_file import read_arrays, write_arrays
+from fpmatch.gallery.index.prints.prepared_prints import PRINTS_AT_ONCE, PreparedPrints
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.alignment import identity_alignment
 from fpmatch.matching.prints.prepare import prepare
 
 
@@ -48,7 +45,6 @@ def parts_of(print_):
 
 
 def assert_same(found, expected):
-    """Hold two prepared prints to being equal to the last bit."""
     assert parts_of(found) == parts_of(expected)
 
 
@@ -98,21 +94,6 @@ def test_starts_whose_differences_overflow_are_refused():
         starts[1:3] = 2**63 - 1, -(2**63) + starts[-1] + 1
         with pytest.raises(MatcherError):
             PreparedPrints.of_arrays(many.arrays() | {name: starts})
-
-
-def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path):
-    """A mapped file cannot be written, which the kernels must not mind."""
-    prints = some_prints((5, 5, 5, 6, 6, 6))
-    write_arrays(tmp_path / "prints", PreparedPrints.pack(prints).arrays(), COLUMNS, {})
-    loaded = PreparedPrints.of_arrays(read_arrays(tmp_path / "prints", COLUMNS, {}))
-    cells = []
-    for k, print_ in enumerate(prints):
-        identity = identity_alignment(print_.points)
-        found = ridge_correlation(loaded[k], loaded[k], identity)
-        assert found == ridge_correlation(print_, print_, identity)
-        assert ridge_correlation(loaded[k], print_, identity) == found
-        cells.append(found[1])
-    assert cells == [0, 0, 64] * 2
 
 
 @given(extreme_templates())

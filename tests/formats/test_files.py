@@ -139,7 +139,7 @@ def test_columns_of_plain_csv_have_any_order_and_others_are_read_past():
     untyped = only_view(b"x,y,theta\n1,2,3\n").template.minutiae
     assert untyped.kind.tolist() == [MinutiaKind.OTHER]
     assert not len(only_view(b"x,y,theta,type,quality\n").template.minutiae)
-    trailing = only_view(b"x,y,theta,,\n1,2,3,,\n").template.minutiae  # of a spreadsheet
+    trailing = only_view(b"x,y,theta,,\n1,2,3\n").template.minutiae
     assert trailing.xy.tolist() == [[1, 2]]
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import secrets
-import shutil
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -98,34 +97,6 @@ def write_files(
     for name, content in contents.items():
         atomic_write_bytes(target / name, content, public=public)
     return [target / name for name in contents]
-
-
-def write_folder(
-    contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, replaced: re.Pattern[str]
-) -> None:
-    """Write files, by name, as a private folder that appears whole or not at all.
-
-    It takes the place of a folder whose files all have names that `replaced` matches; raises
-    OutputError where another file is there.
-    """
-    target = Path(folder).resolve()
-    unfinished, earlier = (target.parent / f".{secrets.token_hex(8)}.part" for _ in range(2))
-    try:
-        others = sorted(path.name for path in target.iterdir()) if target.exists() else []
-        if other := next((name for name in others if not replaced.fullmatch(name)), None):
-            raise OutputError(f"{folder}: holds another file, {other}: name a new folder")
-        make_folder(target.parent)
-        write_files(contents, unfinished)
-        if target.exists():
-            target.rename(earlier)
-        unfinished.rename(target)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {reason(error)}") from error
-    finally:
-        if earlier.exists() and not target.exists():
-            earlier.rename(target)
-        for rest in (unfinished, earlier):
-            shutil.rmtree(rest, ignore_errors=True)
 
 
 def create_private(path: str | os.PathLike[str]) -> None:

@@ -17,7 +17,6 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.preprocess.arrays import percentiles
-from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
 
@@ -59,6 +58,8 @@ def evidence_of_cues(cues: Doubles, weights: LinearWeights) -> Doubles:
 
 def polarity_evidence(grey: Grey, dpi: float = STANDARD_DPI) -> float:
     """Return the log-odds that the ridges of an image (H, W) are dark, by its lines; else 0."""
+    from fpmatch.image.quality.line_cues import LINE_CUES, line_cues  # noqa: PLC0415
+
     at_500_dpi = _resampled(grey, dpi)
     cues = None if at_500_dpi is None else line_cues(at_500_dpi)
     if cues is None:

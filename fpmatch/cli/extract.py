@@ -124,7 +124,7 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
-    from fpmatch.base.output import make_folder
+    from fpmatch.base.folders import make_folder
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities

@@ -4,15 +4,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from fpmatch.base.output import (
-    atomic_write,
-    atomic_write_bytes,
-    check_writable,
-    create_private,
-    make_folder,
-    make_private,
-    remove_unfinished,
-)
+from fpmatch.base.folders import create_private, make_folder, make_private, remove_unfinished
+from fpmatch.base.output import atomic_write, atomic_write_bytes, check_writable
 from fpmatch.errors import OutputError
 
 posix = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder on Windows")

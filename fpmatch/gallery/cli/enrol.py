@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli import fast_imports
+from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import json_option, key_option, reading_options

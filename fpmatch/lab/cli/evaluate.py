@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.base.kernels import build_command, outdated_kernels
-from fpmatch.cli import fast_imports
+from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import enhance_option, file_option, key_option, reading_options

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
+from fpmatch.base.folders import make_folder, write_files
 from fpmatch.base.html import page_templates
-from fpmatch.base.output import make_folder, reason, write_files
+from fpmatch.base.output import reason
 from fpmatch.drawing.scene.items import Scene
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError

@@ -133,10 +133,3 @@ def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
         "  ".join(put(cell, n) for put, cell, n in zip(align, row, widths, strict=True)).rstrip()
         for row in rows
     )
-
-
-def markdown_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
-    """Return rows of cells, the first of which is the head, as a table in Markdown."""
-    head, *body = rows
-    rule = ["---" if k < left else "---:" for k in range(len(head))]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, rule, *body))

@@ -24,8 +24,8 @@ from fpmatch.lab.evaluation.rates.error_vs_discard import (
     pool,
 )
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.printable import markdown_table
 from research.commands import Command, folders, json_file, workers, write_json
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

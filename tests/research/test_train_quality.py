@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.quality.line_cues import LINE_CUES, evidence_of_cues
 from fpmatch.image.quality.measures import LinearWeights, QualityMeasures
-from fpmatch.image.quality.polarity import evidence_of_cues
 from fpmatch.image.quality.print_quality import (
     FEATURES,
     WEIGHTS_FILE,

@@ -68,12 +68,6 @@ class Triangulation:
     def __len__(self) -> int:
         return len(self.points)
 
-    @property
-    def has_coincident(self) -> bool:
-        """Whether points of a mesh that has triangles coincide."""
-        distinct = (len(self.triangles) + 2 + len(self.hull)) // 2  # Euler
-        return distinct < len(self)
-
     def one_ring(self, i: int) -> NDArray[np.int32]:
         """Return the neighbours of point `i`, counter-clockwise."""
         return self.ring[self.ring_start[i] : self.ring_start[i + 1]]

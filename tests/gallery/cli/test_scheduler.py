@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.cli.notes import ProgressBars
+from fpmatch.cli.progress import ProgressBars
 from tests.conftest import assert_refused, copied
 
 distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.html import html_table
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import ImageError
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verification import Verification
 from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
-from fpmatch.printable import html_table
 from fpmatch.prints.report import as_rows
 from fpmatch.templates.minutiae import Template
 

@@ -133,23 +133,3 @@ def text_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
         "  ".join(put(cell, n) for put, cell, n in zip(align, row, widths, strict=True)).rstrip()
         for row in rows
     )
-
-
-def markdown_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
-    """Return rows of cells, the first of which is the head, as a table in Markdown."""
-    head, *body = rows
-    rule = ["---" if k < left else "---:" for k in range(len(head))]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, rule, *body))
-
-
-def html_table(rows: Sequence[Sequence[object]], *, left: int = 1, head: bool = False) -> str:
-    """Return rows of cells as a table in HTML, escaped; with `head`, the first row is the head."""
-    from html import escape  # noqa: PLC0415  (for notebooks only)
-
-    def cells(row: Sequence[object], tag: str) -> str:
-        style = (' style="text-align:left"' if k < left else "" for k in range(len(row)))
-        put = (f"<{tag}{s}>{escape(str(cell))}</{tag}>" for s, cell in zip(style, row, strict=True))
-        return f"<tr>{''.join(put)}</tr>"
-
-    lines = (cells(row, "th" if head and not k else "td") for k, row in enumerate(rows))
-    return f"<table>{''.join(lines)}</table>"

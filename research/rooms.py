@@ -6,8 +6,8 @@ import ast
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.cli.wings import WINGS
-from fpmatch.printable import markdown_table
 from research.commands import ROOT
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Set

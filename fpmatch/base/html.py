@@ -1,12 +1,20 @@
-"""HTML pages from templates of the package."""
+"""HTML: pages from templates of the package, and tables for notebooks."""
 
 from __future__ import annotations
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jinja2 import Environment
 
 
 def page_templates(package: str) -> Environment:
     """Return the templates in the folder of a package; what they show is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # noqa: PLC0415
+
     return Environment(
         loader=PackageLoader(package, "."),
         autoescape=True,
@@ -14,3 +22,15 @@ def page_templates(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def html_table(rows: Sequence[Sequence[object]], *, left: int = 1, head: bool = False) -> str:
+    """Return rows of cells as a table in HTML, escaped; with `head`, the first row is the head."""
+
+    def cells(row: Sequence[object], tag: str) -> str:
+        style = (' style="text-align:left"' if k < left else "" for k in range(len(row)))
+        put = (f"<{tag}{s}>{escape(str(cell))}</{tag}>" for s, cell in zip(style, row, strict=True))
+        return f"<tr>{''.join(put)}</tr>"
+
+    lines = (cells(row, "th" if head and not k else "td") for k, row in enumerate(rows))
+    return f"<table>{''.join(lines)}</table>"

@@ -8,24 +8,18 @@ their rights follow the umask. On Windows, files have the rights of the folder.
 from __future__ import annotations
 
 import os
-import re
 import secrets
-import shutil
-import time
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
     from typing import BinaryIO
 
 PRIVATE_FILE = 0o600
-PRIVATE_FOLDER = 0o700
-_OTHERS = 0o077  # rights of group and others
-_UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
 @contextmanager
@@ -48,7 +42,7 @@ def _unfinished_beside(path: str | os.PathLike[str]) -> Iterator[Path]:
 def atomic_write(path: str | os.PathLike[str], *, public: bool = False) -> Iterator[BinaryIO]:
     """Yield an unfinished file beside `path`, which replaces it once the block has ended well."""
     with _unfinished_beside(path) as unfinished:
-        with open(unfinished, "xb", opener=None if public else _open_private) as stream:
+        with open(unfinished, "xb", opener=None if public else open_private) as stream:
             yield stream
         unfinished.replace(path)
 
@@ -67,107 +61,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         trial.touch(exist_ok=False)
 
 
-def make_folder(
-    path: str | os.PathLike[str], *, public: bool = False, narrow: bool = False
-) -> None:
-    """Make a folder and its parents where they are missing; raise OutputError if that fails.
-
-    Only their owner may list them, unless they are `public`. The rights of a folder that is there
-    already stay as they are, or are made so too with `narrow`.
-    """
-    folder = Path(path)
-    mode = 0o777 if public else PRIVATE_FOLDER
-    try:
-        for place in reversed([folder, *folder.parents]):
-            if not place.is_dir():
-                place.mkdir(mode, exist_ok=True)
-                if not public:
-                    place.chmod(mode)
-        if narrow:
-            make_private(folder)
-    except OSError as error:
-        raise OutputError(f"cannot be made a folder: {reason(error)}", path=path) from error
-
-
-def write_files(
-    contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, public: bool = False
-) -> list[Path]:
-    """Write files, by name, into a folder, made if missing; each appears complete or not at all."""
-    target = Path(folder)
-    make_folder(target, public=public)
-    for name, content in contents.items():
-        atomic_write_bytes(target / name, content, public=public)
-    return [target / name for name in contents]
-
-
-def write_folder(
-    contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, replaced: re.Pattern[str]
-) -> None:
-    """Write files, by name, as a private folder that appears whole or not at all.
-
-    It takes the place of a folder whose files all have names that `replaced` matches; raises
-    OutputError where another file is there.
-    """
-    target = Path(folder).resolve()
-    unfinished, earlier = (target.parent / f".{secrets.token_hex(8)}.part" for _ in range(2))
-    try:
-        others = sorted(path.name for path in target.iterdir()) if target.exists() else []
-        if other := next((name for name in others if not replaced.fullmatch(name)), None):
-            raise OutputError(f"{folder}: holds another file, {other}: name a new folder")
-        make_folder(target.parent)
-        write_files(contents, unfinished)
-        if target.exists():
-            target.rename(earlier)
-        unfinished.rename(target)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {reason(error)}") from error
-    finally:
-        if earlier.exists() and not target.exists():
-            earlier.rename(target)
-        for rest in (unfinished, earlier):
-            shutil.rmtree(rest, ignore_errors=True)
-
-
-def create_private(path: str | os.PathLike[str]) -> None:
-    """Make an empty file that only its owner may read, where there is none; raises OSError."""
-    with suppress(FileExistsError):
-        os.close(_open_private(os.fspath(path), os.O_WRONLY | os.O_CREAT | os.O_EXCL))
-
-
-def make_private(path: str | os.PathLike[str]) -> bool:
-    """Withdraw from others the rights on a file or folder; return whether only the owner has any.
-
-    Nothing is changed where the group may write, which somebody has set for a shared gallery, apart
-    from the rights of all others. Nor can it be changed where it belongs to another user.
-    """
-    place = Path(path)
-    if os.name == "nt":  # there, rights are inherited from the folder
-        return True
-    with suppress(OSError):
-        mode = place.stat().st_mode & 0o7777
-        if mode & _OTHERS:
-            place.chmod(mode & ~(0o007 if mode & 0o020 else _OTHERS))
-        return not place.stat().st_mode & _OTHERS
-    return False
-
-
-def _open_private(path: str, flags: int) -> int:
+def open_private(path: str, flags: int) -> int:
+    """Open a file that only its owner may read: an opener of `open`."""
     handle = os.open(path, flags, PRIVATE_FILE)
     Path(path).chmod(PRIVATE_FILE)  # where the umask withholds rights from the owner, too
     return handle
-
-
-def remove_unfinished(folder: str | os.PathLike[str], *, older_than_s: float = 0.0) -> None:
-    """Remove what killed processes left unfinished in a folder.
-
-    `older_than_s` leaves the files of processes that may still write to it.
-    """
-    latest = time.time() - older_than_s
-    for path in Path(folder).iterdir():
-        if _UNFINISHED.fullmatch(path.name) and not (
-            older_than_s and path.stat().st_mtime > latest
-        ):
-            path.unlink()
 
 
 def reason(error: OSError) -> str:

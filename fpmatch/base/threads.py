@@ -1,7 +1,8 @@
-"""Cores of this process, and how numpy starts no threads."""
+"""Cores of this process, and how numpy and heavy imports start no threads."""
 
 from __future__ import annotations
 
+import gc
 import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
@@ -28,6 +29,21 @@ def loaded_single_threaded() -> Iterator[None]:
     """
     with environment(_BLAS_THREADS, "1"):
         yield
+
+
+@contextmanager
+def fast_imports() -> Iterator[None]:
+    """Import heavy modules without threads, which would occupy a core that workers need.
+
+    There is no garbage collection meanwhile, nor of these modules later: they leave none.
+    """
+    gc.disable()
+    try:
+        with loaded_single_threaded():
+            yield
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @contextmanager

@@ -13,11 +13,10 @@ import sys
 import threading
 import time
 from _thread import interrupt_main, start_new_thread
-from contextlib import contextmanager
 
 TYPE_CHECKING = False  # importing `typing` takes longer than all of this, and is not guarded
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from typing import Any
 
 __all__ = ["main"]
@@ -99,20 +98,3 @@ def _end_at_interrupt() -> None:
     heeded = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
     if heeded and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-@contextmanager
-def fast_imports() -> Iterator[None]:
-    """Import heavy modules without threads, which would occupy a core that workers need.
-
-    There is no garbage collection meanwhile, nor of these modules later: they leave none.
-    """
-    from fpmatch.base.threads import loaded_single_threaded
-
-    gc.disable()
-    try:
-        with loaded_single_threaded():
-            yield
-    finally:
-        gc.freeze()
-        gc.enable()

@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     PRINT,
     FormatChoice,
@@ -21,6 +21,7 @@ from fpmatch.cli.options import (
     output_option,
     reading_options,
 )
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.wings import from_wing
 from fpmatch.errors import FpmatchError, OutputError, TemplateError
 from fpmatch.formats.registry import codec_of_name, written_formats
@@ -124,7 +125,7 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
-    from fpmatch.base.output import make_folder
+    from fpmatch.base.folders import make_folder
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities

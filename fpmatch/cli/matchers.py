@@ -6,7 +6,13 @@ import math
 from typing import Any
 
 from fpmatch.base.parameters import Parameter, Parametrised, stages_of
-from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, matcher_failures, matcher_names
+from fpmatch.base.plugins import MATCHERS, load_plugins
+from fpmatch.matching.registry import (
+    DEFAULT_MATCHER,
+    get_matcher,
+    matcher_names,
+    own_matcher_names,
+)
 from fpmatch.printable import printable, text_table
 
 
@@ -61,3 +67,12 @@ def _row(one: Parameter) -> list[str]:
     """Return name, default, range, unit and meaning."""
     limits = f"{one.least:g} to {one.most:g}"
     return [one.name, f"{one.value:g}", limits, one.unit, one.meaning]
+
+
+def matcher_failures() -> dict[str, str]:
+    """Return the names of matchers of other packages that cannot be loaded, each with the reason.
+
+    All of them are imported.
+    """
+    failures, own = load_plugins(MATCHERS).failures, own_matcher_names()
+    return {name: why for name, why in failures.items() if name not in own}

@@ -10,11 +10,7 @@ import click
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
-from fpmatch.cli.pair import (
-    compare_files,
-    pair_options,
-    pair_options_of,
-)
+from fpmatch.cli.pair import compare_files, pair_options, pair_options_of
 from fpmatch.cli.wings import from_wing
 from fpmatch.printable import json_text
 

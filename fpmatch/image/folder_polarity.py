@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import cache, partial
@@ -13,7 +14,8 @@ import numpy as np
 from fpmatch.errors import FpmatchError
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.quality.polarity import common_polarity, polarity_evidence
+from fpmatch.image.quality.line_cues import polarity_evidence
+from fpmatch.image.quality.polarity import MIN_EVIDENCE
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
@@ -115,3 +117,15 @@ def _evidence(reader: Callable[..., object], sample: tuple[Path, float | None]) 
     if not isinstance(image, GreyImage):
         return None
     return polarity_evidence(image.pixels, dpi or image.dpi or STANDARD_DPI)
+
+
+def common_polarity(evidence: Sequence[float]) -> Polarity:
+    """Return the polarity of images of one sensor by the `polarity_evidence` of each.
+
+    The sum is divided by the root of their number, because images are not independent; "auto" where
+    it is not certain.
+    """
+    total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
+    if abs(total) < MIN_EVIDENCE:
+        return "auto"
+    return "dark" if total > 0 else "white"

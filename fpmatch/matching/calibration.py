@@ -136,13 +136,7 @@ class Calibration:
 
     @classmethod
     def from_json(cls, text: str, source: str = "calibration") -> Calibration:
-        """Read what `as_json` wrote to the file `source`.
-
-        Raises
-        ------
-        MatcherError
-            If the text is not JSON, an entry is missing, or a value is out of range.
-        """
+        """Read what `as_json` wrote to the file `source`; raise MatcherError if it did not."""
         try:
             entries = parse_json(text)
             origin = entries["provenance"]

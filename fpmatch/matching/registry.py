@@ -38,36 +38,13 @@ def matcher_names() -> list[str]:
     return sorted({*own_matcher_names(), *plugin_names(MATCHERS)})
 
 
-def matcher_failures() -> dict[str, str]:
-    """Return the names of matchers of other packages that cannot be loaded, each with the reason.
-
-    All of them are imported.
-    """
-    from fpmatch.base.plugins import MATCHERS, load_plugins  # noqa: PLC0415
-
-    failures, own = load_plugins(MATCHERS).failures, own_matcher_names()
-    return {name: why for name, why in failures.items() if name not in own}
-
-
 def get_matcher(name: str) -> Matcher:
-    """Return the matcher called `name`, importing its module on first use.
+    """Return the matcher called `name`, importing its module on first use; raise MatcherError.
 
-    Parameters
-    ----------
-    name : str
-        A name of `matcher_names`, or the place of a matcher, ``package.module:OBJECT``; perhaps
-        with parameters of the matcher, as in ``unit-circle:rounds=5,reach_px=12``.
+    The name is one of `matcher_names`, or a place, ``package.module:OBJECT``; perhaps with
+    parameters, of which the usual ones are not in the matcher's own name:
 
-    Raises
-    ------
-    MatcherError
-        If there is no matcher of that name, that of another package cannot be loaded, or it has no
-        such parameter or value.
-
-    Examples
-    --------
-    >>> from fpmatch.matching.registry import get_matcher
-    >>> get_matcher("unit-circle:reach_px=12,rounds=3").name  # the usual rounds
+    >>> get_matcher("unit-circle:reach_px=12,rounds=3").name
     'unit-circle:reach_px=12'
     """
     plain, parameters = split_name(name)
@@ -101,8 +78,6 @@ def matcher_name(name: str) -> str:
 def split_name(name: str) -> tuple[str, str]:
     """Return the name or place of a matcher, and the text of its parameters, "" without any.
 
-    Examples
-    --------
     >>> split_name("paper:rho=0.9"), split_name("package.module:OBJECT")
     (('paper', 'rho=0.9'), ('package.module:OBJECT', ''))
     """

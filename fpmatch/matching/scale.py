@@ -41,21 +41,7 @@ class ScaleMeasurement:
 def measure_scale(
     probe: Template, reference: Template, pairs: NDArray[np.integer]
 ) -> ScaleMeasurement | None:
-    """Measure the scale between two prints by their paired minutiae, as indices of shape (K, 2).
-
-    There is none where there are too few pairs, or all lie in one place.
-
-    Examples
-    --------
-    >>> from fpmatch.templates.minutiae import Minutiae, Template
-    >>> x, y = np.meshgrid(np.arange(0, 100, 25.0), np.arange(0, 100, 25.0))
-    >>> minutiae = Minutiae(x.ravel(), y.ravel(), np.zeros(16))
-    >>> right = Template(minutiae, width=100, height=100, dpi=569)
-    >>> wrong = Template(minutiae, width=100, height=100, dpi=500)
-    >>> scale = measure_scale(wrong, right, np.column_stack([np.arange(16)] * 2))
-    >>> round(scale.ratio, 3), scale.differs
-    (0.879, True)
-    """
+    """Measure the scale by pairs of shape (K, 2); None where they are few, or all in one place."""
     if len(pairs) < MIN_PAIRS:
         return None
     a = _positions_in_mm(probe, pairs[:, 0])

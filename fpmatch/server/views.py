@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.overlay.page import Print, ink_of
+from fpmatch.drawing.overlay.ridge_page import agreement
 from fpmatch.drawing.overlay.superposed import SIMILARITY, probe_outline, view_of
 from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.items import Box, bounds, of_transform, zoomed
-from fpmatch.drawing.scene.palette import PROBE_INK, agreement, hexadecimal
+from fpmatch.drawing.scene.palette import PROBE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.server.pair import INKED, LARGEST_SIDE_SHOWN, pixels_of, rgba
 

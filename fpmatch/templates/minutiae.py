@@ -190,7 +190,7 @@ class Minutiae:
 
     def _repr_html_(self) -> str:
         """Return a table of the first minutiae, for notebooks."""
-        from fpmatch.printable import html_table  # noqa: PLC0415  (for notebooks only)
+        from fpmatch.base.html import html_table  # noqa: PLC0415  (for notebooks only)
 
         rows = [
             (k, f"{x:.1f}", f"{y:.1f}", f"{math.degrees(angle):.1f}°", _KINDS[kind], quality)

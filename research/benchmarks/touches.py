@@ -24,9 +24,9 @@ from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.plan import plain_sensor
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.printable import markdown_table
 from research.commands import PATH, Command, workers
 from research.databases import extract_folders, prints_of
+from research.markdown import markdown_table
 from research.marked_blocks import write_marked_block
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from fpmatch import Template, find_scale, verify
 from fpmatch.image.extract import assess
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
+from research.markdown import markdown_table
 from research.marked_blocks import write_marked_block
 
 if TYPE_CHECKING:

@@ -12,17 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpmatch.image.extract import extract, resample
+from fpmatch.image.folder_polarity import common_polarity
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
-from fpmatch.image.quality.polarity import common_polarity, is_inverted, polarity_evidence
+from fpmatch.image.quality.line_cues import polarity_evidence
+from fpmatch.image.quality.polarity import is_inverted
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
+from research.markdown import markdown_table
 from research.marked_blocks import write_marked_block
 from research.training.background import other_background, ridge_target
 

@@ -17,7 +17,6 @@ from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.printable import markdown_table
 from research.all_pairs import impostors_among
 from research.commands import (
     Command,
@@ -28,6 +27,7 @@ from research.commands import (
     workers,
 )
 from research.databases import TEST_SEED, extract_synthetic_sets
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

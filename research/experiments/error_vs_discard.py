@@ -23,8 +23,8 @@ from fpmatch.lab.evaluation.rates.error_vs_discard import (
     pool,
 )
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.printable import markdown_table
 from research.commands import Command, folders, json_file, print_and_write, workers
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

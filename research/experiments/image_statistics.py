@@ -19,9 +19,9 @@ from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
 from fpmatch.lab.evaluation.run import load_datasets
-from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders, json_file, workers, write_json
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
-from fpmatch.printable import markdown_table
 from fpmatch.templates.minutiae import STANDARD_DPI
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -28,9 +28,9 @@ from fpmatch.matching.decision import (
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.printable import markdown_table
 from research.commands import Command, folders, json_file, workers, write_json
 from research.databases import extract_folders, prints_of, without_ridges
+from research.markdown import markdown_table
 from research.partial_templates import fragment
 
 if TYPE_CHECKING:

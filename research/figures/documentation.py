@@ -10,7 +10,7 @@ import click
 from PIL import Image
 
 import fpmatch
-from fpmatch.base.output import write_files
+from fpmatch.base.folders import write_files
 from fpmatch.drawing.scene.items import Scene
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.lab.explain.paper import PaperMethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.printable import markdown_table
+from research.markdown import markdown_table
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, Condition
 from research.points.matchers import MATCHER_NAMES
 from research.points.random_sets import POINT_MODELS

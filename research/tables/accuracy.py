@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.report.rate_text import percent
-from fpmatch.printable import markdown_table
 from research.experiments.calibration_check import format_calibration
 from research.experiments.distortion import KINDS
 from research.experiments.minutiae_places import format_places
 from research.experiments.outcomes import format_outcomes
+from research.markdown import markdown_table
 from research.wolves.table import format_wolves
 
 if TYPE_CHECKING:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, limits, percent
-from fpmatch.printable import count, markdown_table
+from fpmatch.printable import count
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -6,7 +6,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.pointset.paper.matcher import DEFAULT_AREA_TOLERANCE
-from fpmatch.printable import markdown_table
+from research.markdown import markdown_table
 from research.points.conditions import TARGET_FACTORS
 from research.points.summary import geometric_mean
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.lab.evaluation.report.rate_text import percent
-from fpmatch.printable import markdown_table
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

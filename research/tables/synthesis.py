@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.lab.evaluation.report.rate_text import percent
-from fpmatch.printable import markdown_table
 from research.experiments.image_statistics import EXTREMES, format_statistics
 from research.experiments.template_statistics import RATES
 from research.experiments.template_statistics import TITLES as TEMPLATE_TITLES
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

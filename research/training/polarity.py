@@ -20,9 +20,14 @@ from scipy.optimize import minimize
 from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.extract import resample
-from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
+from fpmatch.image.quality.line_cues import (
+    FARTHEST_CUE,
+    LINE_CUES,
+    WEIGHTS_FILE,
+    evidence_of_cues,
+    line_cues,
+)
 from fpmatch.image.quality.measures import LinearWeights
-from fpmatch.image.quality.polarity import FARTHEST_CUE, WEIGHTS_FILE, evidence_of_cues
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.noise import smooth_noise

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 from scipy.stats import poisson
 
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.printable import markdown_table
 from research.experiments.calibration_check import LARGEST_FACTOR
+from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

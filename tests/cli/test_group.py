@@ -14,7 +14,7 @@ from PIL import Image
 
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.group import summaries
-from fpmatch.cli.notes import ProgressBars
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.quality.polarity import POLARITIES

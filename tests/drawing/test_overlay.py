@@ -23,10 +23,11 @@ from fpmatch.drawing.overlay.draw import (
 )
 from fpmatch.drawing.overlay.marks import ExaminerMark, examiner_marks
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
+from fpmatch.drawing.overlay.ridge_page import agreement
 from fpmatch.drawing.overlay.side_by_side import place_numbers
 from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Circle, Text, of_transform
-from fpmatch.drawing.scene.palette import PROBE_MARK, REFERENCE_MARK, agreement, hexadecimal
+from fpmatch.drawing.scene.palette import PROBE_MARK, REFERENCE_MARK, hexadecimal
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template

@@ -12,9 +12,10 @@ from plugin_packages import ROOT, fpmatch, install, install_points, shown_comman
 
 from fpmatch import Minutiae, Template, verify
 from fpmatch.base.plugins import MATCHERS, forget_plugins
+from fpmatch.cli.matchers import matcher_failures
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, Provenance
-from fpmatch.matching.registry import get_matcher, matcher_failures, matcher_names
+from fpmatch.matching.registry import get_matcher, matcher_names
 
 GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"

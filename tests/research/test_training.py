@@ -6,9 +6,8 @@ import pytest
 
 from fpmatch.gallery.index.loss import loss_table
 from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
-from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.quality.line_cues import LINE_CUES, evidence_of_cues
 from fpmatch.image.quality.measures import LinearWeights, QualityMeasures
-from fpmatch.image.quality.polarity import evidence_of_cues
 from fpmatch.image.quality.print_quality import (
     FEATURES,
     WEIGHTS_FILE,

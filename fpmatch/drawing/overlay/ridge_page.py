@@ -47,6 +47,13 @@ _AGREEMENTS: Final = (
     *((0.6, "0.6"), (0.8, "0.8"), (1.0, "1: the ridges coincide")),
 )
 
+# From low to high, along blue and yellow and from dark to light: pale relatives of cividis (Nuñez,
+# Anderton, Renslow, PLOS ONE 13(7), 2018), so that ridges stay legible on them.
+AGREEMENT: Final[tuple[Colour, ...]] = (
+    *((84, 118, 178), (136, 158, 192), (196, 198, 198)),
+    *((228, 218, 158), (255, 234, 96)),
+)
+
 
 def ridge_page(
     reference: Print,
@@ -87,7 +94,7 @@ def _cells(ridges: RidgeMap, to_page: NDArray[np.float64]) -> list[Item]:
     values = ridges.correlation[ridges.compared].tolist()
     items: list[Item] = []
     for corner, value in zip(ridges.corners, values, strict=True):
-        colour = palette.agreement(value)
+        colour = agreement(value)
         points = tuple(moved(to_page, corner))
         title = f"ridge agreement {value:.2f}"
         items.append(Path(points, Pen(colour, colour), True, "cell", title))
@@ -100,7 +107,7 @@ def _legend(width: float, top: float, *, mean: float, area_mm2: float) -> tuple[
     steps = [bar.x + bar.width * k / _STEPS for k in range(_STEPS + 1)]
     items: list[Item] = []
     for k, (left, right) in enumerate(pairwise(steps)):
-        colour = palette.agreement((k + 0.5) / _STEPS)
+        colour = agreement((k + 0.5) / _STEPS)
         box = Box(left, bar.y, right - left, bar.height)
         items.append(Path(box.corners, Pen(colour, colour), closed=True))
     items.append(Path(bar.corners, Pen(palette.TEXT_MUTED), closed=True))
@@ -130,3 +137,12 @@ def _tick(bar: Box, value: float, words: str, baseline: float, colour: Colour) -
     ends = (bar.y - 8, bar.bottom) if baseline < bar.y else (bar.y, bar.bottom + 6)
     line = Path(((x, ends[0]), (x, ends[1])), Pen(palette.TEXT, width=2.0))
     return [line, Text(middle, baseline, words, TEXT_SIZE, colour, "middle")]
+
+
+def agreement(value: float) -> Colour:
+    """Return the colour of an agreement of ridges: the lowest for 0 and less, the highest for 1."""
+    place = min(max(value, 0.0), 1.0) * (len(AGREEMENT) - 1)
+    k = min(int(place), len(AGREEMENT) - 2)
+    low, high, share = AGREEMENT[k], AGREEMENT[k + 1], place - k
+    red, green, blue = (round(a + share * (b - a)) for a, b in zip(low, high, strict=True))
+    return red, green, blue

@@ -28,13 +28,6 @@ REFERENCE_MARK: Final[Colour] = (190, 62, 0)
 PAIR_LINK: Final[Colour] = (12, 12, 12)
 EXAMINER_MARK: Final[Colour] = (122, 31, 162)
 
-# From low to high, along blue and yellow and from dark to light: pale relatives of cividis (Nuñez,
-# Anderton, Renslow, PLOS ONE 13(7), 2018), so that ridges stay legible on them.
-AGREEMENT: Final[tuple[Colour, ...]] = (
-    *((84, 118, 178), (136, 158, 192), (196, 198, 198)),
-    *((228, 218, 158), (255, 234, 96)),
-)
-
 MATCH: Final[Colour] = (0, 114, 86)
 NO_MATCH: Final[Colour] = (168, 34, 28)
 INCONCLUSIVE: Final[Colour] = (122, 92, 0)
@@ -44,12 +37,3 @@ DECISION: Final = {"match": MATCH, "no match": NO_MATCH, "inconclusive": INCONCL
 def hexadecimal(colour: Colour) -> str:
     """Write a colour as CSS and SVG do."""
     return "#" + bytes(colour).hex()
-
-
-def agreement(value: float) -> Colour:
-    """Return the colour of an agreement of ridges: the lowest for 0 and less, the highest for 1."""
-    place = min(max(value, 0.0), 1.0) * (len(AGREEMENT) - 1)
-    k = min(int(place), len(AGREEMENT) - 2)
-    low, high, share = AGREEMENT[k], AGREEMENT[k + 1], place - k
-    red, green, blue = (round(a + share * (b - a)) for a, b in zip(low, high, strict=True))
-    return red, green, blue

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.output import write_files
+from fpmatch.base.folders import write_files
 from fpmatch.drawing.scene.ink import shrunk
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Scene, Text
 from fpmatch.drawing.scene.palette import PANEL_EDGE, TEXT, TEXT_MUTED

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
 from zlib import crc32
 
-from fpmatch.base.output import make_private
+from fpmatch.base.folders import make_private
 from fpmatch.gallery.batch.score_file import convert_to_parquet, is_parquet
 from fpmatch.gallery.batch.store import Position, are_rows_of, flush
 

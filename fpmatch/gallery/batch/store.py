@@ -19,7 +19,8 @@ from zlib import crc32
 
 from fpmatch.base.encryption.keys import given_source, keys_for, load_keys
 from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
-from fpmatch.base.output import PRIVATE_FOLDER, create_private, make_private, reason
+from fpmatch.base.folders import PRIVATE_FOLDER, create_private, make_private
+from fpmatch.base.output import reason
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
 

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli import fast_imports
+from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import json_option, key_option, reading_options
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
     by_folder_option,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fpmatch.cli.extract import OWN_FORMATS
-from fpmatch.cli.notes import ProgressBars, first_of, say_note, show_line
+from fpmatch.cli.notes import first_of, say_note, show_line
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_note, show, show_line
+from fpmatch.cli.notes import say_note, show, show_line
 from fpmatch.cli.options import json_option, key_option
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.cli import fast_imports
-from fpmatch.cli.notes import ProgressBars, say_errors, say_note, say_notes, say_slow_kernels, show
+from fpmatch.base.threads import fast_imports
+from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.identify_text import (
     candidates_as_text,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     file_option,
     json_option,
@@ -18,6 +18,7 @@ from fpmatch.cli.options import (
     output_option,
     reading_options,
 )
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed, say_failures
 from fpmatch.gallery.cli.options import (
     by_folder_option,

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.output import make_folder, reason, remove_unfinished
+from fpmatch.base.folders import make_folder, remove_unfinished
+from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.print_segment import COLUMNS, MOST_PRINTS, PrintSegment, parameters
 from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.output import make_folder, reason
+from fpmatch.base.folders import make_folder
+from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.engine.folder_lock import folder_lock

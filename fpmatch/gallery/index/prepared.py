@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.output import make_folder, remove_unfinished
+from fpmatch.base.folders import make_folder, remove_unfinished
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.index.prints import prepared_prints

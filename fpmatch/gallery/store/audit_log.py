@@ -7,7 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
-from fpmatch.base.output import PRIVATE_FILE, create_private, reason
+from fpmatch.base.folders import create_private
+from fpmatch.base.output import PRIVATE_FILE, reason
 from fpmatch.gallery.store.audit_chain import (
     INCOMPLETE,
     START,

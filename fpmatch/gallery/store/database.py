@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
-from fpmatch.base.output import create_private, make_private, reason
+from fpmatch.base.folders import create_private, make_private
+from fpmatch.base.output import reason
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.kinds import SQLITE_HEADER
 from fpmatch.gallery.store.postgresql import is_silence, postgresql_engine, wait_for_ever

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 from urllib.parse import quote
 
-from fpmatch.base.output import make_folder
+from fpmatch.base.folders import make_folder
 from fpmatch.errors import OutputError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine.workers import Progress, no_progress

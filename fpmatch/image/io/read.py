@@ -19,7 +19,6 @@ from fpmatch.image.io.grey import (
 from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.registry import find_reader, is_image_file, other_kind
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
-from fpmatch.image.quality.ridge_scale import contradiction
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
@@ -123,8 +122,11 @@ def decode_image(
         if not data:
             raise ImageReadError("the file is empty")
         image = replace(_decode(data, limits, raw_sizes), source=source)
-    if image.dpi is not None and dpi is None and (why := contradiction(image.pixels, image.dpi)):
-        image = replace(image, dpi=None, notes=(*image.notes, why))
+    if image.dpi is not None and dpi is None:
+        from fpmatch.image.quality.ridge_scale import contradiction  # noqa: PLC0415
+
+        if why := contradiction(image.pixels, image.dpi):
+            image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
         inverted = is_inverted(image.pixels, dpi or image.dpi or STANDARD_DPI)

@@ -3,12 +3,14 @@
 Pores and creases are dots and short gaps of the valleys' grey level in the ridges; valleys have few
 dots of the ridges' level. Width and grey level vary with pressure and moisture, differently for
 ridges and for valleys. Each cue compares the dark lines of a print with its bright lines, so that
-the negative image has the opposite value.
+the negative image has the opposite value. The weights of the cues were learned from synthetic
+prints by ``python -m research train polarity``.
 """
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -17,6 +19,8 @@ import numpy as np
 from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
+from fpmatch.image.quality.measures import LinearWeights
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Mask
@@ -40,6 +44,10 @@ MAX_SIDE: Final = 448  # side of the middle part of the foreground that is measu
 _MIN_AREA: Final = 800  # pixels of the print; of either crest a tenth
 _PRIOR_DOTS: Final = 3.0  # added to the counts of either kind
 _SHRUNK: Final = 4  # side of a pixel of the smaller images that wide means are taken of
+WEIGHTS_FILE: Final = Path(__file__).with_name("polarity.json")
+MAX_EVIDENCE: Final = 8.0  # log-odds, of one image
+FARTHEST_CUE: Final = 4.0  # in units of its usual size, beyond which a cue counts no more
+MAX_PX: Final = 16_000_000  # at 500 dpi; a larger image is no print and gives no evidence
 
 
 def line_cues(grey: Grey) -> Doubles | None:
@@ -137,3 +145,30 @@ def _skewness(values: Floats) -> float:
 
 def _log_ratio(first: float, second: float) -> float:
     return math.log((float(first) + 1e-4) / (float(second) + 1e-4))
+
+
+def polarity_evidence(grey: Grey, dpi: float = STANDARD_DPI) -> float:
+    """Return the log-odds that the ridges of an image (H, W) are dark, by its lines; else 0."""
+    at_500_dpi = _resampled(grey, dpi)
+    cues = None if at_500_dpi is None else line_cues(at_500_dpi)
+    if cues is None:
+        return 0.0
+    return float(evidence_of_cues(cues, LinearWeights.load(WEIGHTS_FILE, LINE_CUES)))
+
+
+def evidence_of_cues(cues: Doubles, weights: LinearWeights) -> Doubles:
+    """Return the log-odds that ridges are dark, of cues of shape (..., 7)."""
+    limited = np.clip(weights.standardized(cues), -FARTHEST_CUE, FARTHEST_CUE)
+    return np.asarray(np.clip(limited @ weights.weight, -MAX_EVIDENCE, MAX_EVIDENCE))
+
+
+def _resampled(grey: Grey, dpi: float) -> Grey | None:
+    """Return an image at about 500 dpi; None where it is too large for a print."""
+    zoom = STANDARD_DPI / dpi
+    width, height = (max(1, round(side * zoom)) for side in grey.shape[::-1])
+    if width * height > MAX_PX:
+        return None
+    if abs(zoom - 1) < 0.01:
+        return grey
+    interpolation = cv2.INTER_AREA if zoom < 1 else cv2.INTER_CUBIC
+    return np.asarray(cv2.resize(grey, (width, height), interpolation=interpolation), np.uint8)

@@ -1,43 +1,30 @@
 """Polarity: whether a print shows its ridges white on black.
 
-Ridges and valleys differ as lines (see `fpmatch.image.quality.line_cues`); the weights of these
-cues were learned from synthetic prints by ``python -m research train polarity``. One sensor has one
-polarity, so the evidence of several images is summed. For a single image the background is weak
-evidence too.
+Ridges and valleys differ as lines (see `fpmatch.image.quality.line_cues`). For a single image the
+background is weak evidence too.
 """
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.preprocess.arrays import percentiles
-from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
-from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fpmatch.image.preprocess.arrays import Doubles, Grey
+    from fpmatch.image.preprocess.arrays import Grey
 
 Polarity = Literal["auto", "dark", "white"]
 """Grey level of an image's ridges; "auto": to be found."""
 
 INVERTED: Final = "its ridges are white on black: turned into dark ones"
 POLARITIES: Final[tuple[Polarity, ...]] = ("auto", "dark", "white")
-WEIGHTS_FILE: Final = Path(__file__).with_name("polarity.json")
 
 MIN_EVIDENCE: Final = 4.0  # log-odds from which a polarity is certain
 BACKGROUND_ODDS: Final = 3.0  # log-odds that a background like the bright or dark lines adds
-MAX_EVIDENCE: Final = 8.0  # log-odds, of one image
-FARTHEST_CUE: Final = 4.0  # in units of its usual size, beyond which a cue counts no more
-MAX_PX: Final = 16_000_000  # at 500 dpi; a larger image is no print and gives no evidence
 CLEAR_LEVEL: Final = 0.2  # background level, -1 to 1, from which a background is clearly bright
 
 # The search for the background: every second pixel, in blocks, by the standard deviation of each.
@@ -51,21 +38,6 @@ _LINE_PERCENTILES: Final = (10.0, 90.0)  # of the print's grey values: dark and 
 _MAX_OTHER: Final = 0.2  # share of the background of the other half of the grey levels
 
 
-def evidence_of_cues(cues: Doubles, weights: LinearWeights) -> Doubles:
-    """Return the log-odds that ridges are dark, of cues of shape (..., 7)."""
-    limited = np.clip(weights.standardized(cues), -FARTHEST_CUE, FARTHEST_CUE)
-    return np.asarray(np.clip(limited @ weights.weight, -MAX_EVIDENCE, MAX_EVIDENCE))
-
-
-def polarity_evidence(grey: Grey, dpi: float = STANDARD_DPI) -> float:
-    """Return the log-odds that the ridges of an image (H, W) are dark, by its lines; else 0."""
-    at_500_dpi = _resampled(grey, dpi)
-    cues = None if at_500_dpi is None else line_cues(at_500_dpi)
-    if cues is None:
-        return 0.0
-    return float(evidence_of_cues(cues, LinearWeights.load(WEIGHTS_FILE, LINE_CUES)))
-
-
 def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:
     """Return whether a single print (H, W) certainly shows white ridges.
 
@@ -75,19 +47,9 @@ def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:
     background = background_level(grey)
     if background > CLEAR_LEVEL:
         return False
+    from fpmatch.image.quality.line_cues import polarity_evidence  # noqa: PLC0415
+
     return polarity_evidence(grey, dpi) + BACKGROUND_ODDS * background <= -MIN_EVIDENCE
-
-
-def common_polarity(evidence: Sequence[float]) -> Polarity:
-    """Return the polarity of images of one sensor by the `polarity_evidence` of each.
-
-    The sum is divided by the root of their number, because images are not independent; "auto" where
-    it is not certain.
-    """
-    total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
-    if abs(total) < MIN_EVIDENCE:
-        return "auto"
-    return "dark" if total > 0 else "white"
 
 
 def check_polarity(polarity: object) -> Polarity:
@@ -121,15 +83,3 @@ def background_level(grey: Grey) -> float:
     level = float(np.clip(percentiles(levels, 50)[0], -1, 1))
     other = float((np.sign(levels) == -np.sign(level)).mean())
     return level if other <= _MAX_OTHER else 0.0
-
-
-def _resampled(grey: Grey, dpi: float) -> Grey | None:
-    """Return an image at about 500 dpi; None where it is too large for a print."""
-    zoom = STANDARD_DPI / dpi
-    width, height = (max(1, round(side * zoom)) for side in grey.shape[::-1])
-    if width * height > MAX_PX:
-        return None
-    if abs(zoom - 1) < 0.01:
-        return grey
-    interpolation = cv2.INTER_AREA if zoom < 1 else cv2.INTER_CUBIC
-    return np.asarray(cv2.resize(grey, (width, height), interpolation=interpolation), np.uint8)

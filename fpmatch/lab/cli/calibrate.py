@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_slow_kernels, show
+from fpmatch.cli.notes import say_slow_kernels, show
 from fpmatch.cli.options import (
     json_option,
     key_option,
@@ -15,6 +15,7 @@ from fpmatch.cli.options import (
     output_option,
     reading_options,
 )
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import (
     by_folder_option,
     pattern_option,

@@ -6,8 +6,9 @@ from typing import Final
 
 import click
 
+from fpmatch.cli.matchers import matcher_failures
 from fpmatch.cli.notes import say_note
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_failures, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names
 
 matchers_option: Final = click.option(
     "--matcher",

@@ -15,8 +15,9 @@ import numpy as np
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.base.parameters import Parameter, parameters_of, read_parameters
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_note, show
+from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option, json_option
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.words import match_facts
 from fpmatch.lab.points.match import (

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, first_of, say_note, show
+from fpmatch.cli.notes import first_of, say_note, show
 from fpmatch.cli.options import Name, json_option
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
 from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.lab.synthesis.presets import PRESETS

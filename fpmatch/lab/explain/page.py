@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import re
+import secrets
+import shutil
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
+from fpmatch.base.folders import make_folder, write_files
 from fpmatch.base.html import page_templates
-from fpmatch.base.output import write_folder
+from fpmatch.base.output import reason
 from fpmatch.drawing.scene.items import Scene
 from fpmatch.drawing.scene.svg import svg_text
+from fpmatch.errors import OutputError
 from fpmatch.printable import json_text, printable, printable_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
+    import os
+    from collections.abc import Mapping, Sequence
 
     from fpmatch.lab.explain.steps import Step
 
@@ -50,3 +55,31 @@ def write_page(
     files[PAGE] = printable_lines(html.lstrip()).encode()
     files[NUMBERS] = (json_text(numbers, indent=None) + "\n").encode()
     write_folder(files, folder, replaced=OWN_FILE)
+
+
+def write_folder(
+    contents: Mapping[str, bytes], folder: str | os.PathLike[str], *, replaced: re.Pattern[str]
+) -> None:
+    """Write files, by name, as a private folder that appears whole or not at all.
+
+    It takes the place of a folder whose files all have names that `replaced` matches; raises
+    OutputError where another file is there.
+    """
+    target = Path(folder).resolve()
+    unfinished, earlier = (target.parent / f".{secrets.token_hex(8)}.part" for _ in range(2))
+    try:
+        others = sorted(path.name for path in target.iterdir()) if target.exists() else []
+        if other := next((name for name in others if not replaced.fullmatch(name)), None):
+            raise OutputError(f"{folder}: holds another file, {other}: name a new folder")
+        make_folder(target.parent)
+        write_files(contents, unfinished)
+        if target.exists():
+            target.rename(earlier)
+        unfinished.rename(target)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {reason(error)}") from error
+    finally:
+        if earlier.exists() and not target.exists():
+            earlier.rename(target)
+        for rest in (unfinished, earlier):
+            shutil.rmtree(rest, ignore_errors=True)

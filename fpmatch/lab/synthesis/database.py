@@ -16,7 +16,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.output import atomic_write_bytes, reason, remove_unfinished
+from fpmatch.base.folders import remove_unfinished
+from fpmatch.base.output import atomic_write_bytes, reason
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress, run_chunks

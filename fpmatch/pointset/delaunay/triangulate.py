@@ -30,7 +30,6 @@ import numpy as np
 from fpmatch.pointset.delaunay._delaunay_kernel import link_points
 from fpmatch.pointset.delaunay._mesh_arrays_kernel import collect_arrays
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
-from fpmatch.pointset.geometry.frames import UnitFrame
 from fpmatch.pointset.geometry.points import as_points
 
 if TYPE_CHECKING:
@@ -69,12 +68,6 @@ class Triangulation:
     def __len__(self) -> int:
         return len(self.points)
 
-    @property
-    def has_coincident(self) -> bool:
-        """Whether points of a mesh that has triangles coincide."""
-        distinct = (len(self.triangles) + 2 + len(self.hull)) // 2  # Euler
-        return distinct < len(self)
-
     def one_ring(self, i: int) -> NDArray[np.int32]:
         """Return the neighbours of point `i`, counter-clockwise."""
         return self.ring[self.ring_start[i] : self.ring_start[i + 1]]
@@ -106,6 +99,8 @@ def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triang
     Points that are equal to 2**-grid_bits of the extent coincide: the first stands for the rest,
     and each of the others is joined to it alone.
     """
+    from fpmatch.pointset.geometry.frames import UnitFrame  # noqa: PLC0415  (else not needed)
+
     n = len(points)
     steps = np.rint(np.ldexp(UnitFrame.of(points).apply(points), grid_bits))
     z = np.ldexp(steps, -grid_bits).view(np.complex128).ravel()

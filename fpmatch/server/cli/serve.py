@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final, Literal
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import ProgressBars, say_note, say_slow_kernels, show_line
+from fpmatch.cli.notes import say_note, say_slow_kernels, show_line
 from fpmatch.cli.options import file_option, key_option
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.cli.options import workers_option

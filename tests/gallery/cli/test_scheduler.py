@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.cli.notes import ProgressBars
+from fpmatch.cli.progress import ProgressBars
 from tests.conftest import assert_refused, copied
 from tests.gallery.conftest import kill_one, start_cluster
 

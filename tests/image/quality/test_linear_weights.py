@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.image.quality import polarity, print_quality
-from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.quality import print_quality
+from fpmatch.image.quality.line_cues import LINE_CUES, WEIGHTS_FILE
 from fpmatch.image.quality.measures import LinearWeights
 
 WEIGHTS = {
-    "scripts/train_polarity": LinearWeights.load(polarity.WEIGHTS_FILE, LINE_CUES),
+    "scripts/train_polarity": LinearWeights.load(WEIGHTS_FILE, LINE_CUES),
     "scripts/train_quality": LinearWeights.load(print_quality.WEIGHTS_FILE, print_quality.FEATURES),
 }
 

@@ -5,20 +5,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ImageError
-from fpmatch.image.quality import polarity
-from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.folder_polarity import common_polarity
+from fpmatch.image.quality import line_cues as lines
+from fpmatch.image.quality.line_cues import (
+    LINE_CUES,
+    MAX_EVIDENCE,
+    WEIGHTS_FILE,
+    evidence_of_cues,
+    polarity_evidence,
+)
 from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.image.quality.polarity import (
-    MAX_EVIDENCE,
     MIN_EVIDENCE,
     POLARITIES,
-    WEIGHTS_FILE,
     background_level,
     check_polarity,
-    common_polarity,
-    evidence_of_cues,
     is_inverted,
-    polarity_evidence,
 )
 from research.training.background import other_background
 from tests.image.made_images import hostile_pictures
@@ -68,7 +70,7 @@ def test_no_print_no_ridges(picture):
 def test_large_and_tiny_images(pressed, monkeypatch):
     twice = pressed[0].repeat(2, axis=0).repeat(2, axis=1)
     assert polarity_evidence(twice, 1000) > 0
-    monkeypatch.setattr(polarity, "MAX_PX", 10_000_000)
+    monkeypatch.setattr(lines, "MAX_PX", 10_000_000)
     assert polarity_evidence(twice, 100) == 0
     assert polarity_evidence(np.zeros((15, 300), np.uint8)) == 0
     assert polarity_evidence(pressed[0][:1, :1], 4000) == 0

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
+from fpmatch.base.folders import make_folder
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.lab.evaluation.rates.error_rates import POOLED, error_curves
 from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES

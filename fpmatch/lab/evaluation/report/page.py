@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
+from fpmatch.base.folders import make_folder
 from fpmatch.base.html import page_templates
-from fpmatch.base.output import atomic_write_bytes, check_writable, make_folder
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
 from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs

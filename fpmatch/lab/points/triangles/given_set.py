@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
     from fpmatch.pointset.geometry.point_match import PointMatch
 
@@ -106,12 +107,18 @@ def _match_distinct(
     p: GivenSet, q: GivenSet, match: Callable[[GivenSet, GivenSet], PointMatch]
 ) -> PointMatch:
     """Match two sets by `match`; where points coincide, their distinct points."""
-    if not (p.mesh.has_coincident or q.mesh.has_coincident):
+    if not (_has_coincident(p.mesh) or _has_coincident(q.mesh)):
         return match(p, q)
     (distinct_p, index_p), (distinct_q, index_q) = _unique_points(p.given), _unique_points(q.given)
     matched = match(GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q))
     pairs = _pairs_of_coincident(matched.pairs, index_p, index_q)
     return replace(matched, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
+
+
+def _has_coincident(mesh: Triangulation) -> bool:
+    """Return whether points of a mesh that has triangles coincide."""
+    distinct = (len(mesh.triangles) + 2 + len(mesh.hull)) // 2  # Euler
+    return distinct < len(mesh)
 
 
 def _unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -160,12 +160,6 @@ def wants_image(matcher: Matcher) -> bool:
     return getattr(matcher, "wants_image", False)
 
 
-def refuse_images(matcher: Matcher, where: str) -> None:
-    """Raise MatcherError if a matcher wants images, `where` there are none."""
-    if wants_image(matcher):
-        raise MatcherError(f"matcher {matcher.name} compares images: {where}")
-
-
 def may_match(matcher: Matcher, comparison: Comparison) -> bool:
     """Return whether a comparison can be a match, with a score that is high enough.
 

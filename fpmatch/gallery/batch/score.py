@@ -21,9 +21,9 @@ from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import refuse_images
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:

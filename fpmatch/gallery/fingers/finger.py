@@ -25,7 +25,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import refuse_images
+from fpmatch.matching.result import wants_image
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
 
 if TYPE_CHECKING:
@@ -235,3 +235,9 @@ def fused_scores(
     relative += np.bincount(finger, 10.0 ** ((scores - best[finger]) / 10.0), len(count))
     fused: NDArray[np.float64] = np.clip(best + 10.0 * np.log10(relative / count), 0.0, MAX_SCORE)
     return fused
+
+
+def refuse_images(matcher: Matcher, where: str) -> None:
+    """Raise MatcherError if a matcher wants images, `where` there are none."""
+    if wants_image(matcher):
+        raise MatcherError(f"matcher {matcher.name} compares images: {where}")

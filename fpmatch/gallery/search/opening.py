@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO, LISTED_UP_TO
 from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import refuse_images
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,10 +11,10 @@ import numpy as np
 
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE, Comparer
 from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
-from fpmatch.gallery.fingers.finger import Finger
+from fpmatch.gallery.fingers.finger import Finger, refuse_images
 from fpmatch.lab.evaluation.databases.extraction import SetImages
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.result import refuse_images, wants_image
+from fpmatch.matching.result import wants_image
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,6 +9,7 @@ import numpy as np
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.background import no_background
 from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
@@ -18,7 +19,6 @@ from fpmatch.lab.evaluation.open_set.searches import search_all
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import refuse_images
 from fpmatch.printable import count
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ LEAST_INSIDE = cython.declare(cython.double, plausibility.LEAST_INSIDE)
 LEAST_ALONG = cython.declare(cython.double, plausibility.LEAST_ALONG)
 
 _TURN = 2.0 * np.pi * (np.arange(256) - 1.0) / 255
-FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])
-"""Cosine and sine of twice the orientation that a code of a print area stands for; see there."""
+FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])  # of twice the orientation of a code
 
 
 @cython.final
@@ -64,10 +63,7 @@ class TemplateView:
         self.step, self.per_px, self.has_flow = step, 1.0 / step, has_flow
 
     def lies_off_ridges(self, flow):
-        """Return whether few minutiae lie on the print's ridges, or most across them.
-
-        `flow` is `FLOW_OF_CODE`; see `fpmatch.templates.plausibility`.
-        """
+        """Return whether few minutiae lie on the ridges, or most across; `flow`: `FLOW_OF_CODE`."""
         if not self.has_flow or self.size < ENOUGH_ON_RIDGES:
             return False
         on: cython.Py_ssize_t = 0

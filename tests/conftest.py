@@ -131,18 +131,16 @@ def kernels_line():
 
 @pytest.fixture
 def template(rng):
-    """Return a template with every kind of minutia and a ridge field with a hole."""
+    """Return a template with every kind of minutia, along a ridge field with holes."""
     n = 30
-    minutiae = Minutiae(
-        x=rng.uniform(0, 388, n),
-        y=rng.uniform(0, 374, n),
-        angle=rng.uniform(0, 2 * np.pi, n),
-        kind=rng.integers(0, 3, n),
-        quality=rng.integers(0, 101, n),
-    )
-    mask = rng.random((23, 24)) < 0.7
-    orientation = np.where(mask, rng.uniform(0, np.pi, mask.shape), np.nan)
-    return Template(minutiae, 388, 374, 500.0, RidgeField(16.0, orientation, mask))
+    x, y = rng.uniform(0, 388, n), rng.uniform(0, 374, n)
+    turned, kind, quality = rng.integers(0, 2, n), rng.integers(0, 3, n), rng.integers(0, 101, n)
+    mask, orientation = rng.random((23, 24)) < 0.7, rng.uniform(0, np.pi, (23, 24))
+    cells = np.minimum(y // 16, 22).astype(int), np.minimum(x // 16, 23).astype(int)
+    mask[cells] = True
+    minutiae = Minutiae(x, y, orientation[cells] + np.pi * turned, kind, quality)
+    field = RidgeField(16.0, np.where(mask, orientation, np.nan), mask)
+    return Template(minutiae, 388, 374, 500.0, field)
 
 
 @pytest.fixture

@@ -19,10 +19,11 @@ SIDE = 400.0
 
 @pytest.fixture
 def whole(rng):
-    """Return the minutiae of a whole finger: x, y, angle and kind."""
+    """Return the minutiae of a whole finger, about along its level ridges: x, y, angle and kind."""
     places = np.stack(np.meshgrid(np.arange(20, SIDE, 40), np.arange(20, SIDE, 40)), -1)
     xy = places.reshape(-1, 2) + rng.uniform(-12, 12, (100, 2))
-    return xy, rng.uniform(0, 2 * np.pi, 100), rng.integers(1, 3, 100)
+    angle = np.pi * rng.integers(0, 2, 100) + rng.uniform(-0.5, 0.5, 100)
+    return xy, angle, rng.integers(1, 3, 100)
 
 
 def window(whole, pose, dpi=500.0, side=240):
@@ -34,7 +35,8 @@ def window(whole, pose, dpi=500.0, side=240):
     m = Minutiae(*seen[inside].T, angle[inside] + pose.rotation, kind[inside])
     pixels = math.ceil(side * zoom)
     cells = np.ones((pixels // 16, pixels // 16), bool)
-    field = RidgeField(16.0 * pixels / (pixels // 16 * 16), np.zeros(cells.shape), cells)
+    orientation = np.full(cells.shape, pose.rotation % np.pi)
+    field = RidgeField(16.0 * pixels / (pixels // 16 * 16), orientation, cells)
     return Template(m, pixels, pixels, dpi, field)
 
 

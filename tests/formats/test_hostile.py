@@ -134,7 +134,7 @@ def test_a_bad_file_is_named_with_its_reason(tmp_path, data, reason):
 
 def in_base64(number):
     """Return a number for each cell inside the mask of the template."""
-    return base64.b64encode(number * 382).decode()
+    return base64.b64encode(number * 396).decode()
 
 
 @pytest.mark.parametrize(
@@ -166,12 +166,12 @@ def in_base64(number):
         ("ridge_field.rows", 99, "mask has 69 bytes, expected 297"),
         ("ridge_field.mask", "////", "mask has 3 bytes, expected 69"),
         ("ridge_field.mask", "no!", "mask is not base64"),
-        ("ridge_field.orientation", "AAAA", "orientation has 3 bytes, expected 1528"),
+        ("ridge_field.orientation", "AAAA", "orientation has 3 bytes, expected 1584"),
         ("ridge_field.orientation", "//8=//8=", "orientation is not base64"),
         ("ridge_field.orientation", in_base64(b"\0\0\xc0\x7f"), "must lie from 0"),  # no number
         ("ridge_field.orientation", in_base64(b"\0\0\0\x41"), "must lie from 0"),  # 8 radians
-        ("ridge_field.ridges", "AAAA", "ridges has 3 bytes, expected 3056"),
-        ("ridge_field.ridges", "", "ridges has 0 bytes, expected 3056"),
+        ("ridge_field.ridges", "AAAA", "ridges has 3 bytes, expected 3168"),
+        ("ridge_field.ridges", "", "ridges has 0 bytes, expected 3168"),
         ("ridge_field.ridges", "é", "ridges is not base64"),
         ("ridge_field.ridges", None, '"ridges" must be there and of type str'),
         ("ridge_field.ridges", [1], '"ridges" must be there and of type str'),

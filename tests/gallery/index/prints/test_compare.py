@@ -79,7 +79,8 @@ def table_of(prints, **limits):
 
 def some_field(rng, k):
     """Return no field, one that does not show its ridges, or one that does, but for a few bits."""
-    field = striped_field(side=FIELD_SIDE)
+    step = 320.0 / FIELD_SIDE  # that of few cells, too, reaches as far as the minutiae
+    field = striped_field(period=0.625 * step, side=FIELD_SIDE, step=step)
     worn = field.ridges ^ (np.uint64(1) << rng.integers(0, 64, field.ridges.shape, np.uint64))
     return [replace(field, ridges=worn), None, replace(field, ridges=None)][k % 3]
 

@@ -218,7 +218,7 @@ def try_all_cells(templates: Sequence[Template], key: Key) -> dict[str, float]:
 
 
 def try_dictionary(
-    sets: Sequence[PrintSet], keys: tuple[Key, Key], strangers: Sequence[Template]
+    sets: Sequence[PrintSet], keys: tuple[Key, Key], impostors: Sequence[Template]
 ) -> dict[str, dict[str, float]]:
     """Return what dictionaries of templates find, made with the key of the attacked or another.
 
@@ -229,7 +229,7 @@ def try_dictionary(
     scores = load_calibration(MATCHER.name, CALIBRATION).scores
     shares: dict[str, dict[str, float]] = {}
     for name, key in zip(("known", "unknown"), keys, strict=True):
-        entries = [protect(template, key) for template in strangers]
+        entries = [protect(template, key) for template in impostors]
         best, nearest, chance = [], [], []
         for one in sets:
             attacked = [protect(template, keys[0]) for template in one.templates]

@@ -40,10 +40,10 @@ SMEARED_BRIGHTNESS: Final = 0.3  # from ink (5th percentile) to paper (95th): fi
 class PlaceCounts:
     """Count the minutiae of one place; counts add up."""
 
-    known: int = 0  # known minutiae: true ones that can be seen, or those of another extractor
-    found: int = 0  # those of them that were extracted
-    extracted: int = 0  # extracted minutiae, without those that are true ones not to be seen
-    right: int = 0  # those of them that are known ones
+    known: int = 0  # true minutiae that can be seen, or minutiae of another extractor
+    found: int = 0  # known minutiae that were extracted
+    extracted: int = 0  # extracted minutiae, but for true ones that cannot be seen
+    right: int = 0  # extracted minutiae that are known
 
     def __add__(self, other: PlaceCounts) -> PlaceCounts:
         return PlaceCounts(

@@ -158,7 +158,7 @@ def _batch(
 def _cut(
     pair: Pair, rng: np.random.Generator, zoom: float, p: LearningParameters
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Draw where a patch lies: the matrix (2, 3) from its pixels to those of the picture."""
+    """Draw the place of a patch: the matrix (2, 3) from its pixels to the picture's pixels."""
     inside = pair.inside
     height, width = inside.shape
     y, x = int(rng.integers(height)), int(rng.integers(width))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
+from fpmatch.matching.prints._kernels import _template_view_kernel
 from fpmatch.matching.prints._kernels._preparation_kernel import box_of, write_codes
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.ridge_field import RidgeField
 
 
-ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
+ORIENTATIONS: Final = _template_view_kernel.ORIENTATIONS
 
 
 @dataclass(frozen=True, slots=True, eq=False)

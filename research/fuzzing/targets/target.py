@@ -42,7 +42,7 @@ class Target:
 
     name: str  # of the target; saved inputs are named after it
     make: Callable[[], Reader]  # returns the reader; called once, before processes are forked
-    mutators: tuple[Mutator, ...] = ()  # besides those of any bytes
+    mutators: tuple[Mutator, ...] = ()  # in addition to the mutators of bytes
     words: tuple[bytes, ...] = ()  # that are put into files
     group: Group = "readers"
     kernels: bool = False

@@ -96,11 +96,11 @@ def test_a_threshold_keeps_candidates_and_what_nobody_knows(output):
 def test_listed_pairs_in_their_order(output, tmp_path):
     listed = tmp_path / "pairs.csv"
     listed.write_text("probe_2,reference_3\nprobe_0,reference_1\n")
-    told = []
-    done = run(output, pairs=listed, progress=lambda *state: told.append(state))
+    reported = []
+    done = run(output, pairs=listed, progress=lambda *state: reported.append(state))
     assert [r["reference"] for r in rows(output)] == ["reference_3", "reference_1"]
     assert (done.probes, done.references, done.failures) == (2, 2, ())
-    assert ("probes", 2, 2) in told
+    assert ("probes", 2, 2) in reported
 
 
 def test_one_folder_on_both_sides_is_read_once(output):

@@ -225,15 +225,14 @@ def test_a_cluster_without_workers_is_given_up(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_is_lost_meanwhile_is_one_line(other_cluster, capfd):
+def test_a_scheduler_that_is_lost_meanwhile_is_one_line(
+    other_cluster, killed_after_a_result, capfd
+):
     address, process = other_cluster()
     with make_engine(scheduler=address) as engine:
         results = engine.map(chunk_work.process, None, count())
-        next(results)
-        process.kill()
-        with pytest.raises(EngineError) as raised:
-            list(islice(results, 1000))
-    assert str(raised.value) == f"{address}: the connection to the scheduler is lost"
+        refusal = killed_after_a_result(process, results)
+    assert refusal == f"{address}: the connection to the scheduler is lost"
     assert capfd.readouterr().err == ""
 
 

@@ -27,9 +27,9 @@ def entries(*prints):
 def test_a_print_of_another_finger_is_told_with_the_pair_that_disagrees(gallery):
     gallery.add(entries(("a", 1, 1), ("a", 2, 1, 1000.0), ("a", 3, 2)))
     gallery.add(entries(("b", 1, 3), ("b", 2, 3, 400.0), ("c", 1, 4)))
-    told = []
-    first, second = check_fingers(gallery, progress=lambda _, done, __: told.append(done))
-    assert told == [0, 3, 5]
+    reported = []
+    first, second = check_fingers(gallery, progress=lambda _, done, __: reported.append(done))
+    assert reported == [0, 3, 5]
     assert not first.consistent
     assert [[entry.id for entry in group] for group in first.groups] == [[1, 2], [3]]
     (pair,) = first.disagreements

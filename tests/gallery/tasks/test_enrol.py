@@ -47,8 +47,8 @@ def labels(gallery):
 
 
 def test_new_prints_are_enrolled_and_failures_kept(gallery, folder):
-    told = []
-    result = enrol(gallery, folder, progress=lambda *row: told.append(row))
+    reported = []
+    result = enrol(gallery, folder, progress=lambda *row: reported.append(row))
     assert (result.enrolled, result.known) == (24, 0)
     expected = {
         "7_1.tif": "broken",
@@ -59,8 +59,8 @@ def test_new_prints_are_enrolled_and_failures_kept(gallery, folder):
     assert sorted(result.failures, key=lambda f: f.source) == failures
     assert gallery.failures() == failures
     assert labels(gallery) == [f"{s}_{i}" for s in range(1, 7) for i in range(1, 5)]
-    assert (told[0], told[-1]) == (("enrol", 0, 27), ("enrol", 27, 27))
-    assert [done for _, done, _ in told] == sorted(done for _, done, _ in told)
+    assert (reported[0], reported[-1]) == (("enrol", 0, 27), ("enrol", 27, 27))
+    assert [done for _, done, _ in reported] == sorted(done for _, done, _ in reported)
 
 
 def test_again_nothing_is_extracted_but_what_failed(gallery, folder):

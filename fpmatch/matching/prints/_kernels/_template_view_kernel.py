@@ -14,7 +14,8 @@ ENOUGH_ON_RIDGES = cython.declare(cython.Py_ssize_t, plausibility.ENOUGH_ON_RIDG
 LEAST_INSIDE = cython.declare(cython.double, plausibility.LEAST_INSIDE)
 LEAST_ALONG = cython.declare(cython.double, plausibility.LEAST_ALONG)
 
-_TURN = 2.0 * np.pi * (np.arange(256) - 1.0) / 255
+ORIENTATIONS = 255  # steps of ridge orientation in half a turn; one code is left
+_TURN = 2.0 * np.pi * (np.arange(ORIENTATIONS + 1) - 1.0) / ORIENTATIONS
 FLOW_OF_CODE = np.stack([np.cos(_TURN), np.sin(_TURN)])  # of twice the orientation of a code
 
 

@@ -9,9 +9,10 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
-from fpmatch.image.quality.ridge_scale import possible_dpi
+from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
 from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
+from fpmatch.matching.verification import CANDIDATE_RATIOS
 from fpmatch.matching.verify import find_identity, verify
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_dict
@@ -94,8 +95,9 @@ def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions)
 def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> ComparedPair:
     """Verify two given prints, also at other resolutions where nothing states theirs.
 
-    Others are tried where the prints do not match, or match at two scales. All of them together
-    may match by chance in `OTHERS_SHARE` of the stated rate, which lowers their scores.
+    Others are tried where the prints do not match, or match at two scales: the usual ones, then
+    that by which the scale differs. All of one kind together may match by chance in `OTHERS_SHARE`
+    of the stated rate, which lowers their scores.
     """
     pair = _verified(probe, reference, options)
     first = pair.verification
@@ -103,20 +105,21 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
         return pair
     if first.match and not _differ_in_scale(pair):
         return pair
-    others = _other_resolutions(probe, reference)
+    usual = _other_resolutions(probe, reference)
     at = cache(GivenPrint.at)
-    tried = [_verified(at(probe, a), at(reference, b), options) for a, b in others]
-    if first.match:
-        tried = [one for one in tried if not _differ_in_scale(one)]
-    if not tried:
-        return pair
-    best = max(tried, key=lambda one: one.verification.score)
-    v = best.verification
-    allowance = 10.0 * math.log10(len(others) / OTHERS_SHARE)
-    score = min(first.score, v.score) if first.match else v.score - allowance
-    if not v.match or score < v.threshold:
-        return pair
-    return replace(best, verification=replace(v, score=score, fmr=score_to_fmr(score)))
+    for others, trials in ((usual, len(usual)), (_by_scale(pair), len(CANDIDATE_RATIOS))):
+        tried = [_verified(at(probe, a), at(reference, b), options) for a, b in others]
+        if first.match:
+            tried = [one for one in tried if not _differ_in_scale(one)]
+        if not tried:
+            continue
+        best = max(tried, key=lambda one: one.verification.score)
+        v = best.verification
+        allowance = 10.0 * math.log10(trials / OTHERS_SHARE)
+        score = min(first.score, v.score) if first.match else v.score - allowance
+        if v.match and score >= v.threshold:
+            return replace(best, verification=replace(v, score=score, fmr=score_to_fmr(score)))
+    return pair
 
 
 def _verified(probe: GivenPrint, reference: GivenPrint, options: dict[str, Any]) -> ComparedPair:
@@ -143,6 +146,21 @@ def _other_resolutions(probe: GivenPrint, reference: GivenPrint) -> list[tuple[f
     apart = math.log(periods[0] / periods[1])
     unlike = {dpi: abs(apart - math.log(dpi[0] / dpi[1])) for dpi in both}
     return [dpi for dpi, much in unlike.items() if much <= MOST_UNLIKE and dpi != own]
+
+
+def _by_scale(pair: ComparedPair) -> list[tuple[float, float]]:
+    """Return resolutions at which two prints that do not match have one scale; none if unknown."""
+    v, scale = pair.verification, pair.verification.scale
+    if v.match or scale is None or not scale.differs:
+        return []
+    probe_dpi, reference_dpi = v.probe.dpi, v.reference.dpi
+    if not pair.probe.dpi_stated:
+        probe_dpi = round(probe_dpi / scale.ratio)
+    else:
+        reference_dpi = round(reference_dpi * scale.ratio)
+    sides = ((pair.probe, probe_dpi), (pair.reference, reference_dpi))
+    sound = all(one.image is None or is_sound(one.pixels.shape, dpi) for one, dpi in sides)
+    return [(probe_dpi, reference_dpi)] if sound else []
 
 
 def _resolutions(given: GivenPrint, other: GivenPrint) -> list[float]:

@@ -109,3 +109,10 @@ def test_verify_says_which_and_how_it_is_known(run, tmp_path):
     given = run("verify", *files, "--probe-dpi", 363, "--reference-dpi", 500, "--json")
     sources = json.loads(given.stdout)["resolution"]
     assert {one["source"] for one in sources.values()} == {"given"}
+
+
+def test_a_resolution_that_is_not_usual_is_found_by_the_scale():
+    pair = verify_given(unstated("101_1.tif", 700), stated("101_3.tif", 500))
+    assert pair.verification.decision == "match"
+    assert pair.probe.template.dpi == pytest.approx(700, rel=0.06)
+    assert pair.probe.dpi_source == "found"

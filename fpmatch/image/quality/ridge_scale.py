@@ -82,20 +82,20 @@ def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]
     Where they allow none of these, it is one of about the typical distance, else 500 dpi. An image
     of this shape (H, W) keeps a size at 500 dpi that a print may have.
     """
-    usual = [dpi for dpi in USUAL_DPI if _is_sound(shape, dpi)]
+    usual = [dpi for dpi in USUAL_DPI if is_sound(shape, dpi)]
     if period_px is None:
         return usual
     apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in usual}
     possible = [dpi for dpi in usual if _within(apart[dpi], POSSIBLE_MM)]
     if not possible:
         typical = round(period_px * MM_PER_INCH / TYPICAL_MM, -1)
-        return [typical if _is_sound(shape, typical) else STANDARD_DPI]
+        return [typical if is_sound(shape, typical) else STANDARD_DPI]
     return sorted(
         possible, key=lambda dpi: (dpi != STANDARD_DPI, abs(math.log(apart[dpi] / TYPICAL_MM)))
     )
 
 
-def _is_sound(shape: tuple[int, ...], dpi: float) -> bool:
+def is_sound(shape: tuple[int, ...], dpi: float) -> bool:
     """Return whether an image of this shape is neither too large nor too small at a resolution."""
     if dpi == STANDARD_DPI:
         return True

@@ -83,7 +83,7 @@ def inspect_file(
 ) -> Inspection:
     """Find out what a file, an image or a template, contains, by its content, whatever its name.
 
-    An image is taken to be of `dpi` dots per inch (default: the resolution in the file, else 500).
+    An image is taken to be of `dpi` dots per inch (default: that in the file, else by its ridges).
 
     Raises TemplateError, ImageReadError or ImageError if it is no such file, or damaged.
     """

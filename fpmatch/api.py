@@ -146,8 +146,8 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     print_ : Template, str, path-like, GreyImage, ndarray or PIL image
         A template; a file with an image or a template; or a picture, with dark ridges.
     dpi : float, optional
-        Resolution of an image (default: that in ``dataset.toml`` beside a file, else in the file,
-        else 500).
+        Resolution of an image (default: that in ``dataset.toml`` beside a file, else in the file;
+        else 500, or the usual one that the ridges indicate).
     enhance : str
         Enhancement of the ridges; see `extract`.
 
@@ -201,8 +201,8 @@ def verify(
     calibration : Calibration, optional
         Turns similarities into scores (default: as measured by the package).
     dpi : float, optional
-        Resolution of images (default: that in ``dataset.toml`` beside a file, else in the file,
-        else 500).
+        Resolution of images (default: that in ``dataset.toml`` beside a file, else in the file;
+        else the usual one that the ridges and the match indicate).
     enhance : str
         Enhancement of the ridges; see `extract`.
 
@@ -245,7 +245,8 @@ def verify(
         from fpmatch.prints.pair import verify_given  # noqa: PLC0415  (not needed for templates)
 
         sides = [_given(one, dpi, enhance) for one in (probe, reference)]
-        verified = verify_given(*sides, **options)
+        pair = verify_given(*sides, **options)
+        verified, sides = pair.verification, [pair.probe, pair.reference]
         first, second = (None if one.image is None else one.image.pixels for one in sides)
     values = {name: getattr(verified, name) for name in _FIELDS}
     return VerifiedPrints(**values, images=(first, second))

@@ -157,6 +157,7 @@ research.add_command(
         modules={
             "calibration": ("experiments.calibration_check", "False match rates at scores."),
             "images": ("checks.images", "Detection of wrong resolutions."),
+            "resolution": ("checks.resolution", "Resolutions that no file states."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "points": ("experiments.point_targets", "Results on point sets that miss targets."),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),

@@ -15,7 +15,7 @@ from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import MinutiaKind
+from fpmatch.templates.minutiae import STANDARD_DPI, MinutiaKind
 from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
@@ -29,13 +29,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class InspectedImage:
-    """Properties of an image; `dpi` is None if unknown, `quality` if it can be no print."""
+    """Properties of an image; `dpi` is None if unknown, `quality` if it can be no print.
+
+    `likely_dpi` is what the ridges indicate where `dpi` is unknown and 500 is not possible.
+    """
 
     width: int
     height: int
     dpi: float | None
     notes: tuple[str, ...] = ()
     quality: PrintQuality | None = None
+    likely_dpi: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +67,8 @@ class Inspection:
             prefix = "image of " if self.prints else ""
             size = _size(self.image.width, self.image.height)
             parts += [prefix + size, _dpi(self.image.dpi)]
+            if self.image.likely_dpi is not None:
+                parts[-1] += f", by the ridges {self.image.likely_dpi:g} dpi"
             if self.image.quality is not None:
                 parts.append(str(self.image.quality))
         notes = (*self.notes, *(self.image.notes if self.image else ()))
@@ -77,7 +83,7 @@ def inspect_file(
 ) -> Inspection:
     """Find out what a file, an image or a template, contains, by its content, whatever its name.
 
-    An image is taken to be of `dpi` dots per inch (default: the resolution in the file, else 500).
+    An image is taken to be of `dpi` dots per inch (default: that in the file, else by its ridges).
 
     Raises TemplateError, ImageReadError or ImageError if it is no such file, or damaged.
     """
@@ -106,15 +112,16 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
     from fpmatch.image.extract import assess
 
     height, width = image.pixels.shape
-    notes = image.notes
+    notes, known, likely = image.notes, dpi or image.dpi, None
     try:
         assessed = assess(image, dpi)
         quality = assessed.quality
         notes += find_doubts(assessed.template)
+        likely = None if known or assessed.template.dpi == STANDARD_DPI else assessed.template.dpi
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {without_path(str(error), image.source)}",)
-    return InspectedImage(width, height, dpi or image.dpi, notes, quality)
+    return InspectedImage(width, height, known, notes, quality, likely)
 
 
 def _print(view: View) -> dict[str, Any]:

@@ -137,7 +137,7 @@ _DPI: Final = click.option(
     "--dpi",
     type=float,
     help="Resolution of the prints in dots per inch.  [default: that of dataset.toml beside a "
-    "file, else of the file, else 500]",
+    "file, else of the file, else by its ridges]",
 )
 _RAW: Final = click.option(
     "--raw",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.prints.pair import ComparedPair, PairOptions
-    from fpmatch.prints.reading import GivenPrint
+    from fpmatch.prints.reading import DpiSource, GivenPrint
     from fpmatch.templates.minutiae import Template
 
 KINDS: Final = ("unknown", "ending", "bifurcation")
@@ -40,6 +40,12 @@ LONGEST_TEXT: Final = 200_000  # characters of notes
 LONGEST_CASE_NUMBER: Final = 60  # characters; it is on one line of each page
 _LONGEST_HEADER: Final = 110  # characters, of each page
 _MOST_MARKS: Final = 500
+_DPI_SOURCES: Final[dict[DpiSource, str]] = {
+    "given": "of dataset.toml",
+    "stated": "of the file",
+    "found": "by the ridges: the file does not state it",
+    "assumed": "assumed: the file does not state it",
+}
 _FARTHEST_MARK: Final = 1e6  # pixels
 _LINE_BREAK: Final = re.compile("\r\n|[\n\v\f\r\x85\u2028\u2029]")
 _NOT_PLAIN: Final = re.compile("[^0-9A-Za-z]")
@@ -131,8 +137,8 @@ def settings_of(
 
 def _resolution(given: GivenPrint, dpi: float | None) -> str:
     """Return the resolution of a print and where it comes from; `dpi` is the one given for it."""
-    assumed = "assumed: the file does not state it" if given.dpi_assumed else "of the file"
-    return f"{given.template.dpi:g} dpi, {'as given' if dpi else assumed}"
+    source = "as given" if dpi else _DPI_SOURCES[given.dpi_source]
+    return f"{given.template.dpi:g} dpi, {source}"
 
 
 def case_report(

@@ -23,6 +23,7 @@ from fpmatch.image.quality.print_quality import (
     grade,
     wrong_resolution,
 )
+from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import (
     BRANCH_PX,
@@ -63,7 +64,8 @@ def extract(
     image : str, Path, GreyImage or ndarray, shape (H, W) or (H, W, 3 or 4)
         A file, an image returned by `read_image`, or pixels with dark ridges.
     dpi : float, optional
-        Resolution; by default the file's own, and 500 where that is unknown.
+        Resolution; by default the file's own; where that is unknown, 500, or the usual one that
+        the ridges indicate.
     enhance : str
         "learned": by a small network; "filters": by oriented filters.
     recorder : Recorder, optional
@@ -99,7 +101,8 @@ def extract(
     source = read_image(image) if isinstance(image, str | Path) else image
     if isinstance(source, np.ndarray):
         source = GreyImage(as_grey(source))
-    resolution = check_dpi(next(d for d in (dpi, source.dpi, STANDARD_DPI) if d is not None))
+    known = source.dpi if dpi is None else dpi
+    resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
 

@@ -16,7 +16,8 @@ from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.quality.line_cues import polarity_evidence
 from fpmatch.image.quality.polarity import MIN_EVIDENCE
-from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.image.quality.ridge_scale import likely_dpi
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -116,7 +117,7 @@ def _evidence(reader: Callable[..., object], sample: tuple[Path, float | None]) 
         return None
     if not isinstance(image, GreyImage):
         return None
-    return polarity_evidence(image.pixels, dpi or image.dpi or STANDARD_DPI)
+    return polarity_evidence(image.pixels, dpi or image.dpi or likely_dpi(image.pixels))
 
 
 def common_polarity(evidence: Sequence[float]) -> Polarity:

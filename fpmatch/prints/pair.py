@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from functools import cache, cached_property
+from itertools import product
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.calibration import fmr_to_score, load_calibration
+from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
+from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
+from fpmatch.matching.verification import CANDIDATE_RATIOS
 from fpmatch.matching.verify import find_identity, verify
+from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_dict
+
+OTHERS_SHARE: Final = 0.25  # of the false match rate, for all other resolutions together
+MOST_UNLIKE: Final = math.log(1.2)  # ratio of the distances of ridges in two prints of a finger
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,7 +26,6 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.verification import Verification
     from fpmatch.matching.verify import Identity
-    from fpmatch.prints.reading import GivenPrint
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,27 +70,104 @@ class ComparedPair:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the object that ``fpmatch verify --json`` prints."""
+        sides = {"probe": self.probe, "reference": self.reference}
         names = self.probe.name, self.reference.name
-        return as_dict(self.verification, *names, self.quality, identical=self.identical)
+        document = as_dict(self.verification, *names, self.quality, identical=self.identical)
+        resolution = {
+            side: {"dpi": given.template.dpi, "source": given.dpi_source}
+            for side, given in sides.items()
+        }
+        return document | {"resolution": resolution}
 
 
 def compare_pair(probe: GivenPrint, reference: GivenPrint, options: PairOptions) -> ComparedPair:
     """Decide whether two given prints come from the same finger."""
     file = options.calibration
-    verification = verify_given(
+    return verify_given(
         probe,
         reference,
         matcher=options.matcher,
         threshold=options.decision_score(),
         calibration=None if file is None else load_calibration(matcher_name(options.matcher), file),
     )
-    return ComparedPair(probe, reference, verification)
 
 
-def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Verification:
-    """Verify two given prints; inconclusive where an assumed resolution decides."""
+def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> ComparedPair:
+    """Verify two given prints, also at other resolutions where nothing states theirs.
+
+    Others are tried where the prints do not match, or match at two scales: the usual ones, then
+    that by which the scale differs. All of one kind together may match by chance in `OTHERS_SHARE`
+    of the stated rate, which lowers their scores.
+    """
+    pair = _verified(probe, reference, options)
+    first = pair.verification
+    if (probe.dpi_stated and reference.dpi_stated) or first.rho is not None:
+        return pair
+    if first.match and not _differ_in_scale(pair):
+        return pair
+    usual = _other_resolutions(probe, reference)
+    at = cache(GivenPrint.at)
+    for others, trials in ((usual, len(usual)), (_by_scale(pair), len(CANDIDATE_RATIOS))):
+        tried = [_verified(at(probe, a), at(reference, b), options) for a, b in others]
+        if first.match:
+            tried = [one for one in tried if not _differ_in_scale(one)]
+        if not tried:
+            continue
+        best = max(tried, key=lambda one: one.verification.score)
+        v = best.verification
+        allowance = 10.0 * math.log10(trials / OTHERS_SHARE)
+        score = min(first.score, v.score) if first.match else v.score - allowance
+        if v.match and score >= v.threshold:
+            return replace(best, verification=replace(v, score=score, fmr=score_to_fmr(score)))
+    return pair
+
+
+def _verified(probe: GivenPrint, reference: GivenPrint, options: dict[str, Any]) -> ComparedPair:
+    """Verify two prints at the resolutions of their templates."""
     sides = {"probe": probe, "reference": reference}
-    assumed = tuple(name for name, given in sides.items() if given.dpi_assumed)
+    unstated = tuple(name for name, given in sides.items() if not given.dpi_stated)
     images = [None if one.image is None else one.image.pixels for one in sides.values()]
     verified = verify(probe.template, reference.template, images=images, **options)
-    return replace(verified, dpi_assumed=assumed)
+    return ComparedPair(probe, reference, replace(verified, dpi_assumed=unstated))
+
+
+def _differ_in_scale(pair: ComparedPair) -> bool:
+    scale = pair.verification.scale
+    return scale is not None and scale.differs
+
+
+def _other_resolutions(probe: GivenPrint, reference: GivenPrint) -> list[tuple[float, float]]:
+    """Return pairs of resolutions at which the ridges of two prints are about as far apart."""
+    own = probe.template.dpi, reference.template.dpi
+    both = product(_resolutions(probe, reference), _resolutions(reference, probe))
+    periods = probe.ridge_period_px, reference.ridge_period_px
+    if periods[0] is None or periods[1] is None:
+        return [dpi for dpi in both if dpi != own]
+    apart = math.log(periods[0] / periods[1])
+    unlike = {dpi: abs(apart - math.log(dpi[0] / dpi[1])) for dpi in both}
+    return [dpi for dpi, much in unlike.items() if much <= MOST_UNLIKE and dpi != own]
+
+
+def _by_scale(pair: ComparedPair) -> list[tuple[float, float]]:
+    """Return resolutions at which two prints that do not match have one scale; none if unknown."""
+    v, scale = pair.verification, pair.verification.scale
+    if v.match or scale is None or not scale.differs:
+        return []
+    probe_dpi, reference_dpi = v.probe.dpi, v.reference.dpi
+    if not pair.probe.dpi_stated:
+        probe_dpi = round(probe_dpi / scale.ratio)
+    else:
+        reference_dpi = round(reference_dpi * scale.ratio)
+    sides = ((pair.probe, probe_dpi), (pair.reference, reference_dpi))
+    sound = all(one.image is None or is_sound(one.pixels.shape, dpi) for one, dpi in sides)
+    return [(probe_dpi, reference_dpi)] if sound else []
+
+
+def _resolutions(given: GivenPrint, other: GivenPrint) -> list[float]:
+    """Return the resolutions that a print may have; those of the other where it does not show."""
+    own, period = given.template.dpi, given.ridge_period_px
+    if period is None and not other.dpi_stated:
+        period = other.ridge_period_px
+    if given.dpi_stated or given.image is None or (period is None and not other.dpi_stated):
+        return [own]
+    return list(dict.fromkeys([own, *possible_dpi(period, given.pixels.shape)]))

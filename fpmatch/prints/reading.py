@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import is_image_file
+from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
 
@@ -39,8 +40,12 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 Name = TypeVar("Name")
+DpiSource = Literal["given", "stated", "found", "assumed"]
+"""Where a resolution comes from: the caller, the file, the ridges or a match, nowhere."""
 
 ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
+FOUND_DPI: Final = "resolution unknown; {:g} dpi by its ridges"
+MATCHED_DPI: Final = "resolution unknown; {:g} dpi by its ridges and the match"
 _STDERR: Final = 2
 
 
@@ -104,6 +109,8 @@ class GivenPrint:
     image: GreyImage | None = None
     notes: tuple[str, ...] = ()
     stages: QualityRecorder | None = None
+    dpi_source: DpiSource = "stated"
+    enhance: str = DEFAULT_ENHANCEMENT
 
     @cached_property
     def quality(self) -> PrintQuality | None:
@@ -112,8 +119,25 @@ class GivenPrint:
 
     @property
     def dpi_assumed(self) -> bool:
-        """Whether neither the file nor the caller states the resolution."""
-        return ASSUMED_DPI in self.notes
+        """Whether nothing indicates the resolution."""
+        return self.dpi_source == "assumed"
+
+    @property
+    def dpi_stated(self) -> bool:
+        """Whether the file or the caller states the resolution."""
+        return self.dpi_source in {"given", "stated"}
+
+    @cached_property
+    def ridge_period_px(self) -> float | None:
+        """Distance of the ridges of an image; None for a template, and where it is not clear."""
+        return None if self.image is None else clear_period_px(self.image.pixels)
+
+    def at(self, dpi: float) -> GivenPrint:
+        """Return the print of an image extracted at another resolution, which was found."""
+        if self.image is None or dpi == self.template.dpi:
+            return self
+        given = make_given_print(self.image, self.name, dpi=dpi, enhance=self.enhance)
+        return replace(given, notes=(*given.notes, MATCHED_DPI.format(dpi)), dpi_source="found")
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
@@ -140,6 +164,7 @@ def make_given_print(
     to the recorder that `GivenPrint.quality` needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
+    source: DpiSource = "assumed" if given_dpi is None else "given"
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
@@ -148,11 +173,12 @@ def make_given_print(
     else:
         known, notes, image = content.dpi is not None, (), content
         stages = QualityRecorder() if recorder is None else None
-        resolution = given_dpi or content.dpi or STANDARD_DPI
-        template = extract(content, resolution, enhance=enhance, recorder=stages or recorder)
-    assumed = () if known or given_dpi is not None else (ASSUMED_DPI,)
-    all_notes = (*content.notes, *notes, *find_doubts(template), *assumed)
-    return GivenPrint(name, template, image, all_notes, stages)
+        template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
+    if given_dpi is None and (known or template.dpi != STANDARD_DPI):
+        source = "stated" if known else "found"
+    on_dpi = {"assumed": (ASSUMED_DPI,), "found": (FOUND_DPI.format(template.dpi),)}.get(source, ())
+    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
+    return GivenPrint(name, template, image, all_notes, stages, source, enhance)
 
 
 def read_given_print(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.printable import count, rotation_text
 from fpmatch.prints.words import odds, outcome, score_as_high
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -91,6 +92,8 @@ def as_rows(
             ("Transform", transform_in_words(evidence.transform)),
             ("Residual", f"{evidence.rms_px:.1f} px rms"),
         ]
+    if v.dpi_assumed:
+        rows.append(("Resolution", "; ".join(_resolution(v, side) for side in v.dpi_assumed)))
     if v.reason:
         rows.append(("Missing" if v.shortage else "Reason", v.reason))
     if not v.match:
@@ -150,6 +153,13 @@ def as_dict(
         "probe": str(probe),
         "reference": str(reference),
     }
+
+
+def _resolution(verification: Verification, side: str) -> str:
+    """Return the resolution of a side that nothing states."""
+    dpi = getattr(verification, side).dpi
+    source = "assumed" if dpi == STANDARD_DPI else "by the ridges"
+    return f"of the {side} {dpi:g} dpi, {source}"
 
 
 def _scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:

@@ -144,7 +144,7 @@ def verify_claim(
             finger,
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
-            dpi_assumed=probe.dpi_assumed,
+            dpi_assumed=not probe.dpi_stated,
         )
         match, best = checked.result.verification.match, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": match}

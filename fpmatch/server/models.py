@@ -61,6 +61,13 @@ class Compared(BaseModel):
 Decision = Literal["match", "no match", "inconclusive"]
 
 
+class PrintResolution(BaseModel):
+    """The resolution of a print, and where it comes from."""
+
+    dpi: float
+    source: Literal["given", "stated", "found", "assumed"]
+
+
 class Verified(BaseModel):
     """The decision on two prints, as `fpmatch verify --json` prints it."""
 
@@ -99,6 +106,7 @@ class Verified(BaseModel):
     )
     probe: str = Field(description="Name of the file")
     reference: str = Field(description="Name of the file")
+    resolution: dict[str, PrintResolution] = Field(description="Of probe and reference")
 
 
 class Row(BaseModel):

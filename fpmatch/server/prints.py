@@ -10,6 +10,7 @@ from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.grey import ImageLimits
 from fpmatch.image.quality.print_quality import why_no_minutiae
+from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.prints.reading import decode_print, make_given_print
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
@@ -69,7 +70,7 @@ def open_upload(
         first = content.views[0].template
         width, height, own_dpi = first.width, first.height, first.dpi
     else:
-        (height, width), own_dpi = content.pixels.shape, content.dpi or STANDARD_DPI
+        (height, width), own_dpi = content.pixels.shape, content.dpi or likely_dpi(content.pixels)
     _check_size(upload.name, width, height, dpi or own_dpi, limits)
     return make_given_print(
         content, upload.name, dpi=dpi, enhance=options.enhance, recorder=recorder

@@ -55,7 +55,8 @@ def test_json_of_an_image(run, prints):
     (document,) = json.loads(run("inspect", prints / "untagged.tif", "--json").stdout)
     quality = assess(prints / "untagged.tif").quality.as_dict()
     assert document["image"].pop("quality") == quality
-    assert document["image"] == {"width": 280, "height": 300, "dpi": None, "notes": []}
+    size = {"width": 280, "height": 300}
+    assert document["image"] == {**size, "dpi": None, "notes": [], "likely_dpi": None}
     assert (document["format"], document["prints"]) == ("TIFF", [])
 
 

@@ -18,7 +18,7 @@ SAMPLES = Path(__file__).parents[2] / "sample_data"
 KEYS = [
     "decision", "match", "score", "fmr", "extrapolated", "threshold", "matched_share", "rho",
     "matcher", "pairs", "transform", "rms_px", "compared", "scale", "missing", "reachable_score",
-    "identical", "reason", "quality", "probe", "reference",
+    "identical", "reason", "quality", "probe", "reference", "resolution",
 ]  # fmt: skip
 
 

@@ -145,11 +145,11 @@ def test_an_assumed_resolution_that_decides_is_named(fingers, print_):
     from fpmatch.image.io.grey import GreyImage
 
     large = cv2.resize(fingers[0], None, fx=1.6, fy=1.6, interpolation=cv2.INTER_CUBIC)
-    found = verify(GreyImage(large), print_)
+    taken_as_500 = verify(GreyImage(large, dpi=500), print_)
+    found = replace(taken_as_500, dpi_assumed=("probe",))
     assert (found.decision, found.shortage.code) == (INCONCLUSIVE, "unknown resolution")
     assert "the resolution of the probe is unknown" in found.reason
-    stated = verify(GreyImage(large, dpi=500), print_)
-    assert stated.decision == NO_MATCH
+    assert taken_as_500.decision == NO_MATCH
     assert verify(GreyImage(large, dpi=800), print_).decision == MATCH
 
 

@@ -52,7 +52,7 @@ def verify_claim(
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
             calibration=calibration,
-            dpi_assumed=probe.dpi_assumed,
+            dpi_assumed=not probe.dpi_stated,
         )
         decision, best = checked.result.verification, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}

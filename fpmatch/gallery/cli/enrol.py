@@ -64,7 +64,7 @@ Patterns:
 \b
 Resolution:
   That of --dpi, else of the manifest, else of the dataset.toml beside the file, else the file's
-  own, else 500 dpi.
+  own, else the one its ridges indicate.
 
 \b
 More examples:

@@ -63,7 +63,7 @@ def identify(
     matcher : str or Matcher
         The matcher, or its name.
     dpi : float, optional
-        Resolution of an image (default: that in the file, else 500).
+        Resolution of an image (default: that in the file, else by its ridges).
     loss : float, optional
         Share of the mates, of those that comparing all prints would find, that the search of a
         gallery of more than 20,000 prints may miss: it is searched by an index (default: 0.01 where
@@ -150,7 +150,7 @@ def enrol(
         Text before each subject.
     dpi : float, optional
         Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
-        else 500).
+        else by its ridges).
     workers : int, optional
         Processes to use (default: one a core).
     strict : bool

@@ -19,7 +19,7 @@ from fpmatch.image.io.grey import (
 from fpmatch.image.io.pillow_formats import error_text
 from fpmatch.image.io.registry import find_reader, is_image_file, other_kind
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
-from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -58,7 +58,7 @@ def read_image(
         the print certainly shows white ridges.
     dpi : float, optional
         Resolution that replaces the file's own, for finding the polarity; by default the file's
-        own, and 500 where it has none.
+        own, and the likely one where it has none.
 
     Returns
     -------
@@ -129,7 +129,7 @@ def decode_image(
             image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
-        inverted = is_inverted(image.pixels, dpi or image.dpi or STANDARD_DPI)
+        inverted = is_inverted(image.pixels, dpi or image.dpi)
     if not inverted:
         return image
     return replace(image, pixels=255 - image.pixels, notes=(*image.notes, INVERTED))

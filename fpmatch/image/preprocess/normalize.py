@@ -19,6 +19,9 @@ FLAT_WINDOW_PX: Final = 9
 MAX_FLAT_RANGE: Final = 3
 MIN_FLAT_AREA_PX: Final = 400
 CLIP: Final = 3.0  # largest normalized value
+GRAIN_SIGMA_PX: Final = 0.7  # smoothing of a grainy image
+BACKGROUND_PX: Final = 25  # window of the background, which is no contrast of ridges
+MAX_GRAIN: Final = 0.3  # mean of what smoothing takes away, of the mean contrast that it leaves
 
 
 class NormalizedImage(NamedTuple):
@@ -32,9 +35,11 @@ class NormalizedImage(NamedTuple):
 def normalize(grey: Grey) -> NormalizedImage:
     """Normalize brightness and contrast of an image (H, W) at 500 dpi, ridges dark.
 
-    Flat areas that touch the border (a sensor's frame, white paper) are excluded from the local
-    statistics, so that ridges beside them keep their contrast.
+    An image in which pixels differ much from their neighbours is smoothed first. Flat areas that
+    touch the border (a sensor's frame, white paper) are excluded from the local statistics, so that
+    ridges beside them keep their contrast.
     """
+    grey = _without_grain(grey)
     flat = _flat_border(grey)
     skin = (~flat).astype(np.float32)
     blur = _Blur(skin, WINDOW_SIGMA_PX)
@@ -46,6 +51,14 @@ def normalize(grey: Grey) -> NormalizedImage:
     np.sqrt(contrast, out=contrast)
     pixels = np.divide(deviation, np.maximum(contrast, MIN_CONTRAST, out=values), out=deviation)
     return NormalizedImage(np.clip(pixels, -CLIP, CLIP, out=pixels), contrast, ~flat)
+
+
+def _without_grain(grey: Grey) -> Grey:
+    """Return an image as it is, or smoothed where it is grainy, as of some capacitive sensors."""
+    smooth = cv2.GaussianBlur(grey, (0, 0), GRAIN_SIGMA_PX)
+    background = cv2.blur(smooth, (BACKGROUND_PX, BACKGROUND_PX))
+    grain, ridges = cv2.mean(cv2.absdiff(grey, smooth)), cv2.mean(cv2.absdiff(smooth, background))
+    return np.asarray(smooth, np.uint8) if grain[0] > MAX_GRAIN * max(ridges[0], 1.0) else grey
 
 
 def _flat_border(grey: Grey) -> Mask:

@@ -12,7 +12,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.preprocess.arrays import percentiles
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.image.quality.ridge_scale import likely_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Grey
@@ -38,7 +38,7 @@ _LINE_PERCENTILES: Final = (10.0, 90.0)  # of the print's grey values: dark and 
 _MAX_OTHER: Final = 0.2  # share of the background of the other half of the grey levels
 
 
-def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:
+def is_inverted(grey: Grey, dpi: float | None = None) -> bool:
     """Return whether a single print (H, W) certainly shows white ridges.
 
     A clearly bright background, which most sensors with dark ridges have, settles the question
@@ -49,7 +49,8 @@ def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:
         return False
     from fpmatch.image.quality.line_cues import polarity_evidence  # noqa: PLC0415
 
-    return polarity_evidence(grey, dpi) + BACKGROUND_ODDS * background <= -MIN_EVIDENCE
+    evidence = polarity_evidence(grey, dpi or likely_dpi(grey))
+    return evidence + BACKGROUND_ODDS * background <= -MIN_EVIDENCE
 
 
 def check_polarity(polarity: object) -> Polarity:

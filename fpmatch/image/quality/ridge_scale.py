@@ -1,35 +1,47 @@
-"""Ridge scale: whether the distance of the ridges contradicts the resolution that a file gives.
+"""Ridge scale: what the distance of the ridges says about the resolution of an image.
 
-Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300).
-The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is measured in
-pixels, in windows where one wave has much of the energy. A resolution cannot be right if it puts
-the period far outside that range, while 500 dpi puts it inside.
+Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300),
+or none. The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is
+measured in pixels, in windows where one wave has much of the energy. A resolution cannot be right
+if it puts the period far outside that range, while 500 dpi puts it inside; where a file states
+none, it is one of the usual resolutions that put the period inside.
 """
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+import cv2
 import numpy as np
 
-from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fpmatch.image.preprocess.arrays import Floats, Grey
 
 PERIODS_MM: Final = (0.26, 0.7)
 """Least and largest median period of a print that is believed: a child's, a large hand's."""
 
-USUAL_DPI: Final = (450.0, 600.0)
+UNQUESTIONED_DPI: Final = (450.0, 600.0)
 """Resolutions of live scanners and scanned cards, which are not questioned."""
 
+USUAL_DPI: Final = (STANDARD_DPI, 250.0, 363.0, 569.0, 1000.0)
+"""Resolutions of an image that states none; 508 and 512 dpi do not differ from 500."""
+
+POSSIBLE_MM: Final = (0.31, 0.63)  # of a print whose resolution is not stated
+TYPICAL_MM: Final = 0.43
+MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5 million
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
 _WINDOW_PX: Final = 64
-_SPECTRUM_PX: Final = 128
+_SPECTRUM_PX: Final = 64
 _PERIODS_PX: Final = (2.6, 30.0)
+_LONG_PX: Final = 20.0  # period of too few ridges in a window
 _MAX_WINDOWS: Final = 128
-_BATCH: Final = 32  # windows at a time
+_MAX_CLEAR: Final = 32  # windows that are looked at
 _LEAST_CONTRAST: Final = 0.35  # of that of the clearest windows
 _PEAK_RADIUS: Final = 0.022  # cycles a pixel
 _LEAST_SHARE: Final = 0.2  # of a window's energy in its strongest wave
@@ -38,18 +50,17 @@ _MOST_SPREAD: Final = 1.4  # ratio of the 80th to the 20th percentile of the per
 
 
 class _Waves(NamedTuple):
-    """The spectrum's plane: frequencies and radius in cycles a pixel, and weights."""
+    """The spectrum's plane: radius in cycles a pixel, weights, and the disc about a peak."""
 
-    x: Floats
-    y: Floats
     radius: Floats
     weight: Floats  # flattens the spectrum of anything but ridges; 0 outside the periods
     taper: Floats  # of a window
+    disc: NDArray[np.intp]  # rows and columns from its middle
 
 
 def contradiction(pixels: Grey, dpi: float) -> str:
     """Return what contradicts a resolution of grey values (H, W), "" where nothing clearly does."""
-    if USUAL_DPI[0] <= dpi <= USUAL_DPI[1]:
+    if _within(dpi, UNQUESTIONED_DPI):
         return ""
     period = ridge_period_px(pixels)
     if period is None or not _within(period * MM_PER_INCH / STANDARD_DPI, _STANDARD_MM):
@@ -60,15 +71,68 @@ def contradiction(pixels: Grey, dpi: float) -> str:
     return f"at its resolution of {dpi:g} dpi ridges would be {apart:.2g} mm apart: ignored"
 
 
+def likely_dpi(pixels: Grey) -> float:
+    """Return the most probable resolution of an image: 500 dpi unless the ridges rule it out."""
+    return possible_dpi(clear_period_px(pixels), pixels.shape)[0]
+
+
+def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]:
+    """Return the usual resolutions that ridges allow, the most probable first; of None, all.
+
+    Where they allow none of these, it is one of about the typical distance, else 500 dpi. An image
+    of this shape (H, W) keeps a size at 500 dpi that a print may have.
+    """
+    usual = [dpi for dpi in USUAL_DPI if is_sound(shape, dpi)]
+    if period_px is None:
+        return usual
+    apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in usual}
+    possible = [dpi for dpi in usual if _within(apart[dpi], POSSIBLE_MM)]
+    if not possible:
+        typical = round(period_px * MM_PER_INCH / TYPICAL_MM, -1)
+        return [typical if is_sound(shape, typical) else STANDARD_DPI]
+    return sorted(
+        possible, key=lambda dpi: (dpi != STANDARD_DPI, abs(math.log(apart[dpi] / TYPICAL_MM)))
+    )
+
+
+def is_sound(shape: tuple[int, ...], dpi: float) -> bool:
+    """Return whether an image of this shape is neither too large nor too small at a resolution."""
+    if dpi == STANDARD_DPI:
+        return True
+    height, width = (side * STANDARD_DPI / max(dpi, 1.0) for side in shape)
+    small = dpi > STANDARD_DPI or height * width <= MAX_PX
+    return MIN_DPI <= dpi <= MAX_DPI and small and min(height, width) >= _WINDOW_PX / 2
+
+
+def clear_period_px(pixels: Grey) -> float | None:
+    """Return the median distance of ridges in pixels, however close; None where it is not clear."""
+    period = ridge_period_px(pixels)
+    if period is None and pixels.size <= MAX_PX / 4:  # a window may have too many ridges
+        period = _period_at(pixels, 2.0, cv2.INTER_LINEAR)
+    if period is None or period > _LONG_PX:  # or too few
+        period = _period_at(pixels, 0.5, cv2.INTER_AREA) or period
+    return period
+
+
+def _period_at(pixels: Grey, zoom: float, interpolation: int) -> float | None:
+    """Return the median distance of ridges in pixels, as the image shows it at another size."""
+    if min(pixels.shape) * zoom < _WINDOW_PX:
+        return None
+    zoomed = cv2.resize(pixels, None, fx=zoom, fy=zoom, interpolation=interpolation)
+    period = ridge_period_px(np.asarray(zoomed, np.uint8))
+    return None if period is None else period / zoom
+
+
 def ridge_period_px(pixels: Grey) -> float | None:
     """Return the median distance of ridges in pixels, None where it is not clear."""
     if min(pixels.shape) < _WINDOW_PX:
         return None
     windows = _windows(pixels)
-    contrast = windows.std(axis=(1, 2), dtype=np.float64)
+    contrast = windows[:, ::2, ::2].std(axis=(1, 2), dtype=np.float32)
     clear = contrast > max(1.0, _LEAST_CONTRAST * float(np.quantile(contrast, 0.9)))
-    periods = [_periods(windows[clear][k : k + _BATCH]) for k in range(0, clear.sum(), _BATCH)]
-    distances = np.concatenate(periods) if periods else np.empty(0)
+    if clear.sum() < _LEAST_WINDOWS:
+        return None
+    distances = _periods(windows[clear][:: -(-int(clear.sum()) // _MAX_CLEAR)])
     if len(distances) < _LEAST_WINDOWS:
         return None
     low, middle, high = np.quantile(distances, [0.2, 0.5, 0.8]).tolist()
@@ -91,25 +155,37 @@ def _periods(windows: Grey) -> Floats:
     values = windows - windows.mean(axis=(1, 2), keepdims=True, dtype=np.float32)
     values *= waves.taper
     values -= values.mean(axis=(1, 2), keepdims=True)
-    size = (_SPECTRUM_PX, _SPECTRUM_PX)
-    energy = (np.abs(np.fft.rfft2(values, s=size)) ** 2 * waves.weight).astype(np.float32)
-    peak = energy.reshape(len(energy), -1).argmax(axis=1)
-    x, y = (plane.ravel()[peak][:, None, None] for plane in (waves.x, waves.y))
-    near = (waves.x - x) ** 2 + (waves.y - y) ** 2 < _PEAK_RADIUS**2
-    total = energy.sum(axis=(1, 2))
-    share = (energy * near).sum(axis=(1, 2)) / np.maximum(total, np.finfo(np.float32).tiny)
-    return np.asarray(1.0 / waves.radius.ravel()[peak[share > _LEAST_SHARE]])
+    padded = np.zeros((_SPECTRUM_PX, _SPECTRUM_PX), np.float32)
+    energy = np.empty((len(values), *waves.weight.shape), np.float32)
+    for window, spectrum in zip(values, energy, strict=True):
+        padded[:_WINDOW_PX, :_WINDOW_PX] = window
+        wave = cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT, nonzeroRows=_WINDOW_PX)
+        np.einsum("ijk,ijk->ij", *(2 * [wave[:, : spectrum.shape[1]]]), out=spectrum)
+    energy *= waves.weight
+    flat = energy.reshape(len(energy), -1)
+    y, x = np.divmod(flat.argmax(axis=1)[:, None], energy.shape[2])
+    rows, columns = (y + waves.disc[0]) % _SPECTRUM_PX, x + waves.disc[1]
+    inside = (columns >= 0) & (columns < energy.shape[2])
+    columns = np.where(inside, columns, 0)
+    near = energy[np.arange(len(energy))[:, None], rows, columns] * inside
+    clear = near.sum(axis=1) > _LEAST_SHARE * flat.sum(axis=1)
+    period = 1.0 / np.maximum(waves.radius[rows, columns][clear], 1.0 / _SPECTRUM_PX)
+    near = near[clear] * period
+    return np.asarray((near * period).sum(axis=1) / near.sum(axis=1))
 
 
 @cache
 def _waves() -> _Waves:
-    y, x = np.meshgrid(np.fft.fftfreq(_SPECTRUM_PX), np.fft.rfftfreq(_SPECTRUM_PX), indexing="ij")
-    radius = np.hypot(x, y)
+    highest = int(_SPECTRUM_PX / _PERIODS_PX[0]) + 1
+    x = np.fft.rfftfreq(_SPECTRUM_PX)[: highest + 1]
+    radius = np.hypot(np.fft.fftfreq(_SPECTRUM_PX)[:, None], x).astype(np.float32)
     inside = (radius > 1.0 / _PERIODS_PX[1]) & (radius < 1.0 / _PERIODS_PX[0])
     taper = np.hanning(_WINDOW_PX + 2)[1:-1].astype(np.float32)
-    weight = np.where(inside, radius**2, 0.0)
-    planes = (x, y, radius, weight, np.outer(taper, taper))
-    return _Waves(*(plane.astype(np.float32) for plane in planes))
+    reach = int(_PEAK_RADIUS * _SPECTRUM_PX)
+    rows, columns = np.indices((2 * reach + 1, 2 * reach + 1)).reshape(2, -1) - reach
+    near = np.hypot(rows, columns) < _PEAK_RADIUS * _SPECTRUM_PX
+    disc = np.stack([rows[near], columns[near]])
+    return _Waves(radius, np.where(inside, radius**2, 0), np.outer(taper, taper), disc)
 
 
 def _within(value: float, span: tuple[float, float]) -> bool:

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fpmatch.image.preprocess.normalize import CLIP, _Blur, normalize
+from fpmatch.image.preprocess.normalize import CLIP, _Blur, _without_grain, normalize
 from tests.image.made_images import as_picture, correlation, hostile_pictures, plane_wave
 
 
@@ -34,6 +34,17 @@ def test_a_shadow_across_the_print_is_taken_out():
         assert correlation(image.pixels[rows], wave[rows]) > 0.97
     deviation = image.pixels.std(axis=1)[20:100]
     assert deviation.min() > 0.85 * deviation.max()
+
+
+def test_a_grainy_image_is_smoothed_and_another_is_not(rng):
+    wave = plane_wave(30, 9, (160, 160))
+    for noise, smoothed in ((4.0, False), (60.0, True)):
+        grey = (128 - 60 * wave + rng.normal(0, noise, wave.shape)).clip(0, 255).astype(np.uint8)
+        made = _without_grain(grey)
+        assert (made is not grey) == smoothed
+        if smoothed:
+            assert correlation(made, -wave) > correlation(grey, -wave) + 0.05
+            assert np.array_equal(normalize(made).pixels, normalize(grey).pixels)
 
 
 def test_noise_of_a_few_grey_levels_is_not_blown_up(rng):

@@ -14,7 +14,13 @@ from PIL import Image
 from fpmatch.cli.group import fpmatch
 from fpmatch.image.extract import assess
 from fpmatch.image.io.read import decode_image
-from fpmatch.image.quality.ridge_scale import contradiction, ridge_period_px
+from fpmatch.image.quality.ridge_scale import (
+    contradiction,
+    likely_dpi,
+    possible_dpi,
+    ridge_period_px,
+)
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 from tests.image.made_files import saved
 from tests.image.made_images import concentric_rings
 
@@ -129,8 +135,10 @@ def folder(tmp_path):
 
 def test_inspect_names_it_and_takes_it(folder):
     found = CliRunner().invoke(fpmatch, ["inspect", str(folder / "1_1.bmp")])
-    assert "resolution unknown, quality 0; wrong resolution: " in found.output
-    assert "about 240 dpi" in found.output
+    assert "resolution unknown, by the ridges 250 dpi, quality 64" in found.output
+    wrong = CliRunner().invoke(fpmatch, ["inspect", str(folder / "1_1.bmp"), "--dpi", "500"])
+    assert ", 500 dpi, quality 0; wrong resolution: " in wrong.output
+    assert "about 240 dpi" in wrong.output
     words = ["inspect", str(folder / "1_1.bmp"), "--dpi", "240"]
     stated = CliRunner().invoke(fpmatch, words).output
     assert ", 240 dpi, quality " in stated
@@ -144,5 +152,37 @@ def test_inspect_names_it_and_takes_it(folder):
 @pytest.mark.parametrize("words", [["enrol", "prints.db"], ["evaluate"]])
 def test_batches_name_it_where_they_find_no_minutiae(folder, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(fpmatch, [*words, str(folder), "--workers", "1"])
+    options = ["--dpi", "500", "--workers", "1"]
+    done = CliRunner().invoke(fpmatch, [*words, str(folder), *options])
     assert "1_1.bmp: no minutiae found; wrong resolution: ridges lie 4.4 px apart" in done.stderr
+
+
+@pytest.mark.parametrize("dpi", [140, 200, 250, 500, 508, 512, 1000, 1500, 2000])
+def test_the_likely_resolution_of_a_print_that_states_none(dpi):
+    grey = rings(0.46 * dpi / 25.4, shape=(round(0.6 * dpi), round(0.52 * dpi)))
+    near = {140: 150, 508: 500, 512: 500}.get(dpi, dpi)
+    assert likely_dpi(grey) == pytest.approx(near, rel=0.3 if dpi == 200 else 0.12)
+
+
+@pytest.mark.parametrize("millimetres", [0.33, 0.4, 0.5, 0.61])
+def test_500_dpi_are_likely_where_they_are_possible(millimetres):
+    assert likely_dpi(rings(millimetres * 500 / 25.4)) == 500
+
+
+@given(st.floats(0.5, 200), st.tuples(st.integers(1, 9000), st.integers(1, 9000)))
+def test_a_possible_resolution_makes_no_image_too_large_or_small(period, shape):
+    for one in (period, None):
+        possible = possible_dpi(one, shape)
+        assert possible
+        assert all(MIN_DPI <= dpi <= MAX_DPI for dpi in possible)
+        others = [dpi / 500 for dpi in possible if dpi != 500]
+        assert all(min(shape) >= 32 * by for by in others)
+        assert all(by >= 1 or shape[0] * shape[1] <= 4e6 * by**2 * 1.001 for by in others)
+    if 0.31 <= period * 25.4 / 500 <= 0.63:
+        assert possible_dpi(period, shape)[0] == 500
+
+
+def test_what_shows_no_ridges_is_taken_for_500_dpi():
+    noise = np.random.default_rng(3).integers(0, 256, (400, 300), dtype=np.uint8)
+    for image in (noise, np.zeros_like(noise), noise[:70, :90], noise[:1, :1]):
+        assert likely_dpi(image) == 500

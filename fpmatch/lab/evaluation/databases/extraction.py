@@ -24,7 +24,8 @@ from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.prints.reading import PrintReader
+from fpmatch.prints.reading import FOUND_DPI, PrintReader
+from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -121,8 +122,10 @@ def extract_image(
     quality = stages.quality(template.dpi).score if stages else None
     empty = not len(template.minutiae)
     why = why_no_minutiae(assess(image, dpi).quality) if empty else ""
-    assumed = dpi is None and image.dpi is None
-    return ExtractedPrint(template, assumed, image.notes, quality, why)
+    notes, unknown = image.notes, dpi is None and image.dpi is None
+    if unknown and template.dpi != STANDARD_DPI:
+        notes, unknown = (*notes, FOUND_DPI.format(template.dpi)), False
+    return ExtractedPrint(template, unknown, notes, quality, why)
 
 
 def extractor_of(

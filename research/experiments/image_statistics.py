@@ -229,8 +229,8 @@ def command(
     """Compare statistics of the prints of FVC-style databases DIR.
 
     Ridge period, area, minutiae, grey levels and foreground of every print are measured and their
+    distributions shown side by side; with --against, also the share of prints outside the range of
     those databases (from the least 5 % to the greatest 95 %), and the share of patches that a
-    classifier of local statistics tells from those of each of them: 50 % where they are alike.
     classifier of local statistics tells from those of each of them: 50 % where they are alike.
     """
     measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)

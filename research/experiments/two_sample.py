@@ -237,10 +237,12 @@ def accuracy(one: Mapping[int, Floats], other: Mapping[int, Floats]) -> tuple[fl
 
 def _distances(z: Floats, label: Floats) -> Floats:
     """Return the largest distance of the distributions of each statistic alone, 0 to 1."""
-    order = np.argsort(z, axis=0)
-    sides = label[order]
-    ones, zeros = np.cumsum(sides, axis=0), np.cumsum(1 - sides, axis=0)
-    return np.asarray(np.abs(ones / ones[-1] - zeros / zeros[-1]).max(axis=0))
+    sides = [np.sort(z[label == side], axis=0) for side in (0, 1)]
+    distances = []
+    for one, other, both in zip(sides[0].T, sides[1].T, z.T, strict=True):
+        shares = [np.searchsorted(side, both, "right") / len(side) for side in (one, other)]
+        distances.append(np.abs(shares[0] - shares[1]).max())
+    return np.array(distances)
 
 
 def _fitted(x: Floats, label: Floats) -> Floats:

@@ -23,6 +23,7 @@ class Preset:
     pressure: PressureParameters = field(default_factory=PressureParameters)
     smear: SmearParameters = field(default_factory=SmearParameters)
     texture: float = 1.0  # visible share of the skin's roughness and pores
+    detailed: bool = False  # skin with uneven ridges, pores in rows and incipient ridges
 
 
 # fmt: off
@@ -36,22 +37,26 @@ _CLEAN: Final = Preset(
 )
 _NORMAL: Final = Preset(
     "normal",
-    PlacementParameters(rotation_deg=(0, 20), shift=(0, 55), scale=(0.98, 1.02), torsion_deg=(0, 7),
+    PlacementParameters(rotation_deg=(0, 20), shift=(0, 55), scale=(0.96, 1.06), torsion_deg=(0, 7),
                         traction=(0, 10), off_centre=(0, 62), half_width=(100, 138),
-                        elongation=(1.35, 1.75), tip_only=0.16, cut_off=0.2),
-    PressureParameters(dryness=(-0.4, 0.6), unevenness=0.22, tilt=(0, 0.3), grain=0.27,
-                       wear=(0, 0.35), max_scratches=3, max_spots=4, outline=0.035, ragged=0.03),
-    SmearParameters(chance=0.2, stain=(0.0, 0.22)),
+                        elongation=(1.35, 1.75), tip_only=0.16, cut_off=0.2, strain=(0, 0.1)),
+    PressureParameters(dryness=(-0.6, 0.7), unevenness=0.22, unevenness_extent_px=70, tilt=(0, 0.3),
+                       grain=0.0, beading=(0.05, 0.4), middle=(0, 0.4), wear=(0, 0.35), max_scratches=3,
+                       max_spots=2, edge=(0.03, 0.16), outline=0.035, ragged=0.015),
+    SmearParameters(chance=0.2, stain=(0.0, 0.1)),
+    detailed=True,
 )
 _HARD: Final = Preset(
     "hard",
-    PlacementParameters(rotation_deg=(0, 30), shift=(0, 75), scale=(0.97, 1.03), torsion_deg=(0, 9),
+    PlacementParameters(rotation_deg=(0, 30), shift=(0, 75), scale=(0.93, 1.12), torsion_deg=(0, 9),
                         traction=(0, 13), off_centre=(10, 65), half_width=(88, 136),
-                        elongation=(1.25, 1.75), tip_only=0.2, cut_off=0.25),
-    PressureParameters(dryness=(-0.5, 0.62), unevenness=0.3, tilt=(0, 0.5), grain=0.45,
-                       wear=(0.05, 0.5), max_scratches=6, max_spots=6, outline=0.05, ragged=0.04),
-    SmearParameters(chance=0.5, share=(0.05, 0.25), stain=(0.0, 0.5)),
+                        elongation=(1.25, 1.75), tip_only=0.2, cut_off=0.25, strain=(0.02, 0.2)),
+    PressureParameters(dryness=(-0.75, 0.8), unevenness=0.24, unevenness_extent_px=70, tilt=(0, 0.4),
+                       grain=0.0, beading=(0.1, 0.45), middle=(0, 0.6), wear=(0.05, 0.5), max_scratches=5,
+                       max_spots=3, edge=(0.02, 0.2), outline=0.05, ragged=0.02),
+    SmearParameters(chance=0.4, share=(0.05, 0.25), stain=(0.0, 0.25)),
     texture=1.2,
+    detailed=True,
 )
 # fmt: on
 _STRETCHED: Final = replace(

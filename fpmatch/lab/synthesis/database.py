@@ -111,7 +111,7 @@ def make_database(
     """
     numbers = finger_numbers(first_finger, fingers)
     chosen = sensors_named(sensors)
-    plan = Plan(seed, preset, chosen, impressions, master or MasterParameters())
+    plan = Plan(seed, preset, chosen, impressions, master or preset_named(preset).master)
     folder = Path(out)
     _make_folder(folder)
     with _alone_in(folder):

@@ -12,7 +12,6 @@ from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.contact import is_legible, outline_radius, press, smear, stain
 from fpmatch.lab.synthesis.develop import develop, framed
 from fpmatch.lab.synthesis.noise import random_streams
-from fpmatch.lab.synthesis.sensor import as_set
 from fpmatch.lab.synthesis.skin import detailed_skin, skin_of
 from fpmatch.lab.synthesis.warp import draw_warp
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -78,12 +77,8 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     relief, smeared = smear(still, smearing, preset.smear, px)
     touching = (radius < 1) & (on_print > ON_PRINT)
     damp = stain(on_print * np.clip((1 - radius) / FADING, 0, 1), smearing, preset.smear, px)
-    if preset.detailed:
-        sensor = as_set(sensor, taking)
-        contact.grain[:] += sensor.speckle * taking.standard_normal(sensor.shape, np.float32)
-    image = develop(relief, contact, sensor, sensing, damp)
-    if preset.detailed and sensor.native < 1:
-        image = _repeated(image, sensor.native, taking)
+    details = taking if preset.detailed else None
+    image = develop(relief, contact, sensor, sensing, damp, details)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
     inside = np.flatnonzero(_in_image(moved.xy, sensor.shape))
@@ -94,18 +89,6 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     return Impression(
         image, sensor.dpi, preset.name, *maps, moved, inside.astype(np.int64), visible
     )
-
-
-def _repeated(
-    image: NDArray[np.uint8], native: float, rng: np.random.Generator
-) -> NDArray[np.uint8]:
-    """Return an image as if only `native` of its rows and columns had been taken."""
-    sides = (np.arange(side) * native + rng.random() for side in image.shape)
-    rows, columns = (
-        np.minimum(np.rint(np.floor(side) / native).astype(np.intp), len(side) - 1)
-        for side in sides
-    )
-    return np.asarray(image[np.ix_(rows, columns)])
 
 
 def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:

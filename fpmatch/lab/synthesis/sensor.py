@@ -14,10 +14,11 @@ from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from fpmatch.lab.synthesis.classes import Range
+
 SMALLEST_SIDE_PX: Final = 32
 LARGEST_SIDE_PX: Final = 4096
 SETTING: Final = np.array([0.4, 0.3, 0.5])  # deviation of the logarithms of what varies
-FAINTNESS: Final = (-0.1, 0.3)  # share of the contrast that the ink lacks
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,10 @@ class Sensor:
     specks: int = 4  # most bits of dust on the glass
     speckle: float = 0.0  # standard deviation of the height of detailed skin from pixel to pixel
     native: float = 1.0  # pixels taken for one of the image, where they repeat
+    ink_grain: float = 0.0  # standard deviation of the grey levels of the ink of detailed skin
+    fibres: float = 0.0  # and of the fibres of paper
+    card: bool = False  # with lines, words and handwriting
+    faintness: Range = (-0.1, 0.3)  # share of the contrast that the ink lacks, of detailed skin
     residue: float = 0.0  # density of the fine dots that damp skin leaves around the print
 
     def __post_init__(self) -> None:
@@ -74,7 +79,7 @@ def as_set(sensor: Sensor, rng: np.random.Generator) -> Sensor:
     softer, duller, uneven = np.exp(SETTING * rng.standard_normal(3))
     return replace(
         sensor,
-        ink=sensor.ink + (sensor.paper - sensor.ink) * rng.uniform(*FAINTNESS),
+        ink=sensor.ink + (sensor.paper - sensor.ink) * rng.uniform(*sensor.faintness),
         softness=sensor.softness * softer,
         blur=sensor.blur * duller,
         ink_variation=sensor.ink_variation * uneven,
@@ -92,12 +97,15 @@ _SENSORS: Final = (
            vignette=12.0, stripes=1.6, speckle=0.55, residue=1.6),
     Sensor("plain-288x384", 288, 384, paper=194.0, ink=42.0, paper_variation=3.0, exposure=3.0,
            ink_variation=10.0, ink_fading=40.0, softness=0.26, noise=3.0, vignette=45.0,
-           residue=0.25),
+           ink_grain=16.0, residue=0.25),
     Sensor("optical-640x480", 640, 480, ink=34.0, ceiling=255.0, ink_variation=18.0, specks=3),
     Sensor("optical-328x364", 328, 364, paper=202.0, ink=48.0, ceiling=255.0, exposure=7.0,
            paper_variation=4.0, ink_variation=12.0, ink_fading=34.0, softness=0.3, blur=0.75,
            noise=3.0, vignette=10.0, native=0.72, frame=0.13),
+    Sensor("rolled-512x512", 512, 512, paper=202.0, ink=30.0, ceiling=255.0, paper_variation=4.0,
+           exposure=8.0, ink_variation=11.0, ink_fading=40.0, softness=0.45, blur=0.85, noise=1.6,
+           ink_grain=10.0, fibres=3.0, card=True, faintness=(0.0, 0.5)),
 )
 # fmt: on
 SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType({s.name: s for s in _SENSORS})
-"""The sensors of FVC2002 DB1 to DB4 and of FVC2004 DB1 and DB2, by name, in that order."""
+"""The sensors of FVC2002 DB1 to DB4 and of FVC2004 DB1 and DB2, and ink on cards, by name."""

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 STICKING_RADIUS: Final = 0.35  # radius of the contact that does not slide
 WAVES: Final = 4
-WAVE_LENGTH_PX: Final = (90.0, 260.0)  # at 500 dpi
+WAVE_LENGTH_PX: Final = (90.0, 700.0)  # at 500 dpi
 SOLVED_PX: Final = 1e-7  # largest step of a point when `from_master` stops
 _MOST_ROUNDS: Final = 500  # never reached unless skin folds
 
@@ -182,7 +182,9 @@ def _draw_waves(strain: float, px: float, rng: np.random.Generator) -> tuple[Wav
     """Draw waves of compressed and stretched skin of `strain` in all."""
     shares = rng.dirichlet(np.ones(WAVES))
     waves = []
-    for share, length in zip(shares, rng.uniform(*WAVE_LENGTH_PX, WAVES) * px, strict=True):
+    shortest, longest = np.log(WAVE_LENGTH_PX)
+    for share, length in zip(shares, np.exp(rng.uniform(shortest, longest, WAVES)), strict=True):
+        length *= px
         k = 2 * math.pi / length * _direction(rng)
         shift = strain * share * length / (2 * math.pi) * _direction(rng)
         waves.append((*shift.tolist(), *k.tolist(), rng.uniform(0, 2 * math.pi)))

@@ -50,8 +50,8 @@ WRECKED: Final = Preset(
     texture=1.4,
     detailed=True,
 )
-MIXTURE: Final = ((PRESETS["easy"], 0.15), (PRESETS["normal"], 0.3), (PRESETS["hard"], 0.25),
-                  (WRECKED, 0.3))  # fmt: skip
+MIXTURE: Final = ((PRESETS["easy"], 0.1), (PRESETS["normal"], 0.25), (PRESETS["hard"], 0.25),
+                  (WRECKED, 0.25), (PRESETS["rolled"], 0.15))  # fmt: skip
 PURPOSE: Final = 71  # of these random numbers, beside those of synthesis
 
 
@@ -72,7 +72,7 @@ def make_pairs(seed: int, fingers: int, workers: int) -> Iterator[Pair]:
 
 
 def _pairs_of_finger(seed: int, finger: int) -> list[Pair]:
-    master = make_master(seed, finger)
+    master = make_master(seed, finger, PRESETS["rolled"].master)
     pairs = []
     for number, sensor in enumerate(SENSORS.values(), start=1):
         rng = np.random.default_rng([seed, finger, number, PURPOSE])

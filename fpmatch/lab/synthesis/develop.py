@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 INK_FLOOR: Final = 6.0  # grey level of the blackest ink
 LIGHTEST_INK: Final = 0.35  # share of the contrast that the driest ridge keeps
+RIM: Final = 0.55  # relief up to which ridges are darkest
+LIGHTER_CREST: Final = (-0.2, 0.3)  # share of the contrast that their crests lack
 GRAIN_PX, FIBRE_PX = 1.2, 1.8  # extent of the grain of ink, and of fibres
 RESIDUE_EXTENT_PX: Final = 1.6
 LIFTED: Final = 1.0  # threshold from which skin is off the glass
@@ -46,6 +48,7 @@ def develop(
     height = contact.strength * relief + contact.grain - contact.threshold
     if details is not None:
         sensor = as_set(sensor, details)
+        height -= sensor.needed
         height += sensor.speckle * details.standard_normal(shape, np.float32)
     height = height / sensor.softness
     covered = 1 / (1 + np.exp(-np.clip(height, -30, 30)))
@@ -60,6 +63,8 @@ def develop(
     ink = np.clip(ink, INK_FLOOR, lightest)
     spread = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), sensor.blur * sensor.px)
     if details is not None:
+        crest = np.clip((relief - RIM) / (1 - RIM), 0, 1)
+        ink = ink + details.uniform(*LIGHTER_CREST) * (sensor.paper - ink) * crest
         ink, paper = _grainy(ink, paper, sensor, details)
     grey = paper - spread * np.clip(paper - ink, 0, None)
     if details is not None and sensor.card:

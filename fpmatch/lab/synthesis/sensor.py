@@ -47,6 +47,7 @@ class Sensor:
     stripes: float = 0.0  # standard deviation of whole columns
     frame: float = 0.0  # share of the width by which a white frame cuts off either upper corner
     specks: int = 4  # most bits of dust on the glass
+    needed: float = 0.0  # height of detailed skin below which it takes nothing
     speckle: float = 0.0  # standard deviation of the height of detailed skin from pixel to pixel
     native: float = 1.0  # pixels taken for one of the image, where they repeat
     ink_grain: float = 0.0  # standard deviation of the grey levels of the ink of detailed skin
@@ -88,13 +89,13 @@ def as_set(sensor: Sensor, rng: np.random.Generator) -> Sensor:
 
 # fmt: off
 _SENSORS: Final = (
-    Sensor("optical-388x374", 388, 374),
+    Sensor("optical-388x374", 388, 374, needed=0.2),
     Sensor("optical-296x560", 296, 560, 569.0, paper=189.0, ink=34.0, paper_variation=3.0,
            exposure=6.0, ink_variation=8.0, ink_fading=26.0, softness=0.25, blur=0.7, noise=2.6,
-           vignette=70.0, residue=0.9),
+           vignette=70.0, needed=0.1, residue=0.9),
     Sensor("capacitive-300x300", 300, 300, paper=127.0, ink=36.0, paper_variation=4.0,
            exposure=6.0, ink_variation=3.0, ink_fading=14.0, softness=0.2, blur=0.45, noise=3.8,
-           vignette=12.0, stripes=1.6, speckle=0.55, residue=1.6),
+           vignette=12.0, stripes=1.6, speckle=0.42, residue=1.6),
     Sensor("plain-288x384", 288, 384, paper=194.0, ink=42.0, paper_variation=3.0, exposure=3.0,
            ink_variation=10.0, ink_fading=40.0, softness=0.26, noise=3.0, vignette=45.0,
            ink_grain=16.0, residue=0.25),
@@ -104,7 +105,7 @@ _SENSORS: Final = (
            noise=3.0, vignette=10.0, native=0.72, frame=0.13),
     Sensor("rolled-512x512", 512, 512, paper=202.0, ink=30.0, ceiling=255.0, paper_variation=4.0,
            exposure=8.0, ink_variation=11.0, ink_fading=40.0, softness=0.45, blur=0.85, noise=1.6,
-           ink_grain=10.0, fibres=3.0, card=True, faintness=(0.0, 0.5)),
+           ink_grain=6.5, fibres=3.0, card=True, faintness=(0.0, 0.5)),
 )
 # fmt: on
 SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType({s.name: s for s in _SENSORS})

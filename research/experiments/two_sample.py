@@ -132,7 +132,8 @@ def _spectrum(g: Floats) -> tuple[list[float], float]:
     parts = (g[:half], g[half:], g[:, :half], g[:, half:])
     counts = [np.log(np.count_nonzero(np.diff(p > 0, axis=0)) / p.size + _TINY) for p in parts]
     variation = abs(counts[0] - counts[1]) + abs(counts[2] - counts[3])
-    return [*np.log(np.array(shares) / total + 1e-5), variation], 1 / f0
+    period = float(np.clip(1 / f0, *PERIODS_PX))
+    return [*np.log(np.array(shares) / total + 1e-5), variation], period
 
 
 def _crests(level: Floats) -> NDArray[np.bool_]:
@@ -195,10 +196,10 @@ def told_apart(
 
     Each maps a finger to its patches; `telling` are the statistics that differ most from all.
     """
-    each = {name: round(accuracy(one, other)[0], 4) for name, other in others.items()}
+    each = {name: accuracy(one, other)[0] for name, other in others.items()}
     fingers = (patches for other in others.values() for patches in other.values())
     share, telling = accuracy(one, dict(enumerate(fingers)))
-    return {"each": each, "all": round(share, 4), "telling": telling[:TELLING]}
+    return {"each": each, "all": share, "telling": telling[:TELLING]}
 
 
 def format_accuracies(sets: Sequence[Mapping[str, Any]]) -> str:
@@ -206,33 +207,40 @@ def format_accuracies(sets: Sequence[Mapping[str, Any]]) -> str:
     rows = [["patches told from those of", *sets[0]["told_apart"]["each"], "all", "most by"]]
     for one in sets:
         told = one["told_apart"]
-        shares = [f"{100 * share:.0f} %" for share in (*told["each"].values(), told["all"])]
+        each = (*told["each"].values(), told["all"])
+        shares = ["-" if share is None else f"{100 * share:.0f} %" for share in each]
         rows.append([one["name"], *shares, ", ".join(told["telling"])])
     return markdown_table(rows)
 
 
-def accuracy(one: Mapping[int, Floats], other: Mapping[int, Floats]) -> tuple[float, list[str]]:
+def accuracy(
+    one: Mapping[int, Floats], other: Mapping[int, Floats]
+) -> tuple[float | None, list[str]]:
     """Return the mean share of patches of each side that are classified correctly.
 
     Both map a finger to its patches. The fingers of each fold are classified by the others. The
-    names of the statistics that tell best come with it, the best first, each alone.
+    names of the statistics that tell best come with it, the best first, each alone. The share is
+    None where a side has patches of fewer than two fingers.
     """
-    sides = [sorted(side.items()) for side in (one, other)]
+    sides = [sorted((f, p) for f, p in side.items() if len(p)) for side in (one, other)]
+    if min(map(len, sides)) < 2:
+        return None, []
+    folds = min(FOLDS, *map(len, sides))
     x = np.concatenate([patches for side in sides for _, patches in side])
     label = np.repeat([0.0, 1.0], [sum(len(p) for _, p in side) for side in sides])
     fold = np.concatenate(
-        [np.full(len(p), n % FOLDS) for side in sides for n, (_, p) in enumerate(side)]
+        [np.full(len(p), n % folds) for side in sides for n, (_, p) in enumerate(side)]
     )
     scale = x.std(axis=0) + _TINY
     z = np.clip((x - x.mean(axis=0)) / scale, -4, 4)
     columns = np.column_stack([z, z**2 - 1, np.ones(len(z))])
     correct = np.zeros(len(z))
-    for k in range(FOLDS):
+    for k in range(folds):
         test = fold == k
         weights = _fitted(columns[~test], label[~test])
         correct[test] = (columns[test] @ weights > 0) == (label[test] > 0)
     balanced = np.mean([correct[label == side].mean() for side in (0, 1)])
-    return float(balanced), [NAMES[i] for i in np.argsort(-_distances(z, label))]
+    return round(float(balanced), 4), [NAMES[i] for i in np.argsort(-_distances(z, label))]
 
 
 def _distances(z: Floats, label: Floats) -> Floats:

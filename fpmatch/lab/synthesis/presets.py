@@ -85,14 +85,19 @@ _STRETCHED: Final = replace(
     placement=replace(_NORMAL.placement, torsion_deg=(3, 11), traction=(5, 20)),
 )
 PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
-    {preset.name: preset for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED, _ROLLED)}
+    {
+        preset.name: preset
+        for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED, _ROLLED)
+    }
 )
 """The presets by name: four from the easiest to the hardest, normal prints stretched more, and
 prints rolled from nail to nail."""
 
 
-def preset_named(name: str) -> Preset:
-    """Return a preset by its name; raise ImageError for an unknown one."""
+def preset_named(name: str | Preset) -> Preset:
+    """Return a preset by its name, or itself; raise ImageError for an unknown one."""
+    if isinstance(name, Preset):
+        return name
     try:
         return PRESETS[name]
     except KeyError:

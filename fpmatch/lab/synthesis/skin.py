@@ -122,9 +122,7 @@ def draw_pores(relief: Field, rng: np.random.Generator) -> Field:
     return np.asarray(PORE_DEPTH * 2 * np.pi * PORE_RADIUS_PX**2 * depth, np.float32)
 
 
-def _pore_places(
-    relief: Field, floor: float, window_px: int, rng: np.random.Generator
-) -> Field:
+def _pore_places(relief: Field, floor: float, window_px: int, rng: np.random.Generator) -> Field:
     """Return 1 at pores: the first of random pixels of high relief in a window around them."""
     import cv2  # noqa: PLC0415
 

@@ -184,7 +184,7 @@ def _draw_waves(strain: float, px: float, rng: np.random.Generator) -> tuple[Wav
     waves = []
     shortest, longest = np.log(WAVE_LENGTH_PX)
     for share, length in zip(shares, np.exp(rng.uniform(shortest, longest, WAVES)), strict=True):
-        length *= px
+        across = length * px
         k = 2 * math.pi / length * _direction(rng)
         shift = strain * share * length / (2 * math.pi) * _direction(rng)
         waves.append((*shift.tolist(), *k.tolist(), rng.uniform(0, 2 * math.pi)))

@@ -15,6 +15,7 @@ from fpmatch.lab.synthesis.template_impressions import draw_impressions
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
     from fpmatch.templates.minutiae import Template
 

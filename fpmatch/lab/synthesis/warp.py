@@ -182,9 +182,8 @@ def _draw_waves(strain: float, px: float, rng: np.random.Generator) -> tuple[Wav
     """Draw waves of compressed and stretched skin of `strain` in all."""
     shares = rng.dirichlet(np.ones(WAVES))
     waves = []
-    shortest, longest = np.log(WAVE_LENGTH_PX)
-    for share, length in zip(shares, np.exp(rng.uniform(shortest, longest, WAVES)), strict=True):
-        across = length * px
+    lengths = px * np.exp(rng.uniform(*np.log(WAVE_LENGTH_PX), WAVES))
+    for share, length in zip(shares, lengths, strict=True):
         k = 2 * math.pi / length * _direction(rng)
         shift = strain * share * length / (2 * math.pi) * _direction(rng)
         waves.append((*shift.tolist(), *k.tolist(), rng.uniform(0, 2 * math.pi)))

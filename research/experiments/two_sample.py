@@ -94,7 +94,7 @@ def describe(patch: NDArray[np.uint8]) -> Floats:
         _deviation(fine[ridges]), _deviation(fine[~ridges]),
     ]  # fmt: skip
     values = [
-        np.log(contrast), *quantiles, (g**3).mean(), np.log((g**4).mean()),
+        np.log(contrast), *quantiles, (g**3).mean(), np.log((g**4).mean() + _TINY),
         np.sqrt(saturated), np.log(period), *spectrum, *edges,
         *_widths(ridges, period), *_parts(ridges, period), *_spreads(g),
         _deviation(level[crest]), _deviation(level[valley]),

@@ -95,9 +95,12 @@ def _repeated(
     """Return an image as if only `native` of its rows and columns had been taken."""
     if native >= 1:
         return image
-    sides = (np.floor(np.arange(side) * native + rng.random()) / native for side in image.shape)
-    rows, columns = (np.clip(np.rint(side), 0, len(side) - 1).astype(np.intp) for side in sides)
-    return np.asarray(image[np.ix_(rows, columns)])
+    taken = []
+    for side in image.shape:
+        begin = rng.random()
+        middle = (np.floor(np.arange(side) * native + begin) + 0.5 - begin) / native
+        taken.append(np.clip(np.rint(middle), 0, side - 1).astype(np.intp))
+    return np.asarray(image[np.ix_(*taken)])
 
 
 def framed(sensor: Sensor) -> Field:

@@ -22,7 +22,6 @@ from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress, run_chunks
 from fpmatch.lab.synthesis.check import fault, is_damaged_copy, read
-from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import (
     DEFAULT_SENSOR,
     DESCRIPTION_FILE,
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.lab.synthesis.impression import Impression
+    from fpmatch.lab.synthesis.master import MasterParameters
     from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
 
@@ -89,12 +89,12 @@ def make_database(
     database without changing its files. `out`: its folder: a new or empty one, or one that the same
     arguments made. `fingers`, `impressions`: how many fingers, and how many impressions of each.
     `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
-    `seed`: family of fingers, from 0. `sensors`: sensors that take the impressions in turn. `first_finger`: number
-    of the first finger (default 101), from 1. `master`: parameters of the masters. `workers`:
-    processes to use (default: one a core). `progress`: called with the number of complete fingers
-    of the stage ``"synth"``. Raises a `DatasetError` if a count or the seed is impossible, or the
-    folder holds other files or another database; an `ImageError` if the preset is unknown; an
-    `OutputError` if a file cannot be written.
+    `seed`: family of fingers, from 0. `sensors`: sensors that take the impressions in turn.
+    `first_finger`: number of the first finger (default 101), from 1. `master`: parameters of the
+    masters, by default those of the preset. `workers`: processes to use (default: one a core).
+    `progress`: called with the number of complete fingers of the stage ``"synth"``. Raises a
+    `DatasetError` if a count or the seed is impossible, or the folder holds other files or another
+    database; an `ImageError` if the preset is unknown; an `OutputError` if a file is not written.
 
     Examples
     --------

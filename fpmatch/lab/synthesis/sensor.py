@@ -47,6 +47,7 @@ class Sensor:
     stripes: float = 0.0  # standard deviation of whole columns
     frame: float = 0.0  # share of the width by which a white frame cuts off either upper corner
     specks: int = 4  # most bits of dust on the glass
+    dullness: float = 1.0  # factor of softness and blur where it takes detailed skin
     needed: float = 0.0  # height of detailed skin below which it takes nothing
     speckle: float = 0.0  # standard deviation of the height of detailed skin from pixel to pixel
     native: float = 1.0  # pixels taken for one of the image, where they repeat
@@ -81,8 +82,8 @@ def as_set(sensor: Sensor, rng: np.random.Generator) -> Sensor:
     return replace(
         sensor,
         ink=sensor.ink + (sensor.paper - sensor.ink) * rng.uniform(*sensor.faintness),
-        softness=sensor.softness * softer,
-        blur=sensor.blur * duller,
+        softness=sensor.softness * sensor.dullness * softer,
+        blur=sensor.blur * sensor.dullness * duller,
         ink_variation=sensor.ink_variation * uneven,
     )
 
@@ -95,7 +96,7 @@ _SENSORS: Final = (
            vignette=70.0, needed=0.1, residue=0.9),
     Sensor("capacitive-300x300", 300, 300, paper=127.0, ink=36.0, paper_variation=4.0,
            exposure=6.0, ink_variation=3.0, ink_fading=14.0, softness=0.2, blur=0.45, noise=3.8,
-           vignette=12.0, stripes=1.6, speckle=0.42, residue=1.6),
+           vignette=12.0, stripes=1.6, dullness=0.75, speckle=0.27, residue=1.6),
     Sensor("plain-288x384", 288, 384, paper=194.0, ink=42.0, paper_variation=3.0, exposure=3.0,
            ink_variation=10.0, ink_fading=40.0, softness=0.26, noise=3.0, vignette=45.0,
            ink_grain=16.0, residue=0.25),
@@ -104,7 +105,7 @@ _SENSORS: Final = (
            paper_variation=4.0, ink_variation=12.0, ink_fading=34.0, softness=0.3, blur=0.75,
            noise=3.0, vignette=10.0, native=0.72, frame=0.13),
     Sensor("rolled-512x512", 512, 512, paper=202.0, ink=30.0, ceiling=255.0, paper_variation=4.0,
-           exposure=8.0, ink_variation=11.0, ink_fading=40.0, softness=0.45, blur=0.85, noise=1.6,
+           exposure=8.0, ink_variation=11.0, ink_fading=40.0, softness=0.4, blur=0.7, noise=1.6,
            ink_grain=6.5, fibres=3.0, card=True, faintness=(0.0, 0.5)),
 )
 # fmt: on

@@ -40,10 +40,10 @@ def make_templates(
     number and the impression's, so that any part of a gallery can be made alone. `seed`: family of
     fingers, 0 to 2**63 - 1. `fingers`: numbers of the fingers, 0 to 2**53. `impressions`: how many
     templates of each finger, 1 to 1000. `first_impression`: number of the first of them, from 1.
-    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``. `sensors`: what
-    would have taken the images, in turn: their sizes and resolutions. The result is finger by
-    finger, the impressions of each in order. Raises a `DatasetError` if a number is out of its
-    range, or there is no such sensor; an `ImageError` if there is no such preset.
+    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
+    `sensors`: what would have taken the images, in turn: their sizes and resolutions. The result is
+    finger by finger, the impressions of each in order. Raises a `DatasetError` if a number is out
+    of its range, or there is no such sensor; an `ImageError` if there is no such preset.
 
     Examples
     --------

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 SMALLEST_SIDE_PX: Final = 32
 LARGEST_SIDE_PX: Final = 4096
+BRIGHTER: Final = 30.0  # grey levels by which bare glass saturates more
 SETTING: Final = np.array([0.4, 0.3, 0.5])  # deviation of the logarithms of what varies
 
 
@@ -79,8 +80,10 @@ class Sensor:
 def as_set(sensor: Sensor, rng: np.random.Generator) -> Sensor:
     """Return a sensor as it takes one image: with other optics and another depth of ink."""
     softer, duller, uneven = np.exp(SETTING * rng.standard_normal(3))
+    brighter = rng.uniform(0, BRIGHTER) if sensor.paper > sensor.ceiling else 0.0
     return replace(
         sensor,
+        paper=sensor.paper + brighter,
         ink=sensor.ink + (sensor.paper - sensor.ink) * rng.uniform(*sensor.faintness),
         softness=sensor.softness * sensor.dullness * softer,
         blur=sensor.blur * sensor.dullness * duller,
@@ -90,7 +93,7 @@ def as_set(sensor: Sensor, rng: np.random.Generator) -> Sensor:
 
 # fmt: off
 _SENSORS: Final = (
-    Sensor("optical-388x374", 388, 374, needed=0.2),
+    Sensor("optical-388x374", 388, 374, dullness=1.15, needed=0.2),
     Sensor("optical-296x560", 296, 560, 569.0, paper=189.0, ink=34.0, paper_variation=3.0,
            exposure=6.0, ink_variation=8.0, ink_fading=26.0, softness=0.25, blur=0.7, noise=2.6,
            vignette=70.0, needed=0.1, residue=0.9),

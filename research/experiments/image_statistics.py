@@ -85,11 +85,11 @@ class DatabaseStatistics:
     name: str
     prints: tuple[ImageStatistics, ...]
     failures: tuple[str, ...] = ()
-    fingers: tuple[int, ...] = ()
+    fingers: tuple[int | str, ...] = ()
 
-    def patches(self) -> dict[int, NDArray[np.float64]]:
+    def patches(self) -> dict[int | str, NDArray[np.float64]]:
         """Return the statistics of the patches of each finger."""
-        parts: dict[int, list[NDArray[np.float64]]] = {}
+        parts: dict[int | str, list[NDArray[np.float64]]] = {}
         for finger, print_ in zip(self.fingers, self.prints, strict=True):
             parts.setdefault(finger, []).append(print_.patches)
         return {finger: np.concatenate(part) for finger, part in parts.items()}

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+    Patches = Mapping[Any, Floats]  # the statistics of each finger's patches
     Field = NDArray[np.float32]
 
 SIDE_PX: Final = 48  # of a patch, at 500 dpi
@@ -68,10 +69,11 @@ def patches_of(grey: NDArray[np.uint8], mask: NDArray[np.bool_], orientation: Fi
     for y, x in centres:
         near = orientation[y - step : y + step, x - step : x + step]
         doubled = np.nanmean(np.exp(2j * near))
-        turn = cv2.getRotationMatrix2D((float(x), float(y)), -np.degrees(np.angle(doubled) / 2), 1)
+        degrees = -float(np.degrees(np.angle(doubled) / 2))
+        turn = np.asarray(cv2.getRotationMatrix2D((float(x), float(y)), degrees, 1), np.float64)
         turn[:, 2] += SIDE_PX / 2 - np.array([x, y])
         patch = cv2.warpAffine(grey, turn, (SIDE_PX, SIDE_PX), flags=cv2.INTER_CUBIC)
-        described.append(describe(patch))
+        described.append(describe(np.asarray(patch, np.uint8)))
     return np.array(described).reshape(-1, len(NAMES))
 
 
@@ -189,9 +191,7 @@ def _deviation(values: Floats) -> float:
     return float(values.std()) if values.size > 1 else 0.0
 
 
-def told_apart(
-    one: Mapping[int, Floats], others: Mapping[str, Mapping[int, Floats]]
-) -> dict[str, Any]:
+def told_apart(one: Patches, others: Mapping[str, Patches]) -> dict[str, Any]:
     """Return how well the patches of a database are told from those of each other and of all.
 
     Each maps a finger to its patches; `telling` are the statistics that differ most from all.
@@ -213,9 +213,7 @@ def format_accuracies(sets: Sequence[Mapping[str, Any]]) -> str:
     return markdown_table(rows)
 
 
-def accuracy(
-    one: Mapping[int, Floats], other: Mapping[int, Floats]
-) -> tuple[float | None, list[str]]:
+def accuracy(one: Patches, other: Patches) -> tuple[float | None, list[str]]:
     """Return the mean share of patches of each side that are classified correctly.
 
     Both map a finger to its patches. The fingers of each fold are classified by the others. The

@@ -50,8 +50,7 @@ def develop(
         sensor = as_set(sensor, details)
         height -= sensor.needed
         height += sensor.speckle * details.standard_normal(shape, np.float32)
-    height = height / sensor.softness
-    covered = 1 / (1 + np.exp(-np.clip(height, -30, 30)))
+    covered = 1 / (1 + np.exp(-np.clip(height / sensor.softness, -30, 30)))
     covered = np.maximum(covered, _dust(sensor, rng))
     if sensor.residue > 0:
         covered = np.maximum(covered, _residue(contact, sensor, rng))
@@ -60,12 +59,12 @@ def develop(
     ink = sensor.ink + sensor.ink_variation * smooth_noise(shape, 25 * sensor.px, rng)
     ink += sensor.ink_fading * contact.threshold
     lightest = sensor.paper - LIGHTEST_INK * (sensor.paper - sensor.ink)
-    ink = np.clip(ink, INK_FLOOR, lightest)
+    np.clip(ink, INK_FLOOR, lightest, out=ink)
     spread = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), sensor.blur * sensor.px)
     if details is not None:
         crest = np.clip((relief - RIM) / (1 - RIM), 0, 1)
-        ink = ink + details.uniform(*LIGHTER_CREST) * (sensor.paper - ink) * crest
-        ink, paper = _grainy(ink, paper, sensor, details)
+        ink += details.uniform(*LIGHTER_CREST) * (sensor.paper - ink) * crest
+        _roughen(ink, paper, sensor, details)
     grey = paper - spread * np.clip(paper - ink, 0, None)
     if details is not None and sensor.card:
         grey -= draw_card(shape, details) * np.clip(grey - sensor.ink, 0, None)
@@ -77,16 +76,16 @@ def develop(
     return image if details is None else _repeated(image, sensor.native, details)
 
 
-def _grainy(
-    ink: Field, paper: NDArray[np.float64], sensor: Sensor, rng: np.random.Generator
-) -> tuple[Field, NDArray[np.float64]]:
-    """Return the grey levels of ink and of paper with the grain of one and the fibres of both."""
+def _roughen(
+    ink: NDArray[np.float64], paper: NDArray[np.float64], sensor: Sensor, rng: np.random.Generator
+) -> None:
+    """Add to the grey levels of ink and of paper the grain of one and the fibres of both."""
     if sensor.ink_grain > 0:
-        ink = ink + sensor.ink_grain * smooth_noise(sensor.shape, GRAIN_PX * sensor.px, rng)
+        ink += sensor.ink_grain * smooth_noise(sensor.shape, GRAIN_PX * sensor.px, rng)
     if sensor.fibres > 0:
         fibres = sensor.fibres * smooth_noise(sensor.shape, FIBRE_PX * sensor.px, rng)
-        ink, paper = ink + fibres, paper + fibres
-    return ink, paper
+        ink += fibres
+        paper += fibres
 
 
 def _repeated(

@@ -8,7 +8,7 @@ Cappelli, Maio, Maltoni, "Modelling plastic distortion in fingerprint images", I
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     Wave = tuple[float, float, float, float, float]  # shift, wave vector a pixel, phase
 
 STICKING_RADIUS: Final = 0.35  # radius of the contact that does not slide
+STEEPEST: Final = 0.97  # of a warp with waves, so that skin does not fold
 WAVES: Final = 4
 WAVE_LENGTH_PX: Final = (90.0, 700.0)  # at 500 dpi
 SOLVED_PX: Final = 1e-7  # largest step of a point when `from_master` stops
@@ -174,15 +175,19 @@ def draw_warp(
     tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + towards)
     placement = Similarity(scale, rotation, float(tx), float(ty))
     middle, slide = (float(centre[0]), float(centre[1])), (float(traction[0]), float(traction[1]))
-    waves = _draw_waves(rng.uniform(*p.strain), px, rng) if any(p.strain) else ()
-    return Warp(placement, middle, (half_width, half_height), torsion, slide, waves)
+    warp = Warp(placement, middle, (half_width, half_height), torsion, slide)
+    if not any(p.strain):
+        return warp
+    strain = min(rng.uniform(*p.strain), max(0.0, STEEPEST - warp.steepness))
+    return replace(warp, waves=_draw_waves(strain, px, rng))
 
 
 def _draw_waves(strain: float, px: float, rng: np.random.Generator) -> tuple[Wave, ...]:
     """Draw waves of compressed and stretched skin of `strain` in all."""
     shares = rng.dirichlet(np.ones(WAVES))
     waves = []
-    lengths = px * np.exp(rng.uniform(*np.log(WAVE_LENGTH_PX), WAVES))
+    shortest, longest = map(math.log, WAVE_LENGTH_PX)
+    lengths = px * np.exp(rng.uniform(shortest, longest, WAVES))
     for share, length in zip(shares, lengths, strict=True):
         k = 2 * math.pi / length * _direction(rng)
         shift = strain * share * length / (2 * math.pi) * _direction(rng)

@@ -42,7 +42,7 @@ def test_the_kept_results_are_of_the_present_features_presets_and_sensors():
     synthesis = load_results(PAGES["synthesis"])
     assert [row["name"].split(", ")[1] for row in synthesis["presets"]] == list(PRESETS)
     names = " ".join(one["name"] for one in synthesis["prints"]["sets"])
-    assert all(sensor in names for sensor in SENSORS)
+    assert all(sensor in names for sensor in SENSORS if not sensor.startswith("rolled"))
 
 
 @pytest.fixture

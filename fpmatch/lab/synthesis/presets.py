@@ -70,7 +70,7 @@ _NAIL_TO_NAIL: Final = MasterParameters(
 )
 _ROLLED: Final = Preset(
     "rolled",
-    PlacementParameters(rotation_deg=(0, 15), shift=(0, 25), scale=(0.97, 1.14), torsion_deg=(0, 6),
+    PlacementParameters(rotation_deg=(0, 15), shift=(0, 25), scale=(1.0, 1.32), torsion_deg=(0, 6),
                         traction=(0, 14), off_centre=(0, 15), half_width=(300, 340),
                         elongation=(1.0, 1.15), strain=(0.02, 0.16)),
     PressureParameters(dryness=(-0.8, 0.35), unevenness=0.25, unevenness_extent_px=90,

@@ -16,7 +16,6 @@ from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.plan import Plan, sensors_named
-from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.figures import sample_data
@@ -62,7 +61,7 @@ def test_the_prints_are_made_as_they_are_here():
     finger = make_master(sample_data.PRINT_SEED, 101)
     np.testing.assert_allclose(finger.minutiae.x, SAID["101"]["minutiae"]["x"], atol=0.01)
     for number, sensor in enumerate(sample_data.SENSORS, start=1):
-        made = make_impression(finger, number, PRESETS[sample_data.PRESET], SENSORS[sensor])
+        made = make_impression(finger, number, sample_data.PRESET, SENSORS[sensor])
         there = TRUTH[f"101_{number}"]
         assert made.master.tolist() == there.master.tolist()
         assert made.visible.tolist() == there.visible.tolist()

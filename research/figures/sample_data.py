@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.plan import DESCRIPTION_FILE
+from fpmatch.lab.synthesis.presets import Preset
 from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER
+from fpmatch.lab.synthesis.warp import PlacementParameters
 from research.commands import PATH, ROOT, Command
 from research.points.random_sets import random_pair
 
@@ -22,7 +25,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FINGERS, IMPRESSIONS = 4, 4
-PRESET: Final = "normal"
+# fmt: off
+PRESET: Final = Preset(  # normal prints as they were when these were made, of skin without details
+    "normal",
+    PlacementParameters(rotation_deg=(0, 20), shift=(0, 55), scale=(0.98, 1.02), torsion_deg=(0, 7),
+                        traction=(0, 10), off_centre=(0, 62), half_width=(100, 138),
+                        elongation=(1.35, 1.75), tip_only=0.16, cut_off=0.2),
+    PressureParameters(dryness=(-0.4, 0.6), unevenness=0.22, tilt=(0, 0.3), grain=0.27,
+                       wear=(0, 0.35), max_scratches=3, max_spots=4, outline=0.035, ragged=0.03),
+    SmearParameters(chance=0.2, stain=(0.0, 0.22)),
+)
+# fmt: on
 SENSORS: Final = ("optical-388x374", "optical-328x364")
 PRINT_SEED: Final = 10
 STARS, CATALOGUE = 40, 120

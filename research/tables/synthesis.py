@@ -8,6 +8,7 @@ from fpmatch.lab.evaluation.report.rate_text import percent
 from research.experiments.image_statistics import EXTREMES, format_statistics
 from research.experiments.template_statistics import RATES
 from research.experiments.template_statistics import TITLES as TEMPLATE_TITLES
+from research.experiments.two_sample import format_accuracies
 from research.markdown import markdown_table
 
 if TYPE_CHECKING:
@@ -40,10 +41,18 @@ def format_synthesis(results: Mapping[str, Any]) -> str:
             "### Statistics of the images",
             "Median, and in brackets the range from 5 to 95 in 100.",
             format_statistics(results["prints"]),
+            *_two_sample(results["prints"]),
             "### Presets",
             _presets_table(results["presets"]),
         ]
     )
+
+
+def _two_sample(prints: Mapping[str, Any]) -> list[str]:
+    """Return the table of what a classifier tells apart, with its title, where it was measured."""
+    if not all("told_apart" in one for one in prints["sets"]):
+        return []
+    return ["### Two-sample test", format_accuracies(prints["sets"])]
 
 
 def _presets_table(rows: Sequence[Mapping[str, Any]]) -> str:

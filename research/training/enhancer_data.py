@@ -16,7 +16,7 @@ import numpy as np
 
 from fpmatch.image.extract import resample
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
+from fpmatch.lab.synthesis.contact import SmearParameters
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.noise import smooth_noise
@@ -36,22 +36,22 @@ STEPS_OF_TARGET: Final = 120.0  # and so are targets, from -1 to 1
 WRECKED: Final = Preset(
     "wrecked",
     replace(PRESETS["hard"].placement, shift=(0, 40), tip_only=0.1),
-    PressureParameters(
-        dryness=(-0.6, 0.8),
-        unevenness=0.4,
+    replace(
+        PRESETS["hard"].pressure,
+        dryness=(-0.9, 0.95),
+        unevenness=0.35,
         tilt=(0, 0.6),
-        grain=0.7,
+        beading=(0.2, 0.7),
         wear=(0.1, 0.65),
         max_scratches=12,
-        max_spots=9,
-        outline=0.05,
-        ragged=0.05,
+        max_spots=7,
     ),
     SmearParameters(chance=0.5, share=(0.05, 0.25), stain=(0.0, 0.4)),
-    texture=1.6,
+    texture=1.4,
+    detailed=True,
 )
-MIXTURE: Final = ((PRESETS["easy"], 0.15), (PRESETS["normal"], 0.3), (PRESETS["hard"], 0.25),
-                  (WRECKED, 0.3))  # fmt: skip
+MIXTURE: Final = ((PRESETS["easy"], 0.1), (PRESETS["normal"], 0.25), (PRESETS["hard"], 0.25),
+                  (WRECKED, 0.25), (PRESETS["rolled"], 0.15))  # fmt: skip
 PURPOSE: Final = 71  # of these random numbers, beside those of synthesis
 
 
@@ -72,7 +72,7 @@ def make_pairs(seed: int, fingers: int, workers: int) -> Iterator[Pair]:
 
 
 def _pairs_of_finger(seed: int, finger: int) -> list[Pair]:
-    master = make_master(seed, finger)
+    master = make_master(seed, finger, PRESETS["rolled"].master)
     pairs = []
     for number, sensor in enumerate(SENSORS.values(), start=1):
         rng = np.random.default_rng([seed, finger, number, PURPOSE])

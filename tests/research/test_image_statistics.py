@@ -33,7 +33,7 @@ def database(name, quantity, values, failures=()):
     usual = {"period_px": 9.0, "area_mm2": 150.0, "minutiae_per_mm2": 0.2, "mean": 200.0}
     usual |= {"contrast": 60.0, "ridge_contrast": 70.0, "foreground": 0.5}
     prints = tuple(ImageStatistics(**usual | {quantity: value}) for value in values)
-    return DatabaseStatistics(name, prints, failures)
+    return DatabaseStatistics(name, prints, failures, tuple(range(len(prints))))
 
 
 def test_a_print_of_known_ridges(tmp_path):
@@ -49,6 +49,7 @@ def test_a_print_of_known_ridges(tmp_path):
     assert found.ridge_contrast == pytest.approx(90 / math.sqrt(2), rel=0.15)
     assert found.foreground == pytest.approx((SIDE / (SIDE + 80)) ** 2, rel=0.2)
     assert twice.period_px == pytest.approx(found.period_px, abs=0.2)
+    assert len(found.patches) > 0
     assert twice.area_mm2 == pytest.approx(found.area_mm2, rel=0.1)
 
 
@@ -89,5 +90,6 @@ def test_tables_have_a_row_a_database_and_json_says_the_same():
     assert document["sets"][0]["quantiles"]["mean"] == [181.0, 185.0, 190.0, 195.0, 199.0]
     assert document["sets"][0]["outside"]["mean"] == pytest.approx(2 / 3, abs=1e-4)
     assert document["sets"][0]["failures"] == ["bad"]
+    assert document["sets"][0]["told_apart"]["all"] is None  # there are no patches
     assert document["against"][0]["prints"] == 2
     assert "outside" not in statistics_as_json([one])["sets"][0]

@@ -29,6 +29,7 @@ _PRESETS: Final = {
     "normal": "as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn",
     "hard": "more of all that, and smeared",
     "stretched": "as normal, the skin twisted and dragged as far as it goes",
+    "rolled": "rolled from nail to nail; best with the sensor of that name",
 }
 _SENSORS: Final = {
     "optical-388x374": "as FVC2002 DB1: white ground",
@@ -37,6 +38,7 @@ _SENSORS: Final = {
     "plain-288x384": "as FVC2002 DB4: light grey ground",
     "optical-640x480": "as FVC2004 DB1: large, white ground",
     "optical-328x364": "as FVC2004 DB2: soft, upper corners cut off",
+    "rolled-512x512": "ink on a card with lines, words and handwriting",
 }
 _STAGES: Final = {"synth": "making fingers"}
 

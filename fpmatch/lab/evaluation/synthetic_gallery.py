@@ -133,7 +133,7 @@ def _packed(plan: Plan, missing: tuple[range, frozenset[int]]) -> list[PackedEnt
     templates = make_templates(
         plan.seed, part, plan.impressions, preset=plan.preset, sensors=plan.sensors
     )
-    source = f"synthetic, {plan.preset}, seed {plan.seed}"
+    source = f"synthetic, {plan.ranges.name}, seed {plan.seed}"
     return [
         pack_entry(NewEntry(label, f"{source}, {label}", content, template))
         for k, ((label, content), template) in enumerate(

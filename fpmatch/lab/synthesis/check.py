@@ -64,7 +64,7 @@ def _wanted(number: int, plan: Plan) -> list[tuple[str, object]]:
         ("finger", number),
         ("seed", plan.seed),
         ("impressions", [f"{number}_{m}" for m in each]),
-        ("presets", [plan.preset for _ in each]),
+        ("presets", [plan.ranges.name for _ in each]),
         ("sensors", [plan.sensor_of(m).name for m in each]),
     ]
 

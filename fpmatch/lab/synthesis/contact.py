@@ -27,6 +27,9 @@ WET_SPOT, DRY_SPOT = -0.75, 0.7  # relief by which a spot's threshold differs
 SPOT_EXTENT_PX: Final = 9.0  # of the ragged edge of a spot, and half its least radius
 TIP_EXPONENT, FOOT_EXPONENT = 2.1, 2.7  # of the superellipse: 2 is round, more is squarer
 
+BEADS: Final = ((1.0, 0.8), (3.5, 0.6))  # octaves: extent, and share of the deviation
+MEAN_SQUARE_RADIUS: Final = 0.4  # about its mean over the contact
+
 LEGIBLE: Final = 0.85  # share of the relief beyond which valleys are filled or ridges lost
 POINT_SIGMA_PX: Final = 2.5  # Gaussian window at a minutia
 AROUND_SIGMA_PX: Final = 5.0  # and around it, about half a ridge period
@@ -49,6 +52,10 @@ class PressureParameters:
     max_scratches: int = 1
     max_spots: int = 1  # too wet or too dry
     spot_radius_px: Range = (16.0, 48.0)
+    beading: Range = (0.0, 0.0)  # standard deviation of the height along ridges
+    beading_extent_px: float = 2.0
+    middle: Range = (0.0, 0.0)  # by which the middle is pressed more than the outline
+    edge: Range = (1 - EDGE_START, 1 - EDGE_START)  # share of the radius in which the skin lifts
     outline: float = 0.03  # standard deviation of the outline, shares of its radius
     ragged: float = 0.035  # and of its fine raggedness
 
@@ -105,7 +112,9 @@ def press(
         threshold += _spot(radius, rng.uniform(*p.spot_radius_px) * px, px, rng)
     outline = 1 + p.outline * smooth_noise(shape, 60 * px, rng)
     out = radius * outline + p.ragged * smooth_noise(shape, 5 * px, rng)
-    threshold += EDGE_STEEPNESS * np.clip(out - EDGE_START, 0, None) ** 2
+    edge = rng.uniform(*p.edge) if p.edge[0] < p.edge[1] else p.edge[0]
+    steepness = EDGE_STEEPNESS * ((1 - EDGE_START) / edge) ** 2
+    threshold += steepness * np.clip(out - (1 - edge), 0, None) ** 2
     scratches = draw_lines(shape, int(rng.integers(0, p.max_scratches + 1)), rng)
     lifted = np.clip(1 - on_print + p.ragged * smooth_noise(shape, 5 * px, rng), 0, 1) ** 2
     missing = np.maximum(np.maximum(p.creases * creases, scratches), lifted)
@@ -113,7 +122,14 @@ def press(
     worn = 1 + np.tanh(smooth_noise(shape, px * p.wear_extent_px, rng))
     grain = 0.75 * smooth_noise(shape, 1.3 * px, rng) + 0.5 * smooth_noise(shape, 3.0 * px, rng)
     strength = 1 - rng.uniform(*p.wear) * worn / 2
-    layers = (threshold, strength, p.grain * grain)
+    grain *= p.grain
+    if any(p.beading):
+        beading = rng.uniform(*p.beading)
+        for extent, share in BEADS:
+            beads = smooth_noise(shape, px * extent * p.beading_extent_px, rng)
+            grain += beading * share * beads
+        threshold += rng.uniform(*p.middle) * (np.minimum(radius, 1.2) ** 2 - MEAN_SQUARE_RADIUS)
+    layers = (threshold, strength, grain)
     return Contact(*(np.asarray(layer, np.float32) for layer in layers))
 
 

@@ -22,7 +22,6 @@ from fpmatch.errors import DatasetError, OutputError
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress, run_chunks
 from fpmatch.lab.synthesis.check import fault, is_damaged_copy, read
-from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import (
     DEFAULT_SENSOR,
     DESCRIPTION_FILE,
@@ -39,6 +38,8 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.lab.synthesis.impression import Impression
+    from fpmatch.lab.synthesis.master import MasterParameters
+    from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
 
 FIRST_FINGER: Final = 101
@@ -74,7 +75,7 @@ def make_database(
     *,
     fingers: int,
     impressions: int,
-    preset: str = "normal",
+    preset: str | Preset = "normal",
     seed: int = 0,
     sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
     first_finger: int = FIRST_FINGER,
@@ -87,13 +88,13 @@ def make_database(
     The same arguments give the same bytes, however often interrupted. More fingers extend a
     database without changing its files. `out`: its folder: a new or empty one, or one that the same
     arguments made. `fingers`, `impressions`: how many fingers, and how many impressions of each.
-    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``. `seed`: family
-    of fingers, from 0. `sensors`: sensors that take the impressions in turn. `first_finger`: number
-    of the first finger (default 101), from 1. `master`: parameters of the masters. `workers`:
-    processes to use (default: one a core). `progress`: called with the number of complete fingers
-    of the stage ``"synth"``. Raises a `DatasetError` if a count or the seed is impossible, or the
-    folder holds other files or another database; an `ImageError` if the preset is unknown; an
-    `OutputError` if a file cannot be written.
+    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
+    `seed`: family of fingers, from 0. `sensors`: sensors that take the impressions in turn.
+    `first_finger`: number of the first finger (default 101), from 1. `master`: parameters of the
+    masters, by default those of the preset. `workers`: processes to use (default: one a core).
+    `progress`: called with the number of complete fingers of the stage ``"synth"``. Raises a
+    `DatasetError` if a count or the seed is impossible, or the folder holds other files or another
+    database; an `ImageError` if the preset is unknown; an `OutputError` if a file is not written.
 
     Examples
     --------
@@ -111,7 +112,7 @@ def make_database(
     """
     numbers = finger_numbers(first_finger, fingers)
     chosen = sensors_named(sensors)
-    plan = Plan(seed, preset, chosen, impressions, master or MasterParameters())
+    plan = Plan(seed, preset, chosen, impressions, master or preset_named(preset).master)
     folder = Path(out)
     _make_folder(folder)
     with _alone_in(folder):
@@ -142,12 +143,11 @@ def _make_finger(folder: Path, faulty: set[int], plan: Plan, number: int) -> Non
     from fpmatch.lab.synthesis.master import make_master  # noqa: PLC0415
 
     master = make_master(plan.seed, number, plan.master)
-    preset = preset_named(plan.preset)
     *images, truth = _files(folder, number, plan)
     truths = {}
     for m, path in enumerate(images, start=1):
         sensor = plan.sensor_of(m)
-        impression = make_impression(master, m, preset, sensor)
+        impression = make_impression(master, m, plan.ranges, sensor)
         content = _tiff(impression)
         _write(path, content, replace=number in faulty)
         digest = hashlib.sha256(content).hexdigest()

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.lab.synthesis.card import draw_card
 from fpmatch.lab.synthesis.noise import smooth_noise
+from fpmatch.lab.synthesis.sensor import as_set
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 
 INK_FLOOR: Final = 6.0  # grey level of the blackest ink
 LIGHTEST_INK: Final = 0.35  # share of the contrast that the driest ridge keeps
+RIM: Final = 0.55  # relief up to which ridges are darkest
+LIGHTER_CREST: Final = (-0.2, 0.3)  # share of the contrast that their crests lack
+GRAIN_PX, FIBRE_PX = 1.2, 1.8  # extent of the grain of ink, and of fibres
 RESIDUE_EXTENT_PX: Final = 1.6
 LIFTED: Final = 1.0  # threshold from which skin is off the glass
 RESIDUE_REACH: Final = 8.0  # threshold at which residue has faded
@@ -30,16 +35,22 @@ def develop(
     sensor: Sensor,
     rng: np.random.Generator,
     stain: NDArray[np.floating] | float = 0.0,
+    details: np.random.Generator | None = None,
 ) -> NDArray[np.uint8]:
     """Return the image (h, w) that a sensor takes of skin of height `relief`, with dark ridges.
 
-    `stain` is the share of the glass that damp or grease covers, (h, w).
+    `stain` is the share of the glass that damp or grease covers, (h, w). With random numbers for
+    `details`, the sensor has the settings and faults of one image.
     """
     import cv2  # noqa: PLC0415
 
     shape = sensor.shape
-    height = (contact.strength * relief + contact.grain - contact.threshold) / sensor.softness
-    covered = 1 / (1 + np.exp(-np.clip(height, -30, 30)))
+    height = contact.strength * relief + contact.grain - contact.threshold
+    if details is not None:
+        sensor = as_set(sensor, details)
+        height -= sensor.needed
+        height += sensor.speckle * details.standard_normal(shape, np.float32)
+    covered = 1 / (1 + np.exp(-np.clip(height / sensor.softness, -30, 30)))
     covered = np.maximum(covered, _dust(sensor, rng))
     if sensor.residue > 0:
         covered = np.maximum(covered, _residue(contact, sensor, rng))
@@ -48,14 +59,47 @@ def develop(
     ink = sensor.ink + sensor.ink_variation * smooth_noise(shape, 25 * sensor.px, rng)
     ink += sensor.ink_fading * contact.threshold
     lightest = sensor.paper - LIGHTEST_INK * (sensor.paper - sensor.ink)
-    ink = np.clip(ink, INK_FLOOR, lightest)
+    np.clip(ink, INK_FLOOR, lightest, out=ink)
     spread = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), sensor.blur * sensor.px)
+    if details is not None:
+        crest = np.clip((relief - RIM) / (1 - RIM), 0, 1)
+        ink += details.uniform(*LIGHTER_CREST) * (sensor.paper - ink) * crest
+        _roughen(ink, paper, sensor, details)
     grey = paper - spread * np.clip(paper - ink, 0, None)
+    if details is not None and sensor.card:
+        grey -= draw_card(shape, details) * np.clip(grey - sensor.ink, 0, None)
     grey += sensor.noise * rng.standard_normal(shape)
     grey = np.minimum(grey, sensor.ceiling)
     if sensor.frame > 0:
         grey += framed(sensor) * (sensor.ceiling - grey)
-    return np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
+    image = np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
+    return image if details is None else _repeated(image, sensor.native, details)
+
+
+def _roughen(
+    ink: NDArray[np.float64], paper: NDArray[np.float64], sensor: Sensor, rng: np.random.Generator
+) -> None:
+    """Add to the grey levels of ink and of paper the grain of one and the fibres of both."""
+    if sensor.ink_grain > 0:
+        ink += sensor.ink_grain * smooth_noise(sensor.shape, GRAIN_PX * sensor.px, rng)
+    if sensor.fibres > 0:
+        fibres = sensor.fibres * smooth_noise(sensor.shape, FIBRE_PX * sensor.px, rng)
+        ink += fibres
+        paper += fibres
+
+
+def _repeated(
+    image: NDArray[np.uint8], native: float, rng: np.random.Generator
+) -> NDArray[np.uint8]:
+    """Return an image as if only `native` of its rows and columns had been taken."""
+    if native >= 1:
+        return image
+    taken = []
+    for side in image.shape:
+        begin = rng.random()
+        middle = (np.floor(np.arange(side) * native + begin) + 0.5 - begin) / native
+        taken.append(np.clip(np.rint(middle), 0, side - 1).astype(np.intp))
+    return np.asarray(image[np.ix_(*taken)])
 
 
 def framed(sensor: Sensor) -> Field:

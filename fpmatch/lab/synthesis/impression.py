@@ -12,7 +12,7 @@ from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.contact import is_legible, outline_radius, press, smear, stain
 from fpmatch.lab.synthesis.develop import develop, framed
 from fpmatch.lab.synthesis.noise import random_streams
-from fpmatch.lab.synthesis.skin import skin_of
+from fpmatch.lab.synthesis.skin import detailed_skin, skin_of
 from fpmatch.lab.synthesis.warp import draw_warp
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -61,14 +61,14 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     """
     if number < 1:
         raise ImageError(f"impressions are numbered from 1, not {number}")
-    streams = random_streams(master.seed, master.finger, number, range(31, 35))
-    placing, pressing, smearing, sensing = streams
+    streams = random_streams(master.seed, master.finger, number, range(31, 36))
+    placing, pressing, smearing, sensing, taking = streams
     px = sensor.px
     warp = draw_warp(master.relief.shape, sensor.shape, sensor.dpi, placing, preset.placement)
     pixels = _pixels(sensor.shape)
     origin = warp.to_master(pixels).reshape(*sensor.shape, 2).astype(np.float32)
     radius = outline_radius(warp.upright(pixels)).reshape(sensor.shape)
-    skin = skin_of(master)
+    skin = detailed_skin(master) if preset.detailed else skin_of(master)
     rough = master.relief + preset.texture * (skin.relief - master.relief)
     on_print = _sampled(_share_of_print(master.silhouette), origin, 0.0) * (1 - framed(sensor))
     creases = _sampled(skin.creases, origin, 0.0)
@@ -77,7 +77,8 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     relief, smeared = smear(still, smearing, preset.smear, px)
     touching = (radius < 1) & (on_print > ON_PRINT)
     damp = stain(on_print * np.clip((1 - radius) / FADING, 0, 1), smearing, preset.smear, px)
-    image = develop(relief, contact, sensor, sensing, damp)
+    details = taking if preset.detailed else None
+    image = develop(relief, contact, sensor, sensing, damp, details)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
     inside = np.flatnonzero(_in_image(moved.xy, sensor.shape))

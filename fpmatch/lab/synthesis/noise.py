@@ -32,7 +32,7 @@ def random_streams(
 ) -> list[np.random.Generator]:
     """Return a stream of random numbers for each purpose, so that none influences another.
 
-    Purposes are 1 to 6 for a master, 21 to 23 for its skin and 31 to 34 for an impression.
+    Purposes are 1 to 6 for a master, 21 to 27 for its skin and 31 to 35 for an impression.
     """
     return [np.random.default_rng([seed, finger, impression, purpose]) for purpose in purposes]
 

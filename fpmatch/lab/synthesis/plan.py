@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from fpmatch.lab.synthesis.presets import Preset
+
 DESCRIPTION_FILE: Final = "dataset.toml"
 DEFAULT_SENSOR: Final = "optical-388x374"
 LARGEST_SEED: Final = 2**63 - 1  # what TOML can hold
@@ -39,7 +41,7 @@ class Plan:
     """
 
     seed: int  # family of fingers, 0 to 2**63 - 1
-    preset: str  # name of the preset of the impressions
+    preset: str | Preset  # of the impressions, or its name
     sensors: tuple[Sensor, ...]  # impression m is taken by number (m - 1) % len(sensors)
     impressions: int  # of each finger, 1 to 1000
     master: MasterParameters = field(default_factory=MasterParameters)
@@ -55,16 +57,21 @@ class Plan:
         if not self.sensors:
             raise DatasetError("no sensor: at least one must take the impressions")
 
+    @property
+    def ranges(self) -> Preset:
+        """The preset of the impressions."""
+        return preset_named(self.preset)
+
     def sensor_of(self, number: int) -> Sensor:
         """Return the sensor that takes impression `number`, from 1."""
         return self.sensors[(number - 1) % len(self.sensors)]
 
     def table(self) -> dict[str, Any]:
         """Return the table ``[synthesis]`` of the description, equal for equal databases."""
-        ranges = repr((preset_named(self.preset), self.sensors, self.master)).encode()
+        ranges = repr((self.ranges, self.sensors, self.master)).encode()
         return {
             "seed": self.seed,
-            "preset": self.preset,
+            "preset": self.ranges.name,
             "sensors": [sensor.name for sensor in self.sensors],
             "impressions": self.impressions,
             "fpmatch": __version__,
@@ -74,7 +81,7 @@ class Plan:
     def description(self) -> str:
         """Return the text of ``dataset.toml``, which does not depend on the number of fingers."""
         resolutions = {sensor.dpi for sensor in self.sensors}
-        top: dict[str, Any] = {"name": f"synthetic, {self.preset}, seed {self.seed}"}
+        top: dict[str, Any] = {"name": f"synthetic, {self.ranges.name}, seed {self.seed}"}
         if len(resolutions) == 1:
             dpi = resolutions.pop()
             top["dpi"] = int(dpi) if dpi.is_integer() else dpi

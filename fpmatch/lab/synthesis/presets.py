@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageError, unknown_name
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
+from fpmatch.lab.synthesis.master import AVERAGE_ROWS, MasterParameters, SilhouetteParameters
 from fpmatch.lab.synthesis.warp import PlacementParameters
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ class Preset:
     pressure: PressureParameters = field(default_factory=PressureParameters)
     smear: SmearParameters = field(default_factory=SmearParameters)
     texture: float = 1.0  # visible share of the skin's roughness and pores
+    master: MasterParameters = field(default_factory=MasterParameters)  # where none is given
+    detailed: bool = False  # skin with uneven ridges, pores in rows and incipient ridges
 
 
 # fmt: off
@@ -36,22 +39,47 @@ _CLEAN: Final = Preset(
 )
 _NORMAL: Final = Preset(
     "normal",
-    PlacementParameters(rotation_deg=(0, 20), shift=(0, 55), scale=(0.98, 1.02), torsion_deg=(0, 7),
+    PlacementParameters(rotation_deg=(0, 20), shift=(0, 55), scale=(0.96, 1.06), torsion_deg=(0, 7),
                         traction=(0, 10), off_centre=(0, 62), half_width=(100, 138),
-                        elongation=(1.35, 1.75), tip_only=0.16, cut_off=0.2),
-    PressureParameters(dryness=(-0.4, 0.6), unevenness=0.22, tilt=(0, 0.3), grain=0.27,
-                       wear=(0, 0.35), max_scratches=3, max_spots=4, outline=0.035, ragged=0.03),
-    SmearParameters(chance=0.2, stain=(0.0, 0.22)),
+                        elongation=(1.35, 1.75), tip_only=0.16, cut_off=0.2, strain=(0, 0.1)),
+    PressureParameters(dryness=(-0.7, 0.75), unevenness=0.2, unevenness_extent_px=70,
+                       tilt=(0, 0.3), grain=0.0, beading=(0.05, 0.35), middle=(0, 0.4),
+                       wear=(0, 0.35), max_scratches=3, max_spots=1, edge=(0.03, 0.16),
+                       outline=0.035, ragged=0.015),
+    SmearParameters(chance=0.2, stain=(0.0, 0.1)),
+    detailed=True,
 )
 _HARD: Final = Preset(
     "hard",
-    PlacementParameters(rotation_deg=(0, 30), shift=(0, 75), scale=(0.97, 1.03), torsion_deg=(0, 9),
+    PlacementParameters(rotation_deg=(0, 30), shift=(0, 75), scale=(0.93, 1.12), torsion_deg=(0, 9),
                         traction=(0, 13), off_centre=(10, 65), half_width=(88, 136),
-                        elongation=(1.25, 1.75), tip_only=0.2, cut_off=0.25),
-    PressureParameters(dryness=(-0.5, 0.62), unevenness=0.3, tilt=(0, 0.5), grain=0.45,
-                       wear=(0.05, 0.5), max_scratches=6, max_spots=6, outline=0.05, ragged=0.04),
-    SmearParameters(chance=0.5, share=(0.05, 0.25), stain=(0.0, 0.5)),
+                        elongation=(1.25, 1.75), tip_only=0.2, cut_off=0.25, strain=(0.02, 0.2)),
+    PressureParameters(dryness=(-0.75, 0.8), unevenness=0.24, unevenness_extent_px=70,
+                       tilt=(0, 0.4), grain=0.0, beading=(0.1, 0.45), middle=(0, 0.6),
+                       wear=(0.05, 0.5), max_scratches=5, max_spots=2, edge=(0.02, 0.2),
+                       outline=0.05, ragged=0.02),
+    SmearParameters(chance=0.4, share=(0.05, 0.25), stain=(0.0, 0.25)),
     texture=1.2,
+    detailed=True,
+)
+_NAIL_TO_NAIL: Final = MasterParameters(
+    shape=(AVERAGE_ROWS, 600),
+    silhouette=SilhouetteParameters(half_width=(0.33, 0.46), tip_height=(0.34, 0.44),
+                                    foot_height=(0.32, 0.44), tip_exponent=(2.4, 4.5),
+                                    foot_exponent=(4.0, 9.0)),
+)
+_ROLLED: Final = Preset(
+    "rolled",
+    PlacementParameters(rotation_deg=(0, 15), shift=(0, 25), scale=(1.0, 1.32), torsion_deg=(0, 6),
+                        traction=(0, 14), off_centre=(0, 15), half_width=(300, 340),
+                        elongation=(1.0, 1.15), strain=(0.02, 0.16)),
+    PressureParameters(dryness=(-0.8, 0.35), unevenness=0.25, unevenness_extent_px=90,
+                       tilt=(0, 0.4), grain=0.0, beading=(0.05, 0.3), middle=(-0.4, 0.4),
+                       wear=(0, 0.5), max_scratches=4, max_spots=4, edge=(0.02, 0.1),
+                       outline=0.03, ragged=0.02),
+    SmearParameters(chance=0.5, length_px=(5, 16), share=(0.05, 0.25), stain=(0.0, 0.6)),
+    master=_NAIL_TO_NAIL,
+    detailed=True,
 )
 # fmt: on
 _STRETCHED: Final = replace(
@@ -60,13 +88,19 @@ _STRETCHED: Final = replace(
     placement=replace(_NORMAL.placement, torsion_deg=(3, 11), traction=(5, 20)),
 )
 PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
-    {preset.name: preset for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED)}
+    {
+        preset.name: preset
+        for preset in (_CLEAN, Preset("easy"), _NORMAL, _HARD, _STRETCHED, _ROLLED)
+    }
 )
-"""The presets by name: four from the easiest to the hardest, and normal prints stretched more."""
+"""The presets by name: four from the easiest to the hardest, normal prints stretched more, and
+prints rolled from nail to nail."""
 
 
-def preset_named(name: str) -> Preset:
-    """Return a preset by its name; raise ImageError for an unknown one."""
+def preset_named(name: str | Preset) -> Preset:
+    """Return a preset by its name, or itself; raise ImageError for an unknown one."""
+    if isinstance(name, Preset):
+        return name
     try:
         return PRESETS[name]
     except KeyError:

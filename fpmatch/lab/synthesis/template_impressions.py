@@ -10,7 +10,6 @@ import numpy as np
 from fpmatch.lab.synthesis import _impression_kernel as kernel
 from fpmatch.lab.synthesis.contact import DRY_SPOT, WET_SPOT
 from fpmatch.lab.synthesis.noise import keys_of, uniform
-from fpmatch.lab.synthesis.presets import preset_named
 from fpmatch.lab.synthesis.template_fingers import STEP_PX, TURN, between, smooth_grids
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
@@ -77,7 +76,7 @@ def draw_impressions(
     extraction: ExtractionParameters = EXTRACTION,
 ) -> Iterator[Template]:
     """Yield the templates of the impressions `numbers`, from 1, of each finger in order."""
-    preset = preset_named(plan.preset)
+    preset = plan.ranges
     of = np.repeat(np.arange(len(fingers.finger), dtype=np.int32), len(numbers))
     number = np.tile(numbers, len(fingers.finger))
     keys = [keys_of(plan.seed, fingers.finger[of], number, purpose) for purpose in _PURPOSES]

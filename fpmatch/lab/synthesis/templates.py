@@ -15,6 +15,7 @@ from fpmatch.lab.synthesis.template_impressions import draw_impressions
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
     from fpmatch.templates.minutiae import Template
 
@@ -28,7 +29,7 @@ def make_templates(
     impressions: int = 1,
     *,
     first_impression: int = 1,
-    preset: str = "normal",
+    preset: str | Preset = "normal",
     sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
 ) -> Iterator[Template]:
     """Make the templates of synthetic fingers without drawing images.
@@ -39,10 +40,10 @@ def make_templates(
     number and the impression's, so that any part of a gallery can be made alone. `seed`: family of
     fingers, 0 to 2**63 - 1. `fingers`: numbers of the fingers, 0 to 2**53. `impressions`: how many
     templates of each finger, 1 to 1000. `first_impression`: number of the first of them, from 1.
-    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``. `sensors`: what
-    would have taken the images, in turn: their sizes and resolutions. The result is finger by
-    finger, the impressions of each in order. Raises a `DatasetError` if a number is out of its
-    range, or there is no such sensor; an `ImageError` if there is no such preset.
+    `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
+    `sensors`: what would have taken the images, in turn: their sizes and resolutions. The result is
+    finger by finger, the impressions of each in order. Raises a `DatasetError` if a number is out
+    of its range, or there is no such sensor; an `ImageError` if there is no such preset.
 
     Examples
     --------

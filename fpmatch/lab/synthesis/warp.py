@@ -8,7 +8,7 @@ Cappelli, Maio, Maltoni, "Modelling plastic distortion in fingerprint images", I
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -27,8 +27,12 @@ if TYPE_CHECKING:
 
     Points = NDArray[np.float64]  # shape (N, 2), x and y
     Pair = tuple[float, float]
+    Wave = tuple[float, float, float, float, float]  # shift, wave vector a pixel, phase
 
 STICKING_RADIUS: Final = 0.35  # radius of the contact that does not slide
+STEEPEST: Final = 0.97  # of a warp with waves, so that skin does not fold
+WAVES: Final = 4
+WAVE_LENGTH_PX: Final = (90.0, 700.0)  # at 500 dpi
 SOLVED_PX: Final = 1e-7  # largest step of a point when `from_master` stops
 _MOST_ROUNDS: Final = 500  # never reached unless skin folds
 
@@ -47,6 +51,7 @@ class Warp:
     half_axes: Pair  # across and along the finger
     torsion: float = 0.0  # of the finger after it touched, radians, clockwise on screen
     traction: Pair = (0.0, 0.0)  # its slide, x and y in pixels of the image
+    waves: tuple[Wave, ...] = ()  # of skin that is compressed in some places, stretched in others
 
     def __post_init__(self) -> None:
         values = (*self.centre, *self.half_axes, self.torsion, *self.traction)
@@ -69,7 +74,8 @@ class Warp:
         turn = 2 * abs(math.sin(self.torsion / 2))
         by_turn = turn * (1 + STICKING_RADIUS) * (a / b + b / a) / 2
         by_slide = math.hypot(*self.traction) / min(a, b)
-        return turn + 0.5 * math.pi * (by_turn + by_slide)
+        by_waves = sum(math.hypot(dx, dy) * math.hypot(kx, ky) for dx, dy, kx, ky, _ in self.waves)
+        return turn + 0.5 * math.pi * (by_turn + by_slide) + by_waves
 
     def radius(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the radius of `points` (N, 2): 0 in the middle, 1 on the ellipse."""
@@ -87,7 +93,10 @@ class Warp:
         share = 0.5 * (1 - np.cos(np.pi * slip))
         away = p - self.centre
         moved = away @ _rotation(self.torsion).T - away + self.traction
-        return np.asarray(share[:, None] * moved)
+        moved *= share[:, None]
+        for dx, dy, kx, ky, phase in self.waves:
+            moved += np.sin(away @ (kx, ky) + phase)[:, None] * (dx, dy)
+        return np.asarray(moved)
 
     def to_master(self, points: ArrayLike) -> Points:
         """Map `points` (N, 2) of the image to the master."""
@@ -129,6 +138,7 @@ class PlacementParameters:
     tip_size: Range = (0.75, 0.95)  # of that contact relative to others
     cut_off: float = 0.0  # probability that the finger reaches far beyond the sensor
     cut_shift: Range = (0.22, 0.42)  # then from the middle, shares of the sides
+    strain: Range = (0.0, 0.0)  # largest local change of a length, as a share of it
 
 
 def draw_warp(
@@ -165,7 +175,24 @@ def draw_warp(
     tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + towards)
     placement = Similarity(scale, rotation, float(tx), float(ty))
     middle, slide = (float(centre[0]), float(centre[1])), (float(traction[0]), float(traction[1]))
-    return Warp(placement, middle, (half_width, half_height), torsion, slide)
+    warp = Warp(placement, middle, (half_width, half_height), torsion, slide)
+    if not any(p.strain):
+        return warp
+    strain = min(rng.uniform(*p.strain), max(0.0, STEEPEST - warp.steepness))
+    return replace(warp, waves=_draw_waves(strain, px, rng))
+
+
+def _draw_waves(strain: float, px: float, rng: np.random.Generator) -> tuple[Wave, ...]:
+    """Draw waves of compressed and stretched skin of `strain` in all."""
+    shares = rng.dirichlet(np.ones(WAVES))
+    waves = []
+    shortest, longest = map(math.log, WAVE_LENGTH_PX)
+    lengths = px * np.exp(rng.uniform(shortest, longest, WAVES))
+    for share, length in zip(shares, lengths, strict=True):
+        k = 2 * math.pi / length * _direction(rng)
+        shift = strain * share * length / (2 * math.pi) * _direction(rng)
+        waves.append((*shift.tolist(), *k.tolist(), rng.uniform(0, 2 * math.pi)))
+    return tuple(waves)
 
 
 def _rotation(angle: float) -> NDArray[np.float64]:

@@ -89,21 +89,22 @@ def test_unknown_names_are_refused():
         sensors_named(["x"])
 
 
-def test_there_are_four_from_easy_to_hard_and_stretched_prints():
-    assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
+def test_there_are_four_from_easy_to_hard_stretched_prints_and_rolled_ones():
+    assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched", "rolled"]
     assert all(preset_named(name) is preset for name, preset in PRESETS.items())
 
 
 def test_each_turns_and_stretches_at_least_as_far_as_the_one_before():
-    presets = [preset for preset in PRESETS.values() if preset.name != "stretched"]
+    presets = list(PRESETS.values())[:4]
     for easier, harder in pairwise(presets):
         for name in ("rotation_deg", "shift", "torsion_deg", "traction", "off_centre"):
             one, two = (getattr(p.placement, name)[1] for p in (easier, harder))
             assert one <= two, name
         assert easier.placement.tip_only <= harder.placement.tip_only
         assert easier.placement.cut_off <= harder.placement.cut_off
-        assert easier.pressure.grain < harder.pressure.grain
-        assert easier.pressure.max_spots < harder.pressure.max_spots
+        roughest = (max(p.grain / 2, p.beading[1]) for p in (easier.pressure, harder.pressure))
+        assert next(roughest) < next(roughest)
+        assert easier.pressure.dryness[1] < harder.pressure.dryness[1]
         assert easier.smear.chance < harder.smear.chance
 
 

@@ -5,7 +5,14 @@ from hypothesis import strategies as st
 
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.noise import keys_of, smooth_noise, uniform
-from fpmatch.lab.synthesis.skin import PORE_DEPTH, draw_lines, draw_pores, skin_of
+from fpmatch.lab.synthesis.skin import (
+    CREST,
+    PORE_DEPTH,
+    detailed_skin,
+    draw_lines,
+    draw_pores,
+    skin_of,
+)
 
 from .test_master import SMALL
 
@@ -42,6 +49,48 @@ def test_pores_are_pits_on_crests_that_keep_apart(master, rng):
     assert len(pits) > 20
     assert (master.relief[tuple(pits.T)] > 0).mean() > 0.95
     assert not draw_pores(np.full((50, 40), -1.0, np.float32), rng).any()
+
+
+@pytest.fixture
+def details(monkeypatch, master):
+    """Return a function that gives the skin with only some kinds of details, by their names."""
+    none = dict.fromkeys(("UNDULATION", "PORE_DEPTHS", "NOTCH_DEPTHS"), (0.0, 0.0))
+    none |= {"INCIPIENT_CHANCE": 0.0, "HAIRLINES": (0.0,), "MEAN_CREASES": 0.0}
+
+    def skin(**values):
+        for name, value in (none | values).items():
+            monkeypatch.setattr(f"fpmatch.lab.synthesis.skin.{name}", value)
+        return detailed_skin(master)
+
+    return skin
+
+
+def test_skin_without_details_is_the_relief(details, master):
+    skin = details()
+    np.testing.assert_allclose(skin.relief, master.relief, atol=1e-6)
+    assert not skin.creases.any()
+
+
+def test_pores_lie_in_rows_on_the_crests(details, master):
+    depth = master.relief - details(PORE_DEPTHS=(1.5, 1.5)).relief
+    assert depth.min() > -1e-6
+    pits = np.argwhere(depth == depth.max())
+    assert (master.relief[tuple(pits.T)] >= CREST).all()
+    on_crests, in_valleys = (depth[m].mean() for m in (master.relief > CREST, master.relief < -0.9))
+    assert on_crests > 10 * in_valleys
+
+
+def test_incipient_ridges_rise_in_the_middle_of_valleys(details, master):
+    risen = details(INCIPIENT_CHANCE=1.0).relief - master.relief
+    assert risen.min() > -1e-6
+    assert (risen > 0.2).any()
+    assert master.relief[risen > 1e-6].max() < -0.7
+
+
+def test_fingers_with_thin_creases_have_many(details):
+    few, many = details(HAIRLINES=(3.0,)).creases, details(HAIRLINES=(60.0,)).creases
+    assert (many > 0.1).mean() > (few > 0.1).mean()
+    np.testing.assert_array_equal(many, details(HAIRLINES=(60.0,)).creases)
 
 
 @settings(max_examples=10)

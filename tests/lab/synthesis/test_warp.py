@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -38,6 +39,26 @@ def test_all_that_presets_allow_leaves_the_skin_unfolded():
         torsion, traction = math.radians(p.torsion_deg[1]), (p.traction[1], 0.0)
         warp = Warp(Similarity(), (0.0, 0.0), half_axes, torsion, traction)
         assert warp.steepness < 1
+
+
+def test_waves_strain_the_skin_as_far_as_it_does_not_fold():
+    for strain in (0.1, 0.9):
+        p = replace(PRESETS["stretched"].placement, strain=(strain, strain))
+        for seed in range(5):
+            warp = draw_warp((560, 440), (374, 388), 500.0, np.random.default_rng(seed), p)
+            still = replace(warp, waves=())
+            lengths = [math.hypot(dx, dy) * math.hypot(kx, ky) for dx, dy, kx, ky, _ in warp.waves]
+            assert sum(lengths) <= strain + 1e-9
+            assert warp.steepness == pytest.approx(still.steepness + sum(lengths))
+            assert warp.steepness < 1
+            back = warp.from_master(warp.to_master(GRID))
+            assert np.abs(back - GRID).max() < 1e-3
+            assert np.abs(warp.drag(GRID) - still.drag(GRID)).max() > 0.2
+
+
+def test_presets_without_strain_draw_the_warps_that_they_drew():
+    rng = np.random.default_rng(4)
+    assert draw_warp((560, 440), (374, 388), 500.0, rng, PRESETS["easy"].placement).waves == ()
 
 
 def test_the_middle_sticks_and_the_outside_follows_the_finger():

@@ -136,8 +136,8 @@ files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FI
 _DPI: Final = click.option(
     "--dpi",
     type=float,
-    help="Resolution of the prints in dots per inch.  [default: that of dataset.toml beside a "
-    "file, else of the file, else by its ridges]",
+    help="Resolution of the prints in dots per inch.  [default: of dataset.toml beside a file, of "
+    "the file, or by its ridges]",
 )
 _RAW: Final = click.option(
     "--raw",

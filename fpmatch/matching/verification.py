@@ -337,7 +337,7 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
 def _refined(verification: Verification, ratio: float) -> ScaleMeasurement | None:
     """Measure a scale that is `ratio`, roughly; None where it turns out to be 1."""
     v, measured = verification, None
-    if v.explanation is None:
+    if v.explanation is None or wants_image(v.explanation.matcher):
         return None
     for _ in range(REFINEMENTS):
         rescaled = _at_scale(v.probe, ratio)

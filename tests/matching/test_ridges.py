@@ -24,7 +24,6 @@ from matching_weights import print_for
 from fpmatch.matching.pipeline._kernels import _ridge_kernel
 from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.pipeline.ridge_map import ridge_map
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
@@ -89,7 +88,7 @@ def some_field(rng, most=6):
     turn = rng.uniform(0, np.pi)
     stripes = np.sin((u * np.cos(turn) + v * np.sin(turn)) * 2 * np.pi / rng.uniform(4, 12)) > 0
     picture = stripes ^ (rng.random(stripes.shape) < rng.choice([0.0, 0.1, 0.5]))
-    return field_of(float(rng.choice([8.0, 16.0, 21.7, 64.0, 64.0])), picture, mask)
+    return field_of(float(rng.choice([8.0, 16.0, 16.0, 21.7])), picture, mask)
 
 
 def some_case(seed):
@@ -164,11 +163,7 @@ def test_correlators_used_before_and_interpreted_agree(plain, seed):
 
 def test_the_cases_that_are_drawn_are_of_every_kind():
     """Else agreement with the reference would say little."""
-    cases = list(map(some_case, range(60)))
-    found = [compared(a, b, move, partner) for a, b, partner, move in cases]
-    small = [min(a.region.area, b.region.area) <= SMALL_AREA_PX2 for a, b, _, _ in cases]
-    assert sum(cells > 0 for (_, cells), few in zip(found, small, strict=True) if not few) > 5
-    assert sum(small) > 20
+    found = [compared(a, b, move, partner) for a, b, partner, move in map(some_case, range(60))]
     assert sum(cells == 0 for _, cells in found) > 3
     assert sum(cells > 5 for _, cells in found) > 15
     assert max(correlation for correlation, _ in found) > 0.7

@@ -9,7 +9,7 @@ cdef class RidgeCorrelator:
     cdef const unsigned long long[::1] spread, kept
     cdef const int[::1] sample_row, sample_column
     cdef double[:, ::1] offset, drift, vertex
-    cdef Py_ssize_t blocks, samples
+    cdef Py_ssize_t blocks
     cdef unsigned long long[::1] ridge_image
     cdef unsigned long long[:, ::1] agreeing, wide
     cdef unsigned char[::1] both

@@ -17,15 +17,15 @@ from fpmatch.matching.verify import find_identity, verify
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_dict
 
-OTHERS_SHARE: Final = 0.25  # of the false match rate, for all other resolutions together
-MOST_UNLIKE: Final = math.log(1.2)  # ratio of the distances of ridges in two prints of a finger
-
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.verification import Verification
     from fpmatch.matching.verify import Identity
+
+OTHERS_SHARE: Final = 0.25  # of the false match rate, for all other resolutions together
+MOST_UNLIKE: Final = math.log(1.2)  # ratio of the distances of ridges in two prints of a finger
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +164,7 @@ def _by_scale(pair: ComparedPair) -> list[tuple[float, float]]:
 
 
 def _resolutions(given: GivenPrint, other: GivenPrint) -> list[float]:
-    """Return the resolutions that a print may have; those of the other where it does not show."""
+    """Return the resolutions that a print may have, by the ridges of the other if need be."""
     own, period = given.template.dpi, given.ridge_period_px
     if period is None and not other.dpi_stated:
         period = other.ridge_period_px

@@ -150,6 +150,15 @@ class GivenPrint:
         return np.full((height, width), 255, np.uint8)
 
 
+def dpi_source(template: Template, *, given: bool, known: bool) -> DpiSource:
+    """Return where the resolution of a template comes from; the file states it if `known`."""
+    if given:
+        return "given"
+    if known:
+        return "stated"
+    return "assumed" if template.dpi == STANDARD_DPI else "found"
+
+
 def make_given_print(
     content: GreyImage | TemplateRecord,
     name: str,
@@ -164,7 +173,6 @@ def make_given_print(
     to the recorder that `GivenPrint.quality` needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
-    source: DpiSource = "assumed" if given_dpi is None else "given"
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
@@ -174,8 +182,7 @@ def make_given_print(
         known, notes, image = content.dpi is not None, (), content
         stages = QualityRecorder() if recorder is None else None
         template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
-    if given_dpi is None and (known or template.dpi != STANDARD_DPI):
-        source = "stated" if known else "found"
+    source = dpi_source(template, given=given_dpi is not None, known=known)
     on_dpi = {"assumed": (ASSUMED_DPI,), "found": (FOUND_DPI.format(template.dpi),)}.get(source, ())
     all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
     return GivenPrint(name, template, image, all_notes, stages, source, enhance)

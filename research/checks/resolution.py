@@ -85,8 +85,8 @@ def _row(folders: tuple[Path, ...], true: int, impressions: int) -> list[str]:
         as_500 = sum(
             _score(pair, STANDARD_DPI, STANDARD_DPI) >= DEFAULT_THRESHOLD for pair in pairs
         )
-        found = [verify_given(pair[0], _at(pair[1], reference_dpi)) for pair in pairs]
-        matches = [one for one in found if one.verification.match]
+        unstated = [verify_given(pair[0], _at(pair[1], reference_dpi)) for pair in pairs]
+        matches = [one for one in unstated if one.verification.match]
         is_right = sum(
             _is_right(one.probe, true) and _is_right(one.reference, reference_dpi or true)
             for one in matches

@@ -1,8 +1,8 @@
 """Statistics of the images of a database: ridge period, area, minutiae, grey levels.
 
-Synthetic prints are compared with real ones in this way, and patches of the two told apart by
-local statistics of their ridges. Databases with the same statistics may still differ; those that
-differ in one of them can be distinguished by it.
+Synthetic prints are compared with real ones in this way, and patches of the two are classified by
+local statistics of their ridges. Databases with the same statistics may still differ; databases
+that differ in one of them can be distinguished by it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fpmatch.lab.evaluation.databases.extraction import attempt_each_image
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders, json_file, workers, write_json
-from research.experiments.two_sample import NAMES, format_accuracies, patches_of, told_apart
+from research.experiments.two_sample import NAMES, format_accuracies, patches_of, two_sample
 from research.markdown import markdown_table
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def statistics_as_json(
     if against:
         for row, s in zip(rows, sets, strict=True):
             row["outside"] = {name: round(share_outside(s, against, name), 4) for name in TITLES}
-            row["told_apart"] = told_apart(s.patches(), {o.name: o.patches() for o in against})
+            row["two_sample"] = two_sample(s.patches(), {o.name: o.patches() for o in against})
     return {"shares": list(SHARES), "sets": rows, "against": [s.as_json() for s in against]}
 
 
@@ -230,8 +230,8 @@ def command(
 
     Ridge period, area, minutiae, grey levels and foreground of every print are measured and their
     distributions shown side by side; with --against, also the share of prints outside the range of
-    those databases (from the least 5 % to the greatest 95 %), and the share of patches that a
-    classifier of local statistics tells from those of each of them: 50 % where they are alike.
+    those databases (from the least 5 % to the greatest 95 %), and the
+    accuracy of a classifier of patches against each of them: 50 % where they do not differ.
     """
     measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)
     sets, others = measured[: len(folders)], measured[len(folders) :]

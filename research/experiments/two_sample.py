@@ -1,4 +1,4 @@
-"""Two-sample test of images: a classifier tells patches of one database from those of another.
+"""Two-sample test of images: how accurately a classifier separates patches of two databases.
 
 Patches are described by local statistics of their ridges, and a linear classifier of those and
 their squares is fitted. All patches of a finger are in one fold of the cross-validation. Where the
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
+from scipy.stats import ks_2samp
 
 from research.markdown import markdown_table
 
@@ -35,7 +36,7 @@ SMALL: Final = 0.35  # largest area of a dot or pore, periods squared
 BLOCK_PX: Final = 12  # over which contrast and darkness are compared
 QUANTILES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 FOLDS: Final = 5
-TELLING: Final = 4  # statistics that are named
+MOST_NAMED: Final = 4  # statistics that differ most
 PENALTY: Final = 3.0  # of the squared weights of standardised features
 _ROUNDS: Final = 12  # of Newton's method
 _TINY: Final = 1e-6
@@ -191,25 +192,27 @@ def _deviation(values: Floats) -> float:
     return float(values.std()) if values.size > 1 else 0.0
 
 
-def told_apart(one: Patches, others: Mapping[str, Patches]) -> dict[str, Any]:
-    """Return how well the patches of a database are told from those of each other and of all.
+def two_sample(one: Patches, others: Mapping[str, Patches]) -> dict[str, Any]:
+    """Return how accurately the patches of a database are classified against each other database.
 
-    Each maps a finger to its patches; `telling` are the statistics that differ most from all.
+    Each maps a finger to its patches; `all` is the accuracy against all databases together, and
+    `most_different` are the statistics that differ most from them.
     """
     each = {name: accuracy(one, other)[0] for name, other in others.items()}
     fingers = (patches for other in others.values() for patches in other.values())
-    share, telling = accuracy(one, dict(enumerate(fingers)))
-    return {"each": each, "all": share, "telling": telling[:TELLING]}
+    share, names = accuracy(one, dict(enumerate(fingers)))
+    return {"each": each, "all": share, "most_different": names[:MOST_NAMED]}
 
 
 def format_accuracies(sets: Sequence[Mapping[str, Any]]) -> str:
-    """Return what `told_apart` found of databases, under that key, as a table: a row a database."""
-    rows = [["patches told from those of", *sets[0]["told_apart"]["each"], "all", "most by"]]
+    """Return the results of `two_sample`, under that key, as a table: one row for each database."""
+    names = sets[0]["two_sample"]["each"]
+    rows = [["classification accuracy against", *names, "all", "most different statistics"]]
     for one in sets:
-        told = one["told_apart"]
-        each = (*told["each"].values(), told["all"])
+        result = one["two_sample"]
+        each = (*result["each"].values(), result["all"])
         shares = ["-" if share is None else f"{100 * share:.0f} %" for share in each]
-        rows.append([one["name"], *shares, ", ".join(told["telling"])])
+        rows.append([one["name"], *shares, ", ".join(result["most_different"])])
     return markdown_table(rows)
 
 
@@ -217,7 +220,7 @@ def accuracy(one: Patches, other: Patches) -> tuple[float | None, list[str]]:
     """Return the mean share of patches of each side that are classified correctly.
 
     Both map a finger to its patches. The fingers of each fold are classified by the others. The
-    names of the statistics that tell best come with it, the best first, each alone. The share is
+    names of the statistics come with it, the one that differs most first. The share is
     None where a side has patches of fewer than two fingers.
     """
     sides = [sorted((f, p) for f, p in side.items() if len(p)) for side in (one, other)]
@@ -242,13 +245,9 @@ def accuracy(one: Patches, other: Patches) -> tuple[float | None, list[str]]:
 
 
 def _distances(z: Floats, label: Floats) -> Floats:
-    """Return the largest distance of the distributions of each statistic alone, 0 to 1."""
-    sides = [np.sort(z[label == side], axis=0) for side in (0, 1)]
-    distances = []
-    for one, other, both in zip(sides[0].T, sides[1].T, z.T, strict=True):
-        shares = [np.searchsorted(side, both, "right") / len(side) for side in (one, other)]
-        distances.append(np.abs(shares[0] - shares[1]).max())
-    return np.array(distances)
+    """Return the Kolmogorov-Smirnov distance of each statistic alone, 0 to 1."""
+    test = ks_2samp(z[label == 0], z[label == 1], method="asymp", axis=0)
+    return np.asarray(test.statistic)
 
 
 def _fitted(x: Floats, label: Floats) -> Floats:

@@ -49,8 +49,8 @@ def format_synthesis(results: Mapping[str, Any]) -> str:
 
 
 def _two_sample(prints: Mapping[str, Any]) -> list[str]:
-    """Return the table of what a classifier tells apart, with its title, where it was measured."""
-    if not all("told_apart" in one for one in prints["sets"]):
+    """Return the table of the two-sample test, with its title, where it was measured."""
+    if not all("two_sample" in one for one in prints["sets"]):
         return []
     return ["### Two-sample test", format_accuracies(prints["sets"])]
 

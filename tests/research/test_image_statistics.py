@@ -90,6 +90,6 @@ def test_tables_have_a_row_a_database_and_json_says_the_same():
     assert document["sets"][0]["quantiles"]["mean"] == [181.0, 185.0, 190.0, 195.0, 199.0]
     assert document["sets"][0]["outside"]["mean"] == pytest.approx(2 / 3, abs=1e-4)
     assert document["sets"][0]["failures"] == ["bad"]
-    assert document["sets"][0]["told_apart"]["all"] is None  # there are no patches
+    assert document["sets"][0]["two_sample"]["all"] is None  # there are no patches
     assert document["against"][0]["prints"] == 2
     assert "outside" not in statistics_as_json([one])["sets"][0]

@@ -136,7 +136,7 @@ def test_presets_are_shown_at_the_main_tolerance():
     assert "| 25 % | 25 % |" in page
     assert "| easy | 8 | 0.900 | 0.800 | 0.847 | 10 | 99.0 % | 97.5 % | 1.25 % |" in page
     assert "Two-sample test" not in page
-    one["told_apart"] = {"each": {"theirs": 0.61}, "all": 0.58, "telling": ["pores"]}
+    one["two_sample"] = {"each": {"theirs": 0.61}, "all": 0.58, "most_different": ["pores"]}
     page = format_synthesis({"prints": prints, "presets": preset_rows(evaluation)})
     assert "| ours | 61 % | 58 % | pores |" in page
 

@@ -8,7 +8,7 @@ from research.experiments.two_sample import (
     describe,
     format_accuracies,
     patches_of,
-    told_apart,
+    two_sample,
 )
 
 PERIOD = 8.6
@@ -70,24 +70,24 @@ def test_a_blank_patch_has_finite_statistics():
     assert np.isfinite(describe(np.full((SIDE_PX, SIDE_PX), 9, np.uint8))).all()
 
 
-def test_patches_of_one_kind_are_not_told_apart_though_fingers_differ():
+def test_patches_of_one_kind_are_not_separated_though_fingers_differ():
     rng = np.random.default_rng(3)
     share, _ = accuracy(side_of(rng), side_of(rng))
     assert share == pytest.approx(0.5, abs=0.12)
 
 
-def test_patches_of_two_kinds_are_told_apart_and_the_statistic_is_named():
+def test_patches_of_two_kinds_are_separated_and_the_statistic_is_named():
     rng = np.random.default_rng(4)
-    share, telling = accuracy(side_of(rng), side_of(rng, pores=8.0))
+    share, names = accuracy(side_of(rng), side_of(rng, pores=8.0))
     assert share > 0.75
-    assert telling[0] == "pores"
+    assert names[0] == "pores"
 
 
 def test_tables_have_a_column_a_database_and_a_dash_where_fingers_are_few():
     rng = np.random.default_rng(5)
     others = {"far": side_of(rng, period=9.0), "one": side_of(rng, fingers=1)}
-    told = told_apart(side_of(rng), others)
-    head, _, row = format_accuracies([{"name": "made", "told_apart": told}]).splitlines()
+    result = two_sample(side_of(rng), others)
+    head, _, row = format_accuracies([{"name": "made", "two_sample": result}]).splitlines()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in (head, row)]
     assert cells[0][1:4] == ["far", "one", "all"]
     assert cells[1][2] == "-"

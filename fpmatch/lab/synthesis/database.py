@@ -91,7 +91,7 @@ def make_database(
     `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
     `seed`: family of fingers, from 0. `sensors`: sensors that take the impressions in turn.
     `first_finger`: number of the first finger (default 101), from 1. `master`: parameters of the
-    masters, by default those of the preset. `workers`: processes to use (default: one a core).
+    masters (default: as in the preset). `workers`: processes to use (default: one a core).
     `progress`: called with the number of complete fingers of the stage ``"synth"``. Raises a
     `DatasetError` if a count or the seed is impossible, or the folder holds other files or another
     database; an `ImageError` if the preset is unknown; an `OutputError` if a file is not written.

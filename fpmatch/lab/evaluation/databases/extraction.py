@@ -24,8 +24,7 @@ from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.prints.reading import FOUND_DPI, PrintReader
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.prints.reading import FOUND_DPI, PrintReader, dpi_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -113,7 +112,7 @@ def extract_image(
 
     An image is `graded` with its quality, which takes a tenth of the time of the extraction.
     """
-    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, assess, extract  # noqa: PLC0415  # noqa: PLC0415
+    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, assess, extract  # noqa: PLC0415
 
     image, stages = reader(path), QualityRecorder() if graded else None
     if isinstance(image, TemplateRecord):
@@ -122,10 +121,9 @@ def extract_image(
     quality = stages.quality(template.dpi).score if stages else None
     empty = not len(template.minutiae)
     why = why_no_minutiae(assess(image, dpi).quality) if empty else ""
-    notes, unknown = image.notes, dpi is None and image.dpi is None
-    if unknown and template.dpi != STANDARD_DPI:
-        notes, unknown = (*notes, FOUND_DPI.format(template.dpi)), False
-    return ExtractedPrint(template, unknown, notes, quality, why)
+    source = dpi_source(template, given=dpi is not None, known=image.dpi is not None)
+    notes = (FOUND_DPI.format(template.dpi),) if source == "found" else ()
+    return ExtractedPrint(template, source == "assumed", (*image.notes, *notes), quality, why)
 
 
 def extractor_of(

@@ -159,6 +159,7 @@ research.add_command(
             "images": ("checks.images", "Detection of wrong resolutions."),
             "resolution": ("checks.resolution", "Resolutions that no file states."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
+            "rolled": ("checks.rolled", "Rolled prints against flat ones."),
             "points": ("experiments.point_targets", "Results on point sets that miss targets."),
             "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },

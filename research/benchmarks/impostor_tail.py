@@ -5,7 +5,7 @@ Probes without a mate are searched for in a gallery of made templates. A search 
 that its first stages pass on. What they lose is measured where a part of the gallery is compared.
 
 .venv/bin/python research/benchmarks/impostor_tail.py --keep FOLDER [--prints 458752]
-    [--probes 140] [--alone 80] [--json docs/data/impostor_tail.json] DIR...
+    [--probes 440] [--alone 340] [--json docs/data/impostor_tail.json] DIR...
 """
 
 from __future__ import annotations
@@ -171,8 +171,8 @@ def highest(similarity: np.ndarray) -> list[float]:
 @click.argument("folders", nargs=-1, type=PATH)
 @click.option("--keep", type=PATH, required=True, help="Folder of the gallery.")
 @click.option("--prints", default=7 * PART, show_default=True, help="Of the gallery.")
-@click.option("--probes", default=140, show_default=True, help="Made templates to search for.")
-@click.option("--alone", default=80, show_default=True, help="Of them on minutiae alone, too.")
+@click.option("--probes", default=440, show_default=True, help="Made templates to search for.")
+@click.option("--alone", default=340, show_default=True, help="Of them on minutiae alone, too.")
 @json_file
 def main(
     folders: tuple[Path, ...],

@@ -182,7 +182,8 @@ def test_a_gallery_is_searched_with_the_polarity_asked_for(run, darks, tmp_path)
     gallery, image = tmp_path / "prints.db", darks / "1_1.png"
     run("enrol", gallery, image, "--workers", 1)
     auto, white = (
-        run("identify", gallery, image, "--polarity", asked, "--json") for asked in ("auto", "white")
+        run("identify", gallery, image, "--polarity", asked, "--json")
+        for asked in ("auto", "white")
     )
     assert first_score(auto) > 60
     assert INVERTED not in auto.stderr

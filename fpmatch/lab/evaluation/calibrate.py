@@ -149,11 +149,11 @@ def _tail_at(last: float, s: NDArray[np.float64], w: NDArray[np.float64]) -> tup
         raise MatcherError(
             "calibration: the highest impostor similarities are all the same; no tail can be fitted"
         )
-    scale, shape = fit_pareto(excess, w[tail])
+    scale, shape = _fit_pareto(excess, w[tail])
     return scale + shape * max(last - start, 0.0), shape
 
 
-def fit_pareto(excess: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:
+def _fit_pareto(excess: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:
     """Fit scale and shape (in Hosking and Wallis's sign, -k) to sorted positive excesses.
 
     With α0 the mean and α1 the mean of x·(1 - F(x)), the moments give k = α0/(α0 - 2α1) - 2 and

@@ -4,7 +4,8 @@ A calibration is a curve. Up to the largest measured score it consists of knots,
 impostor comparisons, and straight lines between them. Beyond, it is a generalised Pareto tail: with
 excess e = (x - last knot) / scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e)
 where ξ is 0. `fpmatch.lab.evaluation.calibrate` fits one; ``python -m research calibrate``
-makes the calibrations of the package.
+makes the calibrations of the package. The highest knots of the default matcher's, and its tail, are
+measured on pairs of made templates.
 """
 
 from __future__ import annotations
@@ -47,6 +48,9 @@ class Provenance:
         The fpmatch that fitted it, and how.
     matcher : str
         The matcher whose similarities it is for; "" where unknown.
+    tail, tail_from : str, float
+        The pairs that the knots above this score, and the tail, are measured on; "" where all rests
+        on the same comparisons.
     """
 
     sets: tuple[str, ...] = ()
@@ -55,6 +59,8 @@ class Provenance:
     command: str = ""
     matcher: str = ""
     fingers: int = 0
+    tail: str = ""
+    tail_from: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +131,8 @@ class Calibration:
 
     def as_json(self) -> str:
         """Return the calibration as the text of a JSON file."""
-        names = ("matcher", "sets", "fingers", "impostors", "version", "command")
+        names = ["matcher", "sets", "fingers", "impostors", "version", "command"]
+        names += ["tail", "tail_from"] * bool(self.provenance.tail)
         entries = {
             "provenance": {name: getattr(self.provenance, name) for name in names},
             "tail_scale": self.tail_scale,
@@ -151,6 +158,8 @@ class Calibration:
                     command=str(origin["command"]),
                     matcher=str(origin.get("matcher", "")),
                     fingers=int(origin.get("fingers", 0)),
+                    tail=str(origin.get("tail", "")),
+                    tail_from=float(origin.get("tail_from", 0.0)),
                 ),
             )
         except MatcherError as error:

@@ -116,11 +116,12 @@ def triangulation() -> float:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The results of a search: scores of the second stage and similarities of the third."""
+    """The results of a search: scores of the second stage, similarities of the third, places."""
 
     by_size: SizeNormalization
     scores: np.ndarray
     similarities: np.ndarray
+    place: np.ndarray  # in the gallery, of the compared prints
 
 
 def search(
@@ -157,7 +158,8 @@ def search(
         return similarities(MATCHER, probe, prints)
 
     best, by_size, scores = cost.timed("descriptors", by_descriptors)
-    return Found(by_size, scores, cost.timed("comparison", compared))
+    before = np.cumsum([0, *map(len, segments)])[of[best]]
+    return Found(by_size, scores, cost.timed("comparison", compared), before + local[best])
 
 
 def times(

@@ -38,7 +38,7 @@ SYNTHESIS = "1"  # another where `make_templates` gives other templates
 # modules that decide what an index holds
 CODE_OF_INDEX = (
     *(f"gallery/index/{name}.py" for name in ("terms", "_term_kernel", "segment")),
-    *(f"matching/prints/{name}.py" for name in ("stored_descriptors", "compact_template")),
+    *(f"gallery/index/prints/{name}.py" for name in ("stored_descriptors", "compact_template")),
 )
 ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("bytes",))}
 

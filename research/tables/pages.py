@@ -37,6 +37,7 @@ from research.tables.serving import (
 )
 from research.tables.stored_prints import format_stored
 from research.tables.synthesis import format_synthesis, format_templates, preset_rows
+from research.tables.tail import format_tail
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -172,10 +173,14 @@ PAGES: Final = {
             ),
             "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
             "million": replace(_SEARCHES, help="The same, in a background of a million fingers"),
+            "tail": Part(
+                "research/benchmarks/impostor_tail.py --json", "impostor_tail.json", alone=True
+            ),
         },
         {
             (DOCS / "how-to" / "identification.md", "identification"): format_identification,
             (DOCS / "how-to" / "identification.md", "fusion"): _shown(format_fusion, "fusion"),
+            (DOCS / "how-to" / "identification.md", "tail"): _shown(format_tail, "tail"),
         },
     ),
     "points": Page(

@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.base.parsing import parse_json
 from fpmatch.lab.evaluation.calibrate import calibrate_on
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
 from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.lab.evaluation.run import evaluate_templates
-from fpmatch.matching.calibration import CALIBRATION_FOLDER
+from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among
-from research.commands import PATH, Command, folders, synthetic_folder, workers
+from research.commands import PATH, Command, synthetic_folder, workers
 from research.databases import (
     TRAINING_SEED,
     extract_folders,
     extract_synthetic_sets,
     without_ridges,
 )
+from research.training.tail import with_tail
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
+FILE: Final = click.Path(exists=True, dir_okay=False, path_type=Path)
 WITH_RIDGES: Final = 1 / 3
 """Weight of the real prints with their ridges, and the same of the synthetic ones."""
 ALONE: Final = 1 / 6
@@ -37,13 +40,17 @@ ALONE: Final = 1 / 6
     cls=Command,
     epilog="""\b
 Example:
-  python -m research calibrate fvc/*/* --synthetic
+  python -m research calibrate fvc/*/* --synthetic --tail docs/data/impostor_tail.json
+  python -m research calibrate --tail docs/data/impostor_tail.json
   FPMATCH_KEY=file:any.key python -m research calibrate fvc/*/* --synthetic \\
       --matcher revocable --into examples/revocable/fpmatch_revocable
 """,
 )
-@folders
+@click.argument("folders", metavar="[DIR...]", nargs=-1, type=PATH)
 @click.option("--synthetic", is_flag=True, help="Also use eight synthetic databases.")
+@click.option(
+    "--tail", metavar="FILE", type=FILE, help="Results of research/benchmarks/impostor_tail.py."
+)
 @click.option("--matcher", "matchers", multiple=True, help="Only this matcher (repeatable).")
 @click.option("--into", type=PATH, default=CALIBRATION_FOLDER, help="Folder to write to.")
 @synthetic_folder
@@ -51,6 +58,7 @@ Example:
 def command(
     folders: tuple[Path, ...],
     synthetic: bool,
+    tail: Path | None,
     matchers: tuple[str, ...],
     into: Path,
     prints: Path | None,
@@ -63,7 +71,16 @@ def command(
     compares all synthetic prints with one another, and all prints with their ridges as well as on
     minutiae alone; real and synthetic prints have half of the weight each, and two thirds of that
     belong to comparisons with ridges. The same prints give the same files to the last bit.
+    With --tail the highest scores of the default matcher are those of pairs of made templates;
+    without DIR, in the calibration that there is.
     """
+    if not folders and not synthetic:
+        if tail is None:
+            raise click.UsageError("DIR, --synthetic or --tail is needed")
+        file = into / f"{DEFAULT_MATCHER}.json"
+        given = Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
+        file.write_text(with_tail(given, parse_json(tail.read_bytes())).as_json(), encoding="utf-8")
+        return
     real = extract_folders(folders, workers)
     made = extract_synthetic_sets(TRAINING_SEED, prints, workers) if synthetic else []
     origin = f"python -m research calibrate DIR...{' --synthetic' if synthetic else ''}"
@@ -81,6 +98,8 @@ def command(
         else:
             report = evaluate_templates([*real, *made], matcher=name, workers=workers)
             calibration = calibrate_on(impostors_of_report(report), matcher_name(name), origin)
+        if tail is not None and name == DEFAULT_MATCHER:
+            calibration = with_tail(calibration, parse_json(tail.read_bytes()))
         target = into / f"{matcher_name(name)}.json"
         target.write_text(calibration.as_json(), encoding="utf-8")
         click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")

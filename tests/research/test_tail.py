@@ -1,0 +1,57 @@
+"""The tail of a calibration, of made pairs: knots below stay, those above are their shares."""
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError
+from fpmatch.matching.calibration import Calibration, Provenance
+from research.tables.tail import format_tail
+from research.training.tail import kinds_of, with_tail
+
+OWN = Calibration(((0.0, 0.0), (4.0, 30.0)), 2.0, 0.2, Provenance(("FVC",), 1000))
+PAIRS = 10**7
+
+
+def results(mean: float, share: float = 1.0) -> dict:
+    """Return results of pairs with an exponential tail from a similarity of 3 on, 1 in 1,000."""
+    count = PAIRS // 1000
+    rank = (np.arange(count) + 0.5) / count
+    high = 3.0 - mean * np.log(rank)
+    searched = high[: round(share * count)]
+    entry = {"similarity": searched.tolist(), "compared": high.tolist()}
+    kind = {"name": "made", "pairs": PAIRS, "searched": searched.tolist(), **entry}
+    rare = {"name": "alone", "pairs": PAIRS, **dict.fromkeys(("compared", "searched"), [1.0] * 20)}
+    return {"kinds": [kind, {**rare, "similarity": (4.0 * rank[:150]).tolist()}]}
+
+
+def test_knots_above_the_own_ones_are_the_share_of_pairs() -> None:
+    fitted = with_tail(OWN, results(mean=1.0))
+    assert fitted.knots[:2] == OWN.knots
+    assert fitted.provenance.sets == ("FVC",)
+    assert fitted.provenance.tail_from == 30.0
+    for x in (5.0, 8.0):
+        assert fitted.score(x) == pytest.approx(30 + 10 / np.log(10) * (x - 3.0), abs=0.2)
+    assert 50 < fitted.largest_measured_score < 60  # 20 of ten million pairs
+    assert fitted.score(15.0) < 30 + 10 / np.log(10) * 12.0  # beyond, the tail is heavier
+
+
+def test_a_tail_replaces_the_tail_before() -> None:
+    once = with_tail(OWN, results(mean=1.0))
+    assert with_tail(with_tail(OWN, results(mean=2.0)), results(mean=1.0)) == once
+    assert Calibration.from_json(once.as_json()) == once
+
+
+def test_pairs_that_a_search_loses_count() -> None:
+    kind = kinds_of(results(mean=1.0, share=0.01))[0]
+    assert kind.compares(3.0) == pytest.approx(0.01)
+    assert kind.fmr(3.0) == pytest.approx(1e-3)
+
+
+def test_too_few_pairs_make_no_tail() -> None:
+    with pytest.raises(DatasetError, match="too few pairs"):
+        with_tail(OWN, results(mean=0.01))
+
+
+def test_the_table_states_what_a_search_would_observe() -> None:
+    table = format_tail(results(mean=1.0))
+    assert "| 1,000,000 | 0.1 | 70 |" in table

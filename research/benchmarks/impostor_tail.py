@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import click
 import numpy as np
@@ -108,6 +109,10 @@ class Tail:
         probe = MATCHER.prepare(without_ridges(template))
         return self.part, similarities(MATCHER, probe, self._part_alone)
 
+    def of_one_sensor(self, rows: np.ndarray) -> np.ndarray:
+        """Return the rows whose probe and print are of one sensor."""
+        return rows[rows[:, 0] % len(SENSORS) == rows[:, 1] // PART % len(SENSORS)]
+
     def _alone(self, places: np.ndarray) -> PreparedPrints:
         """Return prints without their ridges."""
         templates = (template_of(self.rows[p // PART], p % PART) for p in places.tolist())
@@ -147,9 +152,10 @@ def real_kinds(keep: Path, folders: Sequence[Path]) -> list[dict[str, Any]]:
     database = np.array([k for k, _, _ in shown])
     a, b = np.triu_indices(len(templates), 1)
     same, impostor = database[a] == database[b], finger[a] != finger[b]
+    order = crc32("|".join("/".join(one.path.parts[-3:]) for _, one, _ in shown).encode())
     kinds = []
     for form in ("", ALONE) if folders else ():
-        path = keep / f"real{form.replace(', ', '-').replace(' ', '-')}-{len(templates)}.npy"
+        path = keep / f"real{form.replace(', ', '-').replace(' ', '-')}-{order:08x}.npy"
         if not path.exists():
             of = [without_ridges(template) for template in templates] if form else templates
             np.save(path, compare_all_pairs(of, workers=1))
@@ -192,10 +198,14 @@ def main(
         f"compared{ALONE}": (made[:CHECKED], tail.compared_alone),
     }
     rows = {name: tail.kept(name, of, look) for name, (of, look) in looks.items()}
-    kinds = [
-        made_kind(f"made{form}", rows[f"made{form}"], rows[f"compared{form}"], count, tail)
-        for form, count in (("", probes), (ALONE, alone))
-    ]
+    kinds = []
+    for form, count in (("", probes), (ALONE, alone)):
+        searched, compared = rows[f"made{form}"], rows[f"compared{form}"]
+        kinds.append(made_kind(f"made{form}", searched, compared, count, tail))
+        high = highest(tail.of_one_sensor(searched)[:, 2])
+        pairs = kinds[-1]["pairs"] // len(SENSORS)
+        kinds.append({**kinds[-1], "name": f"made, of one sensor{form}", "pairs": pairs,
+                      "similarity": high})  # fmt: skip
     results = {"gallery": tail.prints, "kinds": kinds + real_kinds(keep, folders)}
     print_and_write(format_tail(results), results, json_file)
 

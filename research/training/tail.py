@@ -1,9 +1,10 @@
 """The tail of a calibration, measured on pairs of made templates in a large gallery.
 
-Above its own knots a calibration follows the kind of pairs (with ridges, minutiae alone) that
-reaches a similarity most often, where at least `MIN_ABOVE` do; beyond, a generalised Pareto tail
-begins as these do. Its shape is the largest that calibrations have: made fingers do not support an
-FMR of 1 in 10 billion. ``research/benchmarks/impostor_tail.py`` measures the pairs.
+A calibration keeps its own knots up to the score `KEPT`. From `MEASURED` on it follows the kind of
+pairs (with ridges, minutiae alone) that reaches a similarity most often, where at least `MIN_ABOVE`
+do; between the two scores it is a straight line, which states more false matches than there are.
+Beyond, a generalised Pareto tail begins as the pairs do. Its shape is the largest that calibrations
+have: made fingers do not support an FMR of 1 in 10 billion. ``research/benchmarks/impostor_tail.py`` measures the pairs.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
 
+KEPT: Final = 40.0
+MEASURED: Final = 60.0
 STEP: Final = 0.1  # of similarity, between knots
 LEAST_COMPARED: Final = 20  # pairs that measure which share of them a search compares
 
@@ -72,22 +75,24 @@ def kinds_of(results: Mapping[str, Any]) -> list[ImpostorKind]:
 
 
 def with_tail(calibration: Calibration, results: Mapping[str, Any]) -> Calibration:
-    """Return a calibration with knots above its own, and a tail, of the searches of a gallery."""
+    """Return a calibration with high knots and a tail of the searches of a gallery."""
     kinds = [kind for kind in kinds_of(results) if len(kind.compared)]
     origin = calibration.provenance
-    own = [k for k in calibration.knots if not origin.tail or k[1] <= origin.tail_from]
-    last, measured = own[-1]
+    below = sum(score < KEPT for _, score in calibration.knots)
+    kept = origin.tail_from if origin.tail else calibration.knots[: below + 1][-1][1]
+    own = [knot for knot in calibration.knots if knot[1] <= kept]
+    last = own[-1][0]
     knots = list(own)
     for x in np.arange(np.ceil(last / STEP) * STEP, 100.0, STEP).round(3).tolist():
         fmr = max((k.fmr(x) for k in kinds if k.above(x) >= MIN_ABOVE), default=0.0)
         score = round(-10.0 * float(np.log10(fmr)), 6) if fmr else 0.0
-        if x > knots[-1][0] and score > knots[-1][1]:
+        if x > knots[-1][0] and score > max(knots[-1][1], MEASURED):
             knots.append((x, score))
     if len(knots) == len(own):
         raise DatasetError("tail: too few pairs lie above the calibration's own knots")
     scale = _tail_scale(knots[-1][0], kinds)
     tail = "; ".join(f"{kind.pairs} pairs, {kind.name}" for kind in kinds)
-    origin = replace(origin, tail=tail, tail_from=measured)
+    origin = replace(origin, tail=tail, tail_from=kept)
     return replace(
         calibration, knots=tuple(knots), tail_scale=scale, tail_shape=MAX_SHAPE, provenance=origin
     )

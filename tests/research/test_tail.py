@@ -1,5 +1,7 @@
 """The tail of a calibration, of made pairs: knots below stay, those above are their shares."""
 
+from unittest.mock import ANY
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from research.tables.tail import format_tail
 from research.training.tail import kinds_of, with_tail
 
 OWN = Calibration(((0.0, 0.0), (4.0, 30.0)), 2.0, 0.2, Provenance(("FVC",), 1000))
-PAIRS = 10**7
+PAIRS = 10**8
 
 
 def results(mean: float, share: float = 1.0) -> dict:
@@ -24,15 +26,21 @@ def results(mean: float, share: float = 1.0) -> dict:
     return {"kinds": [kind, {**rare, "similarity": (4.0 * rank[:150]).tolist()}]}
 
 
-def test_knots_above_the_own_ones_are_the_share_of_pairs() -> None:
+def test_the_highest_knots_are_the_share_of_pairs() -> None:
     fitted = with_tail(OWN, results(mean=1.0))
     assert fitted.knots[:2] == OWN.knots
+    assert fitted.knots[2] == (10.0, pytest.approx(60.4, abs=0.2))
     assert fitted.provenance.sets == ("FVC",)
     assert fitted.provenance.tail_from == 30.0
-    for x in (5.0, 8.0):
+    for x in (10.0, 10.5, 11.0):
         assert fitted.score(x) == pytest.approx(30 + 10 / np.log(10) * (x - 3.0), abs=0.2)
-    assert 50 < fitted.largest_measured_score < 60  # 20 of ten million pairs
-    assert fitted.score(15.0) < 30 + 10 / np.log(10) * 12.0  # beyond, the tail is heavier
+    assert 60 < fitted.largest_measured_score < 70  # 20 of a hundred million pairs
+    assert fitted.score(20.0) < 30 + 10 / np.log(10) * 17.0  # beyond, the tail is heavier
+
+
+def test_own_knots_stay_up_to_the_first_of_forty_and_more() -> None:
+    own = Calibration(((0.0, 0.0), (4.0, 39.5), (4.1, 40.5), (5.0, 45.0)), 2.0, 0.2)
+    assert with_tail(own, results(mean=1.0)).knots[:4] == (*own.knots[:3], (10.0, ANY))
 
 
 def test_a_tail_replaces_the_tail_before() -> None:

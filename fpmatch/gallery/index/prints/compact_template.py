@@ -88,7 +88,7 @@ def _is_small(template: Template) -> bool:
         return False
     with np.errstate(over="ignore"):  # rounded as it is stored
         step = float(np.float32(field.step * (STANDARD_DPI / rounded_dpi(template) * DPI_UNITS)))
-    return np.count_nonzero(field.mask) * (step * step) <= SMALL_AREA_PX2
+    return int(np.count_nonzero(field.mask)) * (step * step) <= SMALL_AREA_PX2
 
 
 def expand(data: bytes) -> Template:

@@ -64,13 +64,13 @@ def without_ridges(template: Template) -> Template:
     return replace(kept, field=replace(kept.field, ridges=None))
 
 
-FORMS: Mapping[str, tuple[Callable[[Template], Template], float | None]] = {
+FORMS: Mapping[str, tuple[Callable[[Template], Template], Callable[[Template], bytes] | None]] = {
     "as extracted": (lambda template: template, None),
-    "all bits, as galleries keep them": (exact, 8),
-    "8 bits a cell, estimated: compact": (lambda template: expand(compact(template)), 1),
-    "without ridges": (without_ridges, 0),
+    "all bits, as galleries keep them": (exact, pack_template),
+    "8 bits a cell, estimated: compact": (lambda template: expand(compact(template)), compact),
+    "without ridges": (without_ridges, compact),
 }
-"""What comes back of a template, and the bytes a cell of its ridges."""
+"""What comes back of a template, and what it is packed by."""
 
 
 def templates_of(sets: Sequence[ExtractedSet]) -> list[Template]:
@@ -81,9 +81,7 @@ def templates_of(sets: Sequence[ExtractedSet]) -> list[Template]:
 def measure_forms(sets: list[ExtractedSet], processes: int | None) -> list[dict[str, Any]]:
     """Return bytes and mean rates of each form of templates."""
     measured = []
-    cells = np.mean([cells_of(template) for template in templates_of(sets)])
-    bare = np.mean([len(compact(template)) for template in templates_of(sets)]) - cells
-    for name, (form, cell_bytes) in FORMS.items():
+    for name, (form, pack) in FORMS.items():
         stored = [
             replace(
                 s,
@@ -94,7 +92,7 @@ def measure_forms(sets: list[ExtractedSet], processes: int | None) -> list[dict[
             )
             for s in sets
         ]
-        size = None if cell_bytes is None else float(bare + cell_bytes * cells)
+        size = pack and float(np.mean([len(pack(form(one))) for one in templates_of(sets)]))
         row: dict[str, Any] = {"form": name, "bytes": size}
         for side, probes in (("one", sets), ("both", stored)):
             report = evaluate_templates(stored, probes=probes, workers=processes)
@@ -105,12 +103,6 @@ def measure_forms(sets: list[ExtractedSet], processes: int | None) -> list[dict[
         measured.append(row)
         print(stored_forms([row]).splitlines()[-1], flush=True)
     return measured
-
-
-def cells_of(template: Template) -> int:
-    """Return the number of cells of a template that show ridges."""
-    field = template.field
-    return 0 if field is None or field.ridges is None else int(np.count_nonzero(field.mask))
 
 
 def measure_parts(sets: list[ExtractedSet]) -> list[dict[str, Any]]:

@@ -23,7 +23,7 @@ the steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 OF_RIDGES: Final = np.array([name in RIDGE_FEATURES for name in FEATURES])
 SMALL_FEATURES: Final = ("ridges by area",)  # used for small prints alone
+ALWAYS: Final = -1000.0  # a sum that all hypotheses exceed: ridges of small prints always count
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +101,7 @@ def fit_weights(
     first = fit_model(samples, without={*without, *SMALL_FEATURES}, parameters=p)
     second = fit_model(alone, without={*without, *RIDGE_FEATURES}, parameters=p)
     third = fit_model([*samples, *small], without=without, parameters=p)
+    third = replace(third, refine_threshold=ALWAYS)
     return ScoreWeights((first, second, second, third), provenance)
 
 

@@ -25,6 +25,7 @@ def plain_kernels(interpreted):
     found.alignment.PairMesh = found.pair_mesh.PairMesh
     found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
     found.evidence.amount = found.amount
-    found.pipeline.smaller_area = found.amount.smaller_area
+    for one in (found.pipeline, found.ridge):
+        one.smaller_area = found.amount.smaller_area
     found.pipeline.normalize_by_size = found.local.normalize_by_size
     return found

@@ -24,6 +24,7 @@ from matching_weights import print_for
 from fpmatch.matching.pipeline._kernels import _ridge_kernel
 from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.pipeline.ridge_map import ridge_map
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
@@ -64,7 +65,7 @@ def bare(field):
 
 def compared_interpreted(plain, a, b, transform):
     """Return correlation and cells as the interpreted kernel finds them."""
-    correlator = plain.ridge.RidgeCorrelator(ROOM)
+    correlator = plain.ridge.RidgeCorrelator(ROOM, SMALL_AREA_PX2)
     mesh = mesh_of(a, b, np.empty(0, np.int32), transform)
     cells = correlator.compare(print_for(plain, a), print_for(plain, b), mesh, *transform)
     assert cells == correlator.cells
@@ -88,7 +89,7 @@ def some_field(rng, most=6):
     turn = rng.uniform(0, np.pi)
     stripes = np.sin((u * np.cos(turn) + v * np.sin(turn)) * 2 * np.pi / rng.uniform(4, 12)) > 0
     picture = stripes ^ (rng.random(stripes.shape) < rng.choice([0.0, 0.1, 0.5]))
-    return field_of(float(rng.choice([8.0, 16.0, 16.0, 21.7])), picture, mask)
+    return field_of(float(rng.choice([8.0, 16.0, 21.7, 64.0, 64.0])), picture, mask)
 
 
 def some_case(seed):
@@ -146,7 +147,9 @@ def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
 @given(seeds)
 @settings(max_examples=20)
 def test_correlators_used_before_and_interpreted_agree(plain, seed):
-    correlator, interpreted = (one.RidgeCorrelator(ROOM) for one in (_ridge_kernel, plain.ridge))
+    correlator, interpreted = (
+        one.RidgeCorrelator(ROOM, SMALL_AREA_PX2) for one in (_ridge_kernel, plain.ridge)
+    )
     for a, b, partner, transform in map(some_case, (seed + 1, seed)):
         mesh = mesh_of(a, b, partner, transform)
         cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
@@ -163,7 +166,11 @@ def test_correlators_used_before_and_interpreted_agree(plain, seed):
 
 def test_the_cases_that_are_drawn_are_of_every_kind():
     """Else agreement with the reference would say little."""
-    found = [compared(a, b, move, partner) for a, b, partner, move in map(some_case, range(60))]
+    cases = list(map(some_case, range(60)))
+    found = [compared(a, b, move, partner) for a, b, partner, move in cases]
+    small = [min(a.region.area, b.region.area) <= SMALL_AREA_PX2 for a, b, _, _ in cases]
+    assert sum(cells > 0 for (_, cells), few in zip(found, small, strict=True) if not few) > 5
+    assert sum(small) > 20
     assert sum(cells == 0 for _, cells in found) > 3
     assert sum(cells > 5 for _, cells in found) > 15
     assert max(correlation for correlation, _ in found) > 0.7
@@ -185,7 +192,7 @@ def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin():
     a, b, _, transform = some_case(2)
     assert len(a) > 1
     mesh = mesh_of(a, b, np.arange(len(a), dtype=np.int32), transform)
-    correlator = _ridge_kernel.RidgeCorrelator(1)
+    correlator = _ridge_kernel.RidgeCorrelator(1, SMALL_AREA_PX2)
     cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
     assert (correlator.correlation, cells) == compared(a, b, transform)
 

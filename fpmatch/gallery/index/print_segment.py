@@ -17,6 +17,7 @@ from fpmatch.gallery.index.prints.print_arrays import PRINT, START
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.store.array_file import Column
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -145,4 +146,5 @@ COLUMNS: Final = _columns()
 
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{prepared_prints.preparation()}; {TERMS} terms"
+    whole = f"ridges whole up to {SMALL_AREA_PX2:g} px^2"
+    return f"{prepared_prints.preparation()}; {TERMS} terms; {whole}"

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 SIDE: Final = 8  # bits along a cell
 REACH: Final = 2  # bits by which ridges may lie off
 SHIFTS: Final = 5
+LANE: Final = 12  # bits of a count in the kernel's words
 FEWEST_AROUND: Final = 4  # cells of 3 by 3 that must be in both prints
 
 
@@ -31,7 +32,7 @@ def bits_of(ridges: NDArray[np.uint64]) -> Bits:
     return bits.transpose(0, 2, 1, 3).reshape(SIDE * rows, SIDE * columns).astype(bool)
 
 
-def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[np.uint8]:
+def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[np.uint16]:
     """Return how many samples (K, S) of each cell agree with B at each shift, (K, 5, 5).
 
     They lie in column u and row v of B's picture with an edge of two cells, less `REACH`; beyond
@@ -42,8 +43,8 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     seen = (u >= 0.0) & (u < columns + 3 * SIDE) & (v >= 0.0) & (v < rows + 3 * SIDE)
     theirs = np.zeros((*u.shape, SHIFTS, SHIFTS), bool)
     theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
-    agreeing: NDArray[np.uint8] = (theirs == ours[:, :, None, None]).sum(axis=1, dtype=np.uint8)
-    return agreeing
+    agreeing = np.sum(theirs == ours[:, :, None, None], axis=1, dtype=np.uint16)
+    return np.asarray(agreeing)
 
 
 def best_shifts(
@@ -89,22 +90,22 @@ def correlate(correlator: Any, a: Any, b: Any) -> int:
     per_bit = SIDE / b.step
     middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
     middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
-    u, v = (
-        np.add.outer(m, o) for m, o in zip((middle_u, middle_v), np.asarray(k.offset), strict=True)
-    )
-    sample = SIDE * np.asarray(k.sample_row) + np.asarray(k.sample_column)
+    offset = np.asarray(k.offset)[:, : k.samples]
+    u, v = (np.add.outer(m, o) for m, o in zip((middle_u, middle_v), offset, strict=True))
+    sample = SIDE * np.asarray(k.sample_row)[: k.samples] + np.asarray(k.sample_column)[: k.samples]
     ours = (ridges_a[row, column, None] >> sample.astype(np.uint64)) & np.uint64(1) > 0
-    # with an edge of one cell; counts are the bytes of words
+    # with an edge of one cell; the five counts of a row of shifts are one word
     size = a.rows + 2, a.columns + 2
     cells = size[0] * size[1]
     both = np.asarray(k.both)[:cells].reshape(size)
     both[:] = 0
     both[row + 1, column + 1] = 1
-    agreeing = np.zeros((*size, SHIFTS, SIDE), np.uint8)
-    agreeing[row + 1, column + 1, :, :SHIFTS] = count_agreeing(ours, bits_of(ridges_b), u, v)
+    agreeing = np.zeros((*size, SHIFTS, SHIFTS), np.uint16)
+    agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(ridges_b), u, v)
     wide = beside(agreeing)
-    np.asarray(k.wide)[:cells] = wide.view("<u8").reshape(cells, SHIFTS)
-    value = best_shifts(len(sample), row + 1, column + 1, both, wide[..., :SHIFTS])
+    words = wide.astype(np.uint64) << np.arange(0, LANE * SHIFTS, LANE, dtype=np.uint64)
+    np.asarray(k.wide)[:cells] = words.sum(axis=-1).reshape(cells, SHIFTS)
+    value = best_shifts(len(sample), row + 1, column + 1, both, wide)
     k.cells = len(value)
     if k.cells > 0:
         k.correlation = float(np.cumsum(value)[-1]) / k.cells

@@ -11,6 +11,7 @@ import numpy as np
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -158,7 +159,7 @@ def correlate(
     >>> correlator.correlation, cells
     (0.0, 0)
     """
-    correlator = RidgeCorrelator(len(b))
+    correlator = RidgeCorrelator(len(b), SMALL_AREA_PX2)
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points, parameters)
     with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere

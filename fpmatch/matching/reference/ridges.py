@@ -15,8 +15,9 @@ from fpmatch.matching.numpy_forms.ridges import (
     bits_of,
     count_agreeing,
 )
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
+from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES, SAMPLES
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 
@@ -76,8 +77,8 @@ def compare_ridges(
 ) -> tuple[float, int]:
     """Return the mean correlation of the ridges of the cells compared, and how many these are.
 
-    Eight bits of a cell of A are looked up in B, at 5 by 5 shifts; of these that counts under which
-    the most bits agree in the cell and those around it.
+    Eight bits of a cell of A, 32 where the smaller print is small, are looked up in B, at 5 by 5
+    shifts; of these that counts under which the most bits agree in the cell and those around it.
     """
     rows, columns = a.code.shape
     too_large = (rows + 2) * (columns + 2) > MOST_CELLS
@@ -90,7 +91,8 @@ def compare_ridges(
     at = move[0] * at + move[1] + (0.0 if drift is None else drift[row // 2, column // 2])
     common = codes_at(b, at) > 0
     row, column, at = row[common], column[common], at[common]
-    sample = np.array(SAMPLES)
+    small = min(a.area, b.area) <= SMALL_AREA_PX2
+    sample = np.array(SAMPLES if small else FEW_SAMPLES)
     offset = move[0] * ((sample[:, 1] - 3.5) - 1j * (sample[:, 0] - 3.5)) * (a.step / b.step)
     per_bit = SIDE / b.step
     u = ((at.real + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH)[:, None] + offset.real
@@ -99,7 +101,7 @@ def compare_ridges(
     ours = bits_of(a.ridges)[own_v, own_u]
     both = np.zeros((rows + 2, columns + 2), np.uint8)
     both[row + 1, column + 1] = 1
-    agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint8)
+    agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
     value = best_shifts(len(sample), row + 1, column + 1, both, beside(agreeing))
     return (float(value.mean()), len(value)) if len(value) else (0.0, 0)

@@ -1,7 +1,8 @@
 """Compact templates: the stored templates of an index, about 670 bytes, with samples of the ridges.
 
 They are stored as `fpmatch.gallery.store.stored_template` describes, with eight samples of each
-cell's picture of the ridges, from which the other bits are estimated (see `ridge_samples`).
+cell's picture of the ridges, from which the other bits are estimated (see `ridge_samples`). A small
+print, of which a comparison looks at more bits, has few cells: it is stored as a gallery stores it.
 `prepare_compact` prepares many at a time, with the result of `prepare`, but faster.
 """
 
@@ -19,12 +20,14 @@ from fpmatch.gallery.index.prints.ridge_samples import restore_all, restore_ridg
 from fpmatch.gallery.index.prints.stored_columns import plain_columns
 from fpmatch.gallery.store.stored_template import (
     ANGLES,
+    GALLERY_LAYOUT,
     RIDGES,
     STEPS,
     Layout,
     pack_template,
     unpack_template,
 )
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints.neighbourhood import root_weight_codes
 from fpmatch.matching.prints.prepare import (
     PreparationParameters,
@@ -34,6 +37,7 @@ from fpmatch.matching.prints.prepare import (
     qualities,
 )
 from fpmatch.matching.prints.print_area import PrintAreas, orientation_codes
+from fpmatch.templates.bounds import DPI_UNITS, rounded_dpi
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -55,13 +59,14 @@ LAYOUT: Final = Layout(
         np.frombuffer(data, np.uint8), steps, mask
     ),
 )
+LAYOUTS: Final = (LAYOUT, GALLERY_LAYOUT)  # of the usual prints, and of small ones
 CONTENT: Final = "content_start"  # dimension of the bytes
 PRINTS_AT_ONCE: Final = 256  # prepared; their arrays take a few megabytes
 _CODES: Final = orientation_codes(STEPS, np.ones(len(STEPS), bool))  # of ridge orientations
 
 
 def compact(template: Template) -> bytes:
-    """Return a template in few bytes: as a gallery stores it, but with samples of the ridges.
+    """Return a template in few bytes: as a gallery stores it, but a usual print's ridges sampled.
 
     An expanded template gives the same bytes again. Raises TemplateError as `pack_template`.
 
@@ -73,15 +78,26 @@ def compact(template: Template) -> bytes:
     >>> len(data), expand(data).minutiae.xy.tolist()
     (31, [[10.0, 5.0], [20.0, 8.0]])
     """
-    return pack_template(template, LAYOUT)
+    return pack_template(template, GALLERY_LAYOUT if _is_small(template) else LAYOUT)
+
+
+def _is_small(template: Template) -> bool:
+    """Return whether a print shows its ridges, and is small to the matcher."""
+    field = template.field
+    if field is None or field.ridges is None:
+        return False
+    with np.errstate(over="ignore"):  # rounded as it is stored
+        step = float(np.float32(field.step * (STANDARD_DPI / rounded_dpi(template) * DPI_UNITS)))
+    return int(np.count_nonzero(field.mask)) * (step * step) <= SMALL_AREA_PX2
 
 
 def expand(data: bytes) -> Template:
-    """Return the template that `compact` packed, with the pictures of its ridges estimated.
+    """Return the template that `compact` packed, a usual print's pictures of ridges estimated.
 
     Raises TemplateError if the bytes are of another version, damaged, or no compact template.
     """
-    return unpack_template(data, LAYOUT)
+    small = data.startswith(GALLERY_LAYOUT.magic)
+    return unpack_template(data, GALLERY_LAYOUT if small else LAYOUT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,19 +164,22 @@ def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> 
 
 
 def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> PreparedPrints:
-    """Prepare a few prints, those that are not plain one by one."""
+    """Prepare a few prints, those that are plain in neither layout one by one."""
     start, most = templates.content_start, PreparationParameters().max_minutiae
-    columns, plain = plain_columns(templates.content, start[which], start[which + 1], LAYOUT, most)
-    prepared = _prepared(columns)
-    if len(plain) == len(which):
-        return prepared
-    others = np.setdiff1d(np.arange(len(which)), plain)
-    rest = PreparedPrints.pack(prepare(templates[k]) for k in which[others].tolist())
-    joined = PreparedPrints.concatenate([prepared, rest])
-    return joined.take(np.argsort(np.concatenate([plain, others])))
+    left, parts, order = np.arange(len(which)), [], []
+    for layout in LAYOUTS:
+        begin, end = start[which[left]], start[which[left] + 1]
+        columns, plain = plain_columns(templates.content, begin, end, layout, most)
+        parts.append(_prepared(columns, layout))
+        if len(plain) == len(which):
+            return parts[-1]
+        order.append(left[plain])
+        left = np.delete(left, plain)
+    parts.append(PreparedPrints.pack(prepare(templates[k]) for k in which[left].tolist()))
+    return PreparedPrints.concatenate(parts).take(np.argsort(np.concatenate([*order, left])))
 
 
-def _prepared(given: StoredColumns) -> PreparedPrints:
+def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
     """Prepare prints of no more minutiae than take part."""
     n, zoom = np.diff(given.start), STANDARD_DPI / given.dpi
     x, y, angle, _, hundredths = given.columns
@@ -188,9 +207,7 @@ def _prepared(given: StoredColumns) -> PreparedPrints:
         neighbour_bits=neighbour_bits,
         orientation_bins=orientation_bins,
         cell=areas.code,
-        ridges=restore_all(
-            given.ridges, given.orientation, given.mask, given.cell_start, given.shape
-        ),
+        ridges=_ridges(given, layout),
         shape=areas.shape,
         step=areas.step,
         to_500dpi=zoom,
@@ -198,6 +215,13 @@ def _prepared(given: StoredColumns) -> PreparedPrints:
         has_ridges=areas.has_flow,
         inside=inside_counts(given.mask, given.cell_start),
     )
+
+
+def _ridges(given: StoredColumns, layout: Layout) -> NDArray[np.uint64]:
+    """Return the pictures of all cells, 0 outside the masks."""
+    if layout is GALLERY_LAYOUT:
+        return layout.unpack_ridges(given.ridges.tobytes(), given.orientation, given.mask > 0)
+    return restore_all(given.ridges, given.orientation, given.mask, given.cell_start, given.shape)
 
 
 def _areas(given: StoredColumns) -> PrintAreas:

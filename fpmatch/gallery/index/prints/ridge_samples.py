@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.gallery.index.prints._ridge_sample_kernel import restore
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
+from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -86,7 +86,7 @@ def _pairs() -> NDArray[np.uint8]:
     """Return the two samples in a byte, for each of the sampled rows, shape (4, 256)."""
     pairs = np.empty((HALF, 256), np.uint8)
     for k in range(HALF):
-        first, second = (column for row, column in SAMPLES if row == 2 * k + 1)
+        first, second = (column for row, column in FEW_SAMPLES if row == 2 * k + 1)
         byte = np.arange(256)
         pairs[k] = (byte >> first & 1) | (byte >> second & 1) << 1
     return pairs
@@ -128,7 +128,7 @@ def _table() -> NDArray[np.uint64]:
 def _weights() -> NDArray[np.int64]:
     """Return the weights of samples, shape (16, 12, 4, 8, 8); a sample's own bit is its own."""
     p = RidgeSampleParameters()
-    sample = np.array(SAMPLES).reshape(2, HALF, 2)
+    sample = np.array(FEW_SAMPLES).reshape(2, HALF, 2)
     half, row, column, _ = _looked_up().T
     place = sample[half] + SIDE * (np.stack([row, column], axis=1)[:, None] - 1)
     y, x = np.mgrid[:SIDE, :SIDE]
@@ -138,7 +138,7 @@ def _weights() -> NDArray[np.int64]:
     across = dx * np.sin(angle) + dy * np.cos(angle)
     weight = np.cos(2 * np.pi / p.period * across)
     weight *= np.exp(-0.5 * ((along / p.along) ** 2 + (across / p.across) ** 2))
-    y, x = np.array(SAMPLES).T
+    y, x = np.array(FEW_SAMPLES).T
     weight[..., y, x] = 0.0
     for k, own in enumerate(_own()):
         for i, (row, column) in enumerate(sample[k].tolist()):

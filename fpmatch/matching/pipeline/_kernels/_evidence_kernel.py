@@ -68,8 +68,8 @@ class EvidenceScorer:
         self.total = 0.0
         self.decade = 1.0
         self.paired_b = memoryview(np.empty(room, np.int32))
-        self.correlator = RidgeCorrelator(room)
         self.small_area = weights.small_area
+        self.correlator = RidgeCorrelator(room, weights.small_area)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs

@@ -9,11 +9,11 @@ cdef class RidgeCorrelator:
     cdef const unsigned long long[::1] spread, kept
     cdef const int[::1] sample_row, sample_column
     cdef double[:, ::1] offset, drift, vertex
-    cdef Py_ssize_t blocks
+    cdef Py_ssize_t blocks, samples
     cdef unsigned long long[::1] ridge_image
     cdef unsigned long long[:, ::1] agreeing, wide
     cdef unsigned char[::1] both
-    cdef double c, s, x, y
+    cdef double small_area, c, s, x, y
 
     cpdef int compare(
         self, TemplateView a, TemplateView b, PairMesh mesh, double c, double s, double x, double y

@@ -9,8 +9,18 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
-# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns.
-SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
+if cython.compiled:
+    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
+else:
+    from fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
+
+# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns;
+# where a print is small, also the others of every other bit, by turns.
+FEW_SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
+EVERY_OTHER = tuple((row, column) for row in range(8) for column in range(row % 2, 8, 2))
+SAMPLES = (*FEW_SAMPLES, *(one for one in EVERY_OTHER if one not in FEW_SAMPLES))
+FEW = cython.declare(cython.Py_ssize_t, len(FEW_SAMPLES))
+MANY = cython.declare(cython.Py_ssize_t, len(SAMPLES))
 FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
 REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis
@@ -18,7 +28,9 @@ SHIFTS = cython.declare(cython.int, 5)  # 2 * REACH + 1
 FEWEST_AROUND = cython.declare(cython.int, 4)  # cells of 3 by 3 that must be in both prints
 MOST_CELLS = cython.declare(cython.int, 16384)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
-TOPS = cython.declare(cython.ulonglong, 0x8080808080808080)  # of the bytes of a word
+LANE = cython.declare(cython.int, 12)  # bits of a count: a word has one for each shift along a row
+MOST_COUNT = cython.declare(cython.ulonglong, 0xFFF)
+TOPS = cython.declare(cython.ulonglong, 0x800800800800800)  # of the counts of a word
 FIVE = cython.declare(cython.ulonglong, 31)
 MISSING = cython.declare(cython.double, float("nan"))
 
@@ -29,20 +41,22 @@ class RidgeCorrelator:
     """Compare the ridges of two prints, cell by cell, where they lie on one another.
 
     A cell of A is in both prints where its middle lies in B; it is compared with the cells that
-    touch it, where at least four of these nine are in both. Eight of its bits are looked up in B,
-    which has a valley wherever it has no cell; of all shifts, that under which the most of them
-    agree counts.
+    touch it, where at least four of these nine are in both. Eight of its bits, 32 where the smaller
+    print is small, are looked up in B, which has a valley wherever it has no cell; of all shifts,
+    that under which the most of them agree counts.
 
-    There is room for so many pairs of minutiae. After `compare`, `cells` is the number of cells
-    that could be compared, `correlation` their mean correlation, -1 to 1.
+    There is room for so many pairs of minutiae; a print of at most `small_area` square pixels at
+    500 dpi is small. After `compare`, `cells` is the number of cells that could be compared,
+    `correlation` their mean correlation, -1 to 1.
     """
 
-    def __init__(self, room) -> None:
+    def __init__(self, room, small_area) -> None:
+        self.small_area = small_area
         self.correlation = 0.0
         self.cells = 0
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
-        # five bits, one a byte
-        self.spread = memoryview(((bits >> k[:SHIFTS] & 1) << 8 * k[:SHIFTS]).sum(axis=1))
+        # five bits, one a count
+        self.spread = memoryview(((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1))
         # the bits of a cell that stay in its rows if it is shifted by so many columns
         self.kept = memoryview((255 >> k[:SIDE]) * np.uint64(0x0101010101010101))
         self.sample_row = memoryview(np.array([row for row, _ in SAMPLES], np.int32))
@@ -53,6 +67,7 @@ class RidgeCorrelator:
         self.both = memoryview(np.zeros(MOST_CELLS, np.uint8))
         self.drift = memoryview(np.zeros((MOST_CELLS, 2)))
         self.blocks = 0
+        self.samples = FEW
         self.vertex = memoryview(np.zeros((room + FRAME, 2)))
         self.c = 1.0
         self.s = self.x = self.y = 0.0
@@ -88,6 +103,7 @@ class RidgeCorrelator:
         if (b.rows + 4) * wide > MOST_CELLS:
             return False
         self.c, self.s, self.x, self.y = c, s, x, y
+        self.samples = MANY if smaller_area(a, b) <= self.small_area else FEW
         self._gather(a, b)
         return True
 
@@ -152,7 +168,7 @@ class RidgeCorrelator:
             for column in range(b.columns):
                 self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
                 k += 1
-        for k in range(self.sample_row.shape[0]):
+        for k in range(self.samples):
             px = (float(self.sample_column[k]) - 3.5) * bit
             py = -(float(self.sample_row[k]) - 3.5) * bit
             self.offset[0, k] = (self.c * px - self.s * py) * per_bit
@@ -256,7 +272,7 @@ class RidgeCorrelator:
         wide = b.columns + 4
         own = (row + 1) * (a.columns + 2)
         ridges = a.ridges[a.cell_at + row * a.columns + column]
-        # of the counts of samples at all shifts, the ones, twos, fours and eights
+        # of the counts of eight samples at all shifts, the ones, twos, fours and eights
         ones = twos = fours = eights = 0
         per_bit = SIDE / b.step
         # the window of shifts begins before the sample, the ridge image two cells before B
@@ -266,7 +282,7 @@ class RidgeCorrelator:
         most_v = SIDE * (b.rows + 3.0)
         own += column + 1
         self.both[own] = 1
-        for k in range(self.sample_row.shape[0]):
+        for k in range(self.samples):
             bit_u = middle_u + self.offset[0, k]
             bit_v = middle_v + self.offset[1, k]
             near: cython.ulonglong = 0
@@ -291,13 +307,15 @@ class RidgeCorrelator:
             far = fours & near
             fours ^= near
             eights ^= far
-        for r in range(SHIFTS):
-            self.agreeing[own, r] = (
-                self.spread[(ones >> (SIDE * r)) & FIVE]
-                + ((self.spread[(twos >> (SIDE * r)) & FIVE]) << 1)
-                + ((self.spread[(fours >> (SIDE * r)) & FIVE]) << 2)
-                + ((self.spread[(eights >> (SIDE * r)) & FIVE]) << 3)
-            )
+            if (k + 1) % FEW == 0:
+                for r in range(SHIFTS):
+                    self.agreeing[own, r] += (
+                        self.spread[(ones >> (SIDE * r)) & FIVE]
+                        + ((self.spread[(twos >> (SIDE * r)) & FIVE]) << 1)
+                        + ((self.spread[(fours >> (SIDE * r)) & FIVE]) << 2)
+                        + ((self.spread[(eights >> (SIDE * r)) & FIVE]) << 3)
+                    )
+                ones = twos = fours = eights = 0
         return 0
 
     def _rows_from(self, cell, below, down):
@@ -310,7 +328,7 @@ class RidgeCorrelator:
     def _best_shift(self, own, wide):
         """Return the correlation of a cell at the shift that suits it and those around it best.
 
-        Counts are the bytes of words, each below 128.
+        The five counts of a word are below 2,048 each.
         """
         around = best = most = 0
         for r in range(3):
@@ -322,13 +340,13 @@ class RidgeCorrelator:
             total: cython.ulonglong = self.wide[own - wide, r]
             total += self.wide[own, r]
             total += self.wide[own + wide, r]
-            greater = ((((total | TOPS) - most) & TOPS) >> 7) * 255
+            greater = ((((total | TOPS) - most) & TOPS) >> (LANE - 1)) * MOST_COUNT
             most = (total & greater) | (most & (greater ^ ALL))
         for k in range(SHIFTS):
-            count: cython.int = (most >> (SIDE * k)) & 255
+            count: cython.int = (most >> (LANE * k)) & MOST_COUNT
             best = max(best, count)
         self.cells += 1
-        return 2.0 * best / (self.sample_row.shape[0] * around) - 1.0
+        return 2.0 * best / (self.samples * around) - 1.0
 
 
 if not cython.compiled:

@@ -14,7 +14,7 @@ from fpmatch.gallery.index.prints.ridge_samples import (
     restore_ridges,
     sample_ridges,
 )
-from fpmatch.matching.pipeline._kernels._ridge_kernel import SAMPLES
+from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES
 from fpmatch.templates.minutiae import RidgeField
 
 OUTSIDE = 16  # a half that is not known
@@ -68,9 +68,9 @@ def test_samples_are_kept(field):
 
 
 def test_samples_are_the_bits_that_a_comparison_looks_at():
-    for k, (row, column) in enumerate(SAMPLES):
+    for k, (row, column) in enumerate(FEW_SAMPLES):
         assert sample_ridges(np.array([1 << (8 * row + column)], np.uint64)) == [1 << k]
-    others = (1 << 64) - 1 - sum(1 << (8 * row + column) for row, column in SAMPLES)
+    others = (1 << 64) - 1 - sum(1 << (8 * row + column) for row, column in FEW_SAMPLES)
     assert sample_ridges(np.array([others], np.uint64)) == [0]
 
 

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageError, unknown_name
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
-from fpmatch.lab.synthesis.master import AVERAGE_ROWS, MasterParameters, SilhouetteParameters
+from fpmatch.lab.synthesis.master import (
+    AVERAGE_ROWS,
+    MasterParameters,
+    PeriodParameters,
+    SilhouetteParameters,
+)
 from fpmatch.lab.synthesis.warp import PlacementParameters
 
 if TYPE_CHECKING:
@@ -63,15 +68,16 @@ _HARD: Final = Preset(
     detailed=True,
 )
 _NAIL_TO_NAIL: Final = MasterParameters(
-    shape=(AVERAGE_ROWS, 600),
+    shape=(round(1.12 * AVERAGE_ROWS), 672),
+    period=PeriodParameters(mean_px=9.6, between_fingers_px=0.6, mean_range_px=(8.4, 11.2)),
     silhouette=SilhouetteParameters(half_width=(0.33, 0.46), tip_height=(0.34, 0.44),
                                     foot_height=(0.32, 0.44), tip_exponent=(2.4, 4.5),
                                     foot_exponent=(4.0, 9.0)),
 )
 _ROLLED: Final = Preset(
     "rolled",
-    PlacementParameters(rotation_deg=(0, 15), shift=(0, 25), scale=(1.0, 1.32), torsion_deg=(0, 6),
-                        traction=(0, 14), off_centre=(0, 15), half_width=(300, 340),
+    PlacementParameters(rotation_deg=(0, 15), shift=(0, 25), scale=(0.98, 1.1), torsion_deg=(0, 6),
+                        traction=(0, 14), off_centre=(0, 15), half_width=(336, 380),
                         elongation=(1.0, 1.15), strain=(0.02, 0.16)),
     PressureParameters(dryness=(-0.8, 0.35), unevenness=0.25, unevenness_extent_px=90,
                        tilt=(0, 0.4), grain=0.0, beading=(0.05, 0.3), middle=(-0.4, 0.4),

@@ -56,16 +56,16 @@ class Tail:
 
     def __init__(self, keep: Path, prints: int) -> None:
         self.keep = keep
-        self.parts = range(-(-prints // PART))
-        self.segments: list[PrintSegment] = [segment_of(keep, part) for part in self.parts]
-        self.rows = [template_rows(keep, part) for part in self.parts]
+        parts = range(-(-prints // PART))
+        self.segments: list[PrintSegment] = [segment_of(keep, part) for part in parts]
+        self.rows = [template_rows(keep, part) for part in parts]
         self.prints = sum(map(len, self.segments))
         plan = search_plan(LOSS, self.prints)
         self.plan = replace(plan, by_descriptors=max(plan.by_descriptors, COMPARED))
 
     def kept(self, name: str, probes: Sequence[Template], look: Look) -> np.ndarray:
         """Return the rows of some probes; read them where an earlier run has stored them."""
-        path = self.keep / f"rows-{name.replace(', ', '-').replace(' ', '-')}-{self.prints}.npz"
+        path = self.keep / _file_name("rows", name, f"{self.prints}.npz")
         rows = list(np.load(path).values()) if path.exists() else []
         for k in range(len(rows), len(probes)):
             place, similarity = look(probes[k])
@@ -155,7 +155,7 @@ def real_kinds(keep: Path, folders: Sequence[Path]) -> list[dict[str, Any]]:
     order = crc32("|".join("/".join(one.path.parts[-3:]) for _, one, _ in shown).encode())
     kinds = []
     for form in ("", ALONE) if folders else ():
-        path = keep / f"real{form.replace(', ', '-').replace(' ', '-')}-{order:08x}.npy"
+        path = keep / _file_name("real" + form, f"{order:08x}.npy")
         if not path.exists():
             of = [without_ridges(template) for template in templates] if form else templates
             np.save(path, compare_all_pairs(of, workers=1))
@@ -165,6 +165,10 @@ def real_kinds(keep: Path, folders: Sequence[Path]) -> list[dict[str, Any]]:
             kinds.append({"name": f"real, of {name}{form}", "pairs": int(pairs.sum()),
                           "similarity": highest(similarity[pairs])})  # fmt: skip
     return kinds
+
+
+def _file_name(*parts: str) -> str:
+    return "-".join(parts).replace(", ", "-").replace(" ", "-")
 
 
 def highest(similarity: np.ndarray) -> list[float]:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import click
 import numpy as np
 
+from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.image.extract import extract
 from fpmatch.lab.evaluation.ground_truth.transform_error import (
     MIN_COMMON,
@@ -21,6 +23,7 @@ from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verify import verify
 from research.commands import PATH, Command
 from research.markdown import markdown_table
@@ -90,27 +93,27 @@ def _prints_of(finger: int) -> dict[tuple[str, str], tuple[Shown, Shown]]:
 
 def _row(name: str, probes: Sequence[Shown], references: Sequence[Shown]) -> list[str]:
     """Compare each finger's probe with the references of all fingers."""
-    genuine, impostors, matches, errors = [], [], 0, []
-    for k, probe in enumerate(probes):
-        for m, reference in enumerate(references):
-            compared = verify(probe.template, reference.template)
-            if k != m:
-                impostors.append(compared.score)
-                continue
-            genuine.append(compared.score)
-            matches += compared.match
-            truths = probe.truth, reference.truth
-            if len(common_minutiae(*truths)[0]) >= MIN_COMMON:
-                dpi = reference.template.dpi
-                errors.append(
-                    measure_transform(compared.transform, *truths, match=compared.match, dpi=dpi)
-                )
-    rates, placed = error_rates(genuine, impostors), summarise_transforms(errors)
+    many = PreparedPrints.pack(MATCHER.prepare(one.template) for one in references)
+    prepared = [MATCHER.prepare(one.template) for one in probes]
+    similarity = np.array([similarities(MATCHER, one, many) for one in prepared])
+    genuine = np.eye(len(probes), dtype=bool)
+    matches, errors = 0, []
+    for probe, reference in zip(probes, references, strict=True):
+        compared = verify(probe.template, reference.template)
+        matches += compared.match
+        truths = probe.truth, reference.truth
+        if len(common_minutiae(*truths)[0]) >= MIN_COMMON:
+            dpi = reference.template.dpi
+            errors.append(
+                measure_transform(compared.transform, *truths, match=compared.match, dpi=dpi)
+            )
+    rates = error_rates(similarity[genuine], similarity[~genuine])
+    placed = summarise_transforms(errors)
     return [
         name,
-        str(len(genuine)),
-        f"{len(impostors):,}",
-        *(percent(rate) for rate in (rates.eer, rates.fmr1000, matches / len(genuine))),
+        str(len(probes)),
+        f"{np.count_nonzero(~genuine):,}",
+        *(percent(rate) for rate in (rates.eer, rates.fmr1000, matches / len(probes))),
         f"{percent(placed.in_place)} of {placed.judged}",
         f"{placed.residual_px:.1f}",
         f"{placed.least_residual_px:.1f}",

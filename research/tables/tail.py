@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from scipy.optimize import brentq
+
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from research.markdown import markdown_table
@@ -52,8 +54,4 @@ def _observed(kind: ImpostorKind, calibration: Calibration, score: float, size: 
 
 def _similarity(calibration: Calibration, score: float) -> float:
     """Return the similarity at which a score is reached."""
-    low, high = 0.0, 1000.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if calibration.score(middle) < score else (low, middle)
-    return high
+    return float(brentq(lambda similarity: calibration.score(similarity) - score, 0.0, 1000.0))

@@ -71,15 +71,16 @@ def command(
     compares all synthetic prints with one another, and all prints with their ridges as well as on
     minutiae alone; real and synthetic prints have half of the weight each, and two thirds of that
     belong to comparisons with ridges. The same prints give the same files to the last bit.
-    With --tail the highest scores of the default matcher are those of pairs of made templates;
-    without DIR, in the calibration that there is.
+    With --tail the highest scores of the default matcher are calibrated on pairs of synthetic
+    templates; without DIR, the other scores stay as they are.
     """
+    high = None if tail is None else parse_json(tail.read_bytes())
     if not folders and not synthetic:
-        if tail is None:
+        if high is None:
             raise click.UsageError("DIR, --synthetic or --tail is needed")
         file = into / f"{DEFAULT_MATCHER}.json"
         given = Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
-        file.write_text(with_tail(given, parse_json(tail.read_bytes())).as_json(), encoding="utf-8")
+        file.write_text(with_tail(given, high).as_json(), encoding="utf-8")
         return
     real = extract_folders(folders, workers)
     made = extract_synthetic_sets(TRAINING_SEED, prints, workers) if synthetic else []
@@ -98,8 +99,8 @@ def command(
         else:
             report = evaluate_templates([*real, *made], matcher=name, workers=workers)
             calibration = calibrate_on(impostors_of_report(report), matcher_name(name), origin)
-        if tail is not None and name == DEFAULT_MATCHER:
-            calibration = with_tail(calibration, parse_json(tail.read_bytes()))
+        if high is not None and name == DEFAULT_MATCHER:
+            calibration = with_tail(calibration, high)
         target = into / f"{matcher_name(name)}.json"
         target.write_text(calibration.as_json(), encoding="utf-8")
         click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")

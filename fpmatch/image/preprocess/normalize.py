@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cv2
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
@@ -19,9 +21,11 @@ FLAT_WINDOW_PX: Final = 9
 MAX_FLAT_RANGE: Final = 3
 MIN_FLAT_AREA_PX: Final = 400
 CLIP: Final = 3.0  # largest normalized value
-GRAIN_SIGMA_PX: Final = 0.7  # smoothing of a grainy image
+SMOOTHING_SIGMA_PX: Final = 0.7  # of a grainy image, and of a large print
 BACKGROUND_PX: Final = 25  # window of the background, which is no contrast of ridges
 MAX_GRAIN: Final = 0.3  # mean of what smoothing takes away, of the mean contrast that it leaves
+MIN_LOCAL_CONTRAST: Final = 6.0  # mean difference from the background, in grey levels, of a print
+LARGE_PRINT_PX2: Final = 155_000.0  # 400 mm2: rolled prints have more, nearly all flat ones less
 
 
 class NormalizedImage(NamedTuple):
@@ -35,11 +39,12 @@ class NormalizedImage(NamedTuple):
 def normalize(grey: Grey) -> NormalizedImage:
     """Normalize brightness and contrast of an image (H, W) at 500 dpi, ridges dark.
 
-    An image in which pixels differ much from their neighbours is smoothed first. Flat areas that
+    An image in which pixels differ much from their neighbours is smoothed first, as of some
+    capacitive sensors, and that of a large print, which has minutiae to spare. Flat areas that
     touch the border (a sensor's frame, white paper) are excluded from the local statistics, so that
     ridges beside them keep their contrast.
     """
-    grey = _without_grain(grey)
+    grey = _smoothed(grey)
     flat = _flat_border(grey)
     skin = (~flat).astype(np.float32)
     blur = _Blur(skin, WINDOW_SIGMA_PX)
@@ -53,12 +58,20 @@ def normalize(grey: Grey) -> NormalizedImage:
     return NormalizedImage(np.clip(pixels, -CLIP, CLIP, out=pixels), contrast, ~flat)
 
 
-def _without_grain(grey: Grey) -> Grey:
-    """Return an image as it is, or smoothed where it is grainy, as of some capacitive sensors."""
-    smooth = cv2.GaussianBlur(grey, (0, 0), GRAIN_SIGMA_PX)
-    background = cv2.blur(smooth, (BACKGROUND_PX, BACKGROUND_PX))
-    grain, ridges = cv2.mean(cv2.absdiff(grey, smooth)), cv2.mean(cv2.absdiff(smooth, background))
-    return np.asarray(smooth, np.uint8) if grain[0] > MAX_GRAIN * max(ridges[0], 1.0) else grey
+def _smoothed(grey: Grey) -> Grey:
+    """Return an image as it is, or smoothed where it is grainy or the print large."""
+    smooth = cv2.GaussianBlur(grey, (0, 0), SMOOTHING_SIGMA_PX)
+    ridges = cv2.absdiff(smooth, cv2.blur(smooth, (BACKGROUND_PX, BACKGROUND_PX)))
+    grain, contrast = cv2.mean(cv2.absdiff(grey, smooth))[0], cv2.mean(ridges)[0]
+    large = _shown_area(ridges) > LARGE_PRINT_PX2
+    return np.asarray(smooth, np.uint8) if large or grain > MAX_GRAIN * max(contrast, 1) else grey
+
+
+def _shown_area(ridges: NDArray[Any]) -> float:
+    """Return the area of the print in square pixels, by its differences from the background."""
+    size = [max(1, round(side / BACKGROUND_PX)) for side in reversed(ridges.shape)]
+    shown = cv2.resize(ridges, size, interpolation=cv2.INTER_AREA) > MIN_LOCAL_CONTRAST
+    return float(shown.mean() * ridges.size)
 
 
 def _flat_border(grey: Grey) -> Mask:

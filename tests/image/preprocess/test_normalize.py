@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fpmatch.image.preprocess.normalize import CLIP, _Blur, _without_grain, normalize
+from fpmatch.image.preprocess.normalize import CLIP, LARGE_PRINT_PX2, _Blur, _smoothed, normalize
 from tests.image.made_images import as_picture, correlation, hostile_pictures, plane_wave
 
 
@@ -40,11 +40,20 @@ def test_a_grainy_image_is_smoothed_and_another_is_not(rng):
     wave = plane_wave(30, 9, (160, 160))
     for noise, smoothed in ((4.0, False), (60.0, True)):
         grey = (128 - 60 * wave + rng.normal(0, noise, wave.shape)).clip(0, 255).astype(np.uint8)
-        made = _without_grain(grey)
+        made = _smoothed(grey)
         assert (made is not grey) == smoothed
         if smoothed:
             assert correlation(made, -wave) > correlation(grey, -wave) + 0.05
             assert np.array_equal(normalize(made).pixels, normalize(grey).pixels)
+
+
+def test_a_large_print_is_smoothed_and_the_same_ridges_on_less_paper_are_not():
+    side = round(1.1 * LARGE_PRINT_PX2**0.5)
+    large = as_picture(plane_wave(30, 9, (side, side)))
+    small = large.copy()
+    small[:, side // 2 :] = 255
+    assert _smoothed(large) is not large
+    assert _smoothed(small) is small
 
 
 def test_noise_of_a_few_grey_levels_is_not_blown_up(rng):

@@ -166,10 +166,13 @@ class ScoreWeights:
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""
         shown = (a.region.ridges is not None) + (b.region.ridges is not None)
-        name = MODELS_BY_SHOWN[shown]
-        if name == WITH_RIDGES and min(a.region.area, b.region.area) <= self.small_area:
-            name = SMALL_WITH_RIDGES
+        name = SMALL_WITH_RIDGES if self.is_small(a, b) else MODELS_BY_SHOWN[shown]
         return self.models[MODELS.index(name)]
+
+    def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
+        """Return whether two prints show their ridges, and the smaller one is small."""
+        shown = a.region.ridges is not None and b.region.ridges is not None
+        return shown and min(a.region.area, b.region.area) <= self.small_area
 
     def typical(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]

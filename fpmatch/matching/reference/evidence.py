@@ -173,6 +173,8 @@ def _beyond_chance(
         return estimate
     if _lies_off_ridges(a) or _lies_off_ridges(b):
         return least
+    if load_weights().is_small(a, b):
+        return estimate
     _, place, direction, _ = pairing.mesh
     squared = abs(pairing.places[1] - place[:, None]) ** 2
     cosine = (direction[:, None] * pairing.directions[1].conj()).real

@@ -218,13 +218,16 @@ class EvidenceScorer:
         decades; lower ones stay. The pairs expected by chance are measured where the pairs lie: by
         how many minutiae of B lie around the prediction of a minutia of A in about its direction.
         So minutiae that are made to match many prints, in frequent places and directions, are
-        expected to pair. Nothing counts beyond `beyond_from` where the minutiae of a print do not
-        lie along its own ridges: no finger can have it.
+        expected to pair. Small prints, all of whose ridges are compared, are not lowered. Nothing
+        counts beyond `beyond_from` where the minutiae of a print do not lie along its own ridges:
+        no finger can have it.
         """
         if not estimate > LOG_10 * self.beyond_from or self.beyond_share == 0.0:
             return estimate
         if a_print.lies_off_ridges(self.flow) or b_print.lies_off_ridges(self.flow):
             return LOG_10 * self.beyond_from
+        if self.is_small():
+            return estimate
         around: cython.double = 0.0
         nearness: cython.double = 0.0
         place, b = aligner.kept_predicted, aligner.b

@@ -16,9 +16,13 @@ def format_searching(results: Mapping[str, Any]) -> str:
     return "\n\n".join(
         [
             _speed(results),
+            "### Rounds",
+            _rounds(results),
             _bytes(results),
             "### Mates that a search loses",
             _loss(results),
+            "### Mates behind a share of the prints",
+            _behind(results),
             "### Against comparing all",
             _exact(results),
         ]
@@ -28,8 +32,8 @@ def format_searching(results: Mapping[str, Any]) -> str:
 def _speed(results: Mapping[str, Any]) -> str:
     head = [
         *("prints", "wanted loss", "threshold", "passed on by the terms", "by the descriptors"),
-        "a search, Delaunay calls",
-        *("a search", "a print", "terms", "descriptors", "comparison", "time to open"),
+        *("a search with a mate, Delaunay calls", "time", "without a mate, calls", "time"),
+        *("a print", "terms", "descriptors", "comparison", "time to open"),
     ]
     rows = [
         [
@@ -37,14 +41,58 @@ def _speed(results: Mapping[str, Any]) -> str:
             f"{s['plan']['loss']:.1%}",
             _threshold(s["threshold"]),
             *(f"{s['plan'][name]:,}" for name in ("by_terms", "by_descriptors")),
-            f"{s['calls']:,.0f}",
-            f"{sum(s['ms'].values()):.0f} ms",
+            *(text for one in (s["mated"], s) for text in _cost(one)),
             f"{s['us_a_print']:.2f} µs",
             *(f"{s['ms'][name]:.1f} ms" for name in ("terms", "descriptors", "comparison")),
             f"{s['open_s']:.2f} s",
         ]
         for s in results["speed"]
     ]
+    return markdown_table([head, *rows])
+
+
+def _cost(taken: Mapping[str, Any]) -> tuple[str, str]:
+    """Return the cost of a search in calls of Delaunay, and in time."""
+    return f"{taken['calls']:,.0f}", f"{sum(taken['ms'].values()):.0f} ms"
+
+
+def _rounds(results: Mapping[str, Any]) -> str:
+    head = ["prints", "wanted loss", "threshold", "round", "ends at a score of"]
+    head += ["passed on by the terms", "by the descriptors", "searches with a mate that it ends"]
+    rows = [
+        [
+            _prints(s),
+            f"{s['plan']['loss']:.1%}",
+            _threshold(s["threshold"]),
+            str(number),
+            _threshold(one["score"] or 0.0),
+            *(f"{one[name]:,}" for name in ("by_terms", "by_descriptors")),
+            percent(ended / s["mated"]["searches"]),
+        ]
+        for s in results["speed"]
+        for number, (one, ended) in enumerate(
+            zip(s["mated"]["rounds"], s["mated"]["in_rounds"], strict=True), start=1
+        )
+    ]
+    return markdown_table([head, *rows])
+
+
+def _behind(results: Mapping[str, Any]) -> str:
+    """Return how many of all mates that comparing all finds rank behind shares of the prints."""
+    head = ["gallery", "wanted loss", "mates"]
+    head += [
+        f"{by}, {share}" for by in ("votes", "descriptors", "both") for share in ("1%", "0.1%")
+    ]
+    groups: dict[tuple[int, float], list[Any]] = {}
+    for row in results["loss"]:
+        if not row["threshold"]:
+            groups.setdefault((row["gallery"], row["wanted"]), []).append(row)
+    rows = []
+    for (gallery, wanted), of in groups.items():
+        mates = sum(r["found"] for r in of)
+        behind = [sum(r["behind"][by][k] for r in of) for by in of[0]["behind"] for k in (0, 1)]
+        shares = (percent(n / mates) for n in behind)
+        rows.append([f"{gallery:,}", f"{wanted:.1%}", str(mates), *shares])
     return markdown_table([head, *rows])
 
 

@@ -5,14 +5,15 @@ not. What it takes is measured on synthetic mates by ``python -m research train 
 budget of postings, the share of other prints that the first stage ranks before a mate, by its
 votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
 fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
-reach a threshold.
+reach a threshold. So a search looks in rounds, for clear mates first, and ends with a round that
+finds one.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from math import ceil
+from math import ceil, inf, log10
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -37,6 +38,9 @@ VOTE_WEIGHT: Final = 1 / 256
 # more by the budget; of one in the second stage, and in the third.
 COST: Final = (0.02, 0.14, 3.2, 190.0)
 LEAST_PASSED_ON: Final = (1000, 20)
+CHANCES: Final = (0.1, 0.01)
+"""Prints of other fingers expected at the scores that end a search early, latest round first."""
+WORTHWHILE: Final = 2 / 3  # of the cost of the next round: a round that costs more is left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +136,34 @@ def search_plan(loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
     True
     """
     return loss_table().plan(loss, prints, threshold)
+
+
+def search_rounds(
+    loss: float, prints: int, threshold: float = 0.0, *, all_mates: bool = False
+) -> list[tuple[SearchPlan, float]]:
+    """Return the plans of the rounds of a search, and the score of a print that ends it after each.
+
+    The last round is the `search_plan`, and the only one where `all_mates` are looked for. Those
+    before find the mates that reach their score with the same loss, at less cost: by chance, one
+    print in a hundred searches reaches the first of these scores, one in ten the second.
+
+    Examples
+    --------
+    >>> [(plan.by_terms, round(score)) for plan, score in search_rounds(0.01, 10**6)[:2]]
+    [(1000, 80), (5051, 70)]
+    """
+    rounds = [(search_plan(loss, prints, threshold), inf)]
+    for chance in () if all_mates else CHANCES:
+        decisive = 10 * log10(max(prints, 1) / chance)
+        plan = search_plan(loss, prints, max(decisive, threshold))
+        of_next = _cost_of(rounds[0][0], prints)
+        if decisive > threshold and _cost_of(plan, prints) < WORTHWHILE * of_next:
+            rounds.insert(0, (plan, decisive))
+    return rounds
+
+
+def _cost_of(plan: SearchPlan, prints: int) -> float:
+    return cost(plan.budget, plan.by_terms, plan.by_descriptors, prints)
 
 
 def combined_scores(

@@ -105,6 +105,7 @@ def identify_fused(
         candidate_list=given.candidate_list,
         calibration=given.calibration,
         loss=given.loss,
+        all_mates=given.all_mates or bool(skipped),
     ).checked(search.matcher)
     threads = search.threads(workers)
     compared = compare_probes(search, probes, each, engine or threads)

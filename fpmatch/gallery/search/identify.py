@@ -70,6 +70,7 @@ def identify(
     """
     changes["consolidate"] = consolidated is not None
     given = replace(options, **changes)
+    given = replace(given, all_mates=given.all_mates or bool(skipped))
     compared, given = compare_probe(search, probe, given, workers)
     return find_candidates(
         compared, given, consolidated=consolidated, subject_of=subject_of, skipped=skipped

@@ -1,18 +1,21 @@
 """Search of a large gallery in three stages, by its index.
 
 The terms of the index choose prints whose bit descriptors are compared; these choose the prints
-that are compared whole, by their compact templates (see `fpmatch.gallery.index`).
+that are compared whole, by their compact templates (see `fpmatch.gallery.index`). A first round of
+the three stages finds clear mates. Further rounds, which pass more prints on, follow only where it
+finds none (see `fpmatch.gallery.index.loss`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.index.loss import combined_scores, search_plan
+from fpmatch.gallery.index.loss import combined_scores, search_rounds
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
 from fpmatch.gallery.index.prints.compact_template import prepare_compact
@@ -22,6 +25,7 @@ from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
+from fpmatch.matching.calibration import load_calibration
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
     from fpmatch.gallery.search.stages import Indices, Places
     from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
@@ -144,19 +149,31 @@ class IndexedSearch(Search):
         )
 
     def stages(self, options: SearchOptions) -> list[Stage]:
-        """Return the stages: terms, bit descriptors, comparison, and that of other impressions."""
-        plan = search_plan(options.loss, len(self), options.least_compared)
-        by_terms = max(plan.by_terms, options.count)
+        """Return rounds of terms, bit descriptors and comparison, then that of other impressions.
+
+        There is one round where all mates are looked for, or each impression is a candidate.
+        """
+        rounds = search_rounds(
+            options.loss,
+            len(self),
+            options.least_compared,
+            all_mates=options.all_mates or options.listed == "impressions",
+        )
         unoriented = unoriented_share([one.terms for one in self.state.segments])
-        terms_of = partial(probe_terms, budget=plan.budget, unoriented=unoriented)
-        by_descriptors = max(plan.by_descriptors, options.count)
-        with_others = partial(self._with_other_impressions, options.count)
-        return [
-            Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
-            Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
-            Stage(_similarities, with_others, PREPARED_AT_ONCE),
-            self.comparison(),
-        ]
+        calibration = options.calibration or load_calibration(self.matcher.name)
+        stages: list[Stage] = []
+        for plan, decisive in rounds:
+            by_terms = max(plan.by_terms, options.count)
+            by_descriptors = max(plan.by_descriptors, options.count)
+            terms_of = partial(probe_terms, budget=plan.budget, unoriented=unoriented)
+            end = partial(_end_of_round, calibration, decisive)
+            stages += [
+                Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
+                Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
+                Stage(_similarities, end, PREPARED_AT_ONCE),
+            ]
+        others = partial(self._other_impressions, options.count)
+        return [*stages, Stage(_similarities, others), self.comparison()]
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
@@ -166,6 +183,8 @@ class IndexedSearch(Search):
         self, most: int, _: Any, listed: Listed, voted: list[tuple[int, Indices, NDArray[Any]]]
     ) -> Listed:
         """List the prints with the most votes of all segments; of equals, the first."""
+        if listed.ended:
+            return listed
         segment = np.repeat([k for k, _, _ in voted], [len(local) for _, local, _ in voted])
         local = np.concatenate([np.empty(0, np.intp), *(local for _, local, _ in voted)])
         votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, _, votes in voted)])
@@ -173,14 +192,26 @@ class IndexedSearch(Search):
         places = self.state.indices(segment.astype(np.intp)[kept], local[kept])
         return replace(listed, places=places, votes=votes[kept])
 
-    def _with_other_impressions(
-        self, count: int, _: Any, listed: Listed, parts: list[NDArray[np.float64]]
-    ) -> Listed:
+    def _other_impressions(self, count: int, _: Any, listed: Listed, __: Any) -> Listed:
         """List other impressions of the fingers that rank first."""
-        listed = listed.with_compared(parts)
         best = listed.compared[np.argsort(-listed.similarities, kind="stable")[:count]]
         impressions = self.impressions_of(np.unique(self.finger_of[best]))
         return replace(listed, places=np.setdiff1d(impressions, listed.compared))
+
+
+def _end_of_round(
+    calibration: Calibration,
+    decisive: float,
+    _: Any,
+    listed: Listed,
+    parts: list[NDArray[np.float64]],
+) -> Listed:
+    """End the search if a print is similar enough, or this is the last round; else list all."""
+    listed = listed.with_compared(parts)
+    best = float(listed.similarities.max(initial=0.0))
+    if listed.ended or decisive == inf or calibration.score(best) >= decisive:
+        return replace(listed, ended=True)
+    return replace(listed, places=None)
 
 
 def _votes(
@@ -201,14 +232,20 @@ def _descriptor_scores(
 def _by_descriptors(
     most: int, probe: Any, listed: Listed, parts: list[tuple[NDArray[Any], NDArray[Any]]]
 ) -> Listed:
-    """List the prints with the most votes and bit descriptors in common; of equals, the first."""
+    """List the prints with the most votes and bit descriptors in common; of equals, the first.
+
+    Those that an earlier round compared are left out.
+    """
+    if listed.ended:
+        return listed
     scores = np.concatenate([np.empty(0, np.int32), *(scores for scores, _ in parts)])
     sizes = np.concatenate([np.empty(0, np.int32), *(sizes for _, sizes in parts)])
     combined = combined_scores(scores, sizes, listed.votes, len(probe))
     kept = np.sort(np.argsort(-combined, kind="stable")[:most])
     assert listed.places is not None
     passed_on = len(listed.places), len(kept)
-    return replace(listed, places=listed.places[kept], passed_on=passed_on)
+    places = np.setdiff1d(listed.places[kept], listed.compared, assume_unique=True)
+    return replace(listed, places=places, passed_on=passed_on)
 
 
 def _similarities(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:

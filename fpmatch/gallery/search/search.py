@@ -61,6 +61,8 @@ class SearchOptions:
     loss : float
         Share of the mates that comparing all prints would find, with a score of at least
         `threshold`, and that the stages of the index may miss.
+    all_mates : bool
+        Whether to look for all mates where an index would end the search with a clear one.
     """
 
     count: int = 10
@@ -71,6 +73,7 @@ class SearchOptions:
     calibration: Calibration | None = None
     transforms: bool = False
     loss: float = DEFAULT_LOSS
+    all_mates: bool = False
 
     def checked(self, matcher: Matcher) -> SearchOptions:
         """Return the options of a search with a matcher, with its calibration.

@@ -39,7 +39,8 @@ class Listed:
     """What the stages have found for a probe so far.
 
     `places` are those of the prints that the next stage scores, ascending (None: all), and `votes`
-    what they have in the index. `passed_on` is how many prints stages passed on to the comparison.
+    what they have in the index. `passed_on` is how many prints stages passed on to the comparison;
+    `ended` states that no further round of stages is needed.
     """
 
     places: Indices | None = None
@@ -47,6 +48,7 @@ class Listed:
     compared: Indices = field(default_factory=lambda: NO_PLACES)
     similarities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     passed_on: tuple[int, ...] = ()
+    ended: bool = False
 
     def with_compared(self, parts: Sequence[NDArray[np.float64]]) -> Listed:
         """Return the prints with the similarities of the `places`, part by part."""
@@ -162,6 +164,8 @@ def _tasks(
     """
     by_piece = defaultdict(list)
     for i, (probe, listed) in enumerate(batch):
+        if listed.places is not None and not len(listed.places):
+            continue
         asked = stage.ask(probe)
         for piece, places in _within_pieces(divided, listed.places):
             if not apart:

@@ -9,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.loss import LossTable, combined_scores, cost, loss_table, search_plan
+from fpmatch.gallery.index.loss import (
+    LossTable,
+    combined_scores,
+    cost,
+    loss_table,
+    search_plan,
+    search_rounds,
+)
 from fpmatch.gallery.index.model import MODEL_FILE, IndexModel, index_model
 from fpmatch.gallery.index.prints.candidate_list import size_normalized
 from fpmatch.matching.pipeline._kernels import _local_kernel
@@ -37,6 +44,20 @@ def test_a_threshold_makes_a_search_cost_less(loss):
     work = [cost(p.budget, p.by_terms, p.by_descriptors, 1_000_000) for p in plans]
     assert work == sorted(work, reverse=True)
     assert work[-1] < 0.7 * work[0]
+
+
+@given(st.floats(1e-3, 0.3), st.integers(0, 10**8), st.sampled_from([0.0, 50.0, 75.0, 100.0]))
+def test_each_round_looks_for_fainter_mates_at_a_higher_cost(loss, prints, threshold):
+    *early, (last, never) = search_rounds(loss, prints, threshold)
+    assert (last, never) == (search_plan(loss, prints, threshold), np.inf)
+    assert [(last, never)] == search_rounds(loss, prints, threshold, all_mates=True)
+    scores = [score for _, score in early]
+    assert scores == sorted(scores, reverse=True)
+    assert all(score > threshold for score in scores)
+    for plan, score in early:
+        assert plan == search_plan(loss, prints, score)
+    work = [cost(p.budget, p.by_terms, p.by_descriptors, prints) for p, _ in [*early, (last, 0)]]
+    assert work == sorted(work)
 
 
 def test_without_a_measured_loss_all_prints_are_passed_on():

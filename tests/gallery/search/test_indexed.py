@@ -1,6 +1,7 @@
 """A large gallery is searched by its index, in stages, as it is at the moment of each search."""
 
 import json
+from math import inf
 
 import pytest
 from made_prints import entry_of, flipped, scattered
@@ -10,6 +11,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.cli.identify import identify as identify_command
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
 from fpmatch.gallery.listing.entry import Label
@@ -17,12 +19,14 @@ from fpmatch.gallery.search import indexed as module
 from fpmatch.gallery.search import opening
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.search.identify import identify
+from fpmatch.gallery.search.identify import compare_probes, identify
 from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.matching.calibration import load_calibration
 
 SIZE = 40
+OPTIONS = SearchOptions(count=1)
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +34,9 @@ def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
     monkeypatch.setattr(opening, "LISTED_UP_TO", 10)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
-    monkeypatch.setattr(module, "search_plan", lambda loss, *_: SearchPlan(loss, 0.5, 20, 6))
+    monkeypatch.setattr(
+        module, "search_rounds", lambda loss, *_, **__: [(SearchPlan(loss, 0.5, 20, 6), inf)]
+    )
 
 
 def print_of(number):
@@ -83,18 +89,40 @@ def test_each_print_is_found_among_few_that_are_compared(filled):
 def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(large, monkeypatch):
     asked = []
 
-    def plan(loss, prints, threshold):
-        asked.append((loss, prints, threshold))
-        return SearchPlan(loss, 0.5, 20, 6)
+    def rounds(loss, prints, threshold, all_mates):
+        asked.append((loss, prints, threshold, all_mates))
+        return [(SearchPlan(loss, 0.5, 20, 6), inf)]
 
-    monkeypatch.setattr(module, "search_plan", plan)
+    monkeypatch.setattr(module, "search_rounds", rounds)
     search, curve = opened(large), load_calibration("unit-circle")
     identify(search, print_of(3), threshold=70.0, loss=0.02)
     identify(search, print_of(3))
     # a consolidated template may raise a score above the threshold
     consolidated = ConsolidatedFingers(large, search, curve)
     identify(search, print_of(3), threshold=70.0, consolidated=consolidated)
-    assert asked == [(0.02, SIZE, 70.0), (DEFAULT_LOSS, SIZE, 0.0), (DEFAULT_LOSS, SIZE, 0.0)]
+    identify(search, print_of(3), listed="impressions")
+    identify(search, print_of(3), skipped={4})
+    usual, every = (DEFAULT_LOSS, SIZE, 0.0, False), (DEFAULT_LOSS, SIZE, 0.0, True)
+    assert asked == [(0.02, SIZE, 70.0, False), usual, usual, every, every]
+
+
+def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch):
+    few, many = SearchPlan(0.1, 0.5, 8, 2), SearchPlan(0.1, 0.5, 20, 6)
+    monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(few, 60.0), (many, inf)])
+    search, stranger = opened(large), scattered(1000, 30)
+    for engine in (Threads(2), serial()):
+        own, other = compare_probes(search, [print_of(3), stranger], OPTIONS, engine)
+        assert own.listed.passed_on == (8, 2)
+        assert search.numbers[own.listed.compared].tolist()[0] <= 4
+        assert len(own.listed.compared) == 2
+        assert other.listed.passed_on == (20, 6)
+        assert len(other.listed.compared) == len(set(other.listed.compared.tolist())) >= 6
+    assert identify(search, print_of(3), count=1).candidates[0].number == 4
+    # without the first round, the same prints are compared for a probe that has no mate
+    monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(many, inf)])
+    (once,) = compare_probes(search, [stranger], OPTIONS, serial())
+    assert set(once.listed.compared.tolist()) <= set(other.listed.compared.tolist())
+    assert other.listed.similarities.max() >= once.listed.similarities.max()
 
 
 def test_a_small_gallery_and_other_candidate_lists_are_searched_as_before(large):

@@ -5,6 +5,7 @@ What they find is held against plain loops over all prints.
 
 import json
 from itertools import product
+from math import inf
 
 import numpy as np
 import platformdirs
@@ -62,6 +63,10 @@ def plan_of(loss, prints, threshold):
     return SearchPlan(loss, 0.5, 15 if threshold else 25, 7)
 
 
+def rounds_of(loss, prints, threshold, all_mates):
+    return [(plan_of(loss, prints, threshold), inf)]
+
+
 @pytest.fixture(scope="module", autouse=True)
 def small_parts(tmp_path_factory):
     """Index galleries of more than ten prints; give each thread and worker few; ties are many."""
@@ -75,7 +80,7 @@ def small_parts(tmp_path_factory):
         patch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
         patch.setattr("fpmatch.gallery.search.entries.MAX_BATCH", 3)
         patch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 5)
-        patch.setattr(indexed, "search_plan", plan_of)
+        patch.setattr(indexed, "search_rounds", rounds_of)
         yield
 
 

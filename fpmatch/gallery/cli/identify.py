@@ -189,7 +189,8 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     show_default=True,
     hidden=True,
     help="Search more than 20,000 prints by their index, which may miss this share of the matching "
-    "prints that comparing all would find, as 0.1%. With less, more prints are compared.",
+    "prints that comparing all would find, as 0.1%. With less, more prints are compared. A search "
+    "ends early with a clear match; with --impressions it looks for all.",
 )
 @json_option
 @click.option(

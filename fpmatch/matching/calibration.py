@@ -5,7 +5,7 @@ impostor comparisons, and straight lines between them. Beyond, it is a generalis
 excess e = (x - last knot) / scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e)
 where ξ is 0. `fpmatch.lab.evaluation.calibrate` fits one; ``python -m research calibrate``
 makes the calibrations of the package. The highest knots of the default matcher's, and its tail, are
-measured on pairs of made templates.
+measured on pairs of synthetic templates.
 """
 
 from __future__ import annotations

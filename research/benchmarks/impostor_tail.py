@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Measure how often pairs of different fingers reach the highest scores, in a large gallery.
 
-Probes without a mate are searched for in a gallery of made templates. A search compares the prints
-that its first stages pass on. What they lose is measured where a part of the gallery is compared.
+Probes without a mate are searched for in a gallery of synthetic templates. A search compares the
+prints that its first stages pass on. What they lose is measured where a part of the gallery is
+compared.
 
 .venv/bin/python research/benchmarks/impostor_tail.py --keep FOLDER [--prints 458752]
     [--probes 440] [--alone 340] [--json docs/data/impostor_tail.json] DIR...
@@ -119,7 +120,7 @@ class Tail:
         return PreparedPrints.pack(MATCHER.prepare(without_ridges(t)) for t in templates)
 
 
-def made_probes(count: int) -> list[Template]:
+def synthetic_probes(count: int) -> list[Template]:
     """Return templates of fingers that are in no gallery, of all sensors in turn."""
     names = list(SENSORS)
     turns = [range(PROBE + s, PROBE + count, len(names)) for s in range(len(names))]
@@ -127,7 +128,7 @@ def made_probes(count: int) -> list[Template]:
     return [next(made[k % len(names)]) for k in range(count)]
 
 
-def made_kind(
+def synthetic_kind(
     name: str, rows: np.ndarray, compared: np.ndarray, probes: int, tail: Tail
 ) -> dict[str, Any]:
     """Return the highest similarities of the searches, and how many of all pairs they have."""
@@ -181,7 +182,7 @@ def highest(similarity: np.ndarray) -> list[float]:
 @click.argument("folders", nargs=-1, type=PATH)
 @click.option("--keep", type=PATH, required=True, help="Folder of the gallery.")
 @click.option("--prints", default=7 * PART, show_default=True, help="Of the gallery.")
-@click.option("--probes", default=440, show_default=True, help="Made templates to search for.")
+@click.option("--probes", default=440, show_default=True, help="Synthetic templates to search for.")
 @click.option("--alone", default=340, show_default=True, help="Of them on minutiae alone, too.")
 @json_file
 def main(
@@ -192,23 +193,23 @@ def main(
     alone: int,
     json_file: Path | None,
 ) -> None:
-    """Search for made templates without mates; compare the prints of databases DIR."""
+    """Search for synthetic templates without mates; compare the prints of databases DIR."""
     tail = Tail(keep, prints)
-    made = made_probes(probes)
+    made = synthetic_probes(probes)
     looks = {
-        "made": (made, tail.searched),
-        f"made{ALONE}": (made[:alone], tail.searched_alone),
+        "synthetic": (made, tail.searched),
+        f"synthetic{ALONE}": (made[:alone], tail.searched_alone),
         "compared": (made[:CHECKED], tail.compared),
         f"compared{ALONE}": (made[:CHECKED], tail.compared_alone),
     }
     rows = {name: tail.kept(name, of, look) for name, (of, look) in looks.items()}
     kinds = []
     for form, count in (("", probes), (ALONE, alone)):
-        searched, compared = rows[f"made{form}"], rows[f"compared{form}"]
-        kinds.append(made_kind(f"made{form}", searched, compared, count, tail))
+        searched, compared = rows[f"synthetic{form}"], rows[f"compared{form}"]
+        kinds.append(synthetic_kind(f"synthetic{form}", searched, compared, count, tail))
         high = highest(tail.of_one_sensor(searched)[:, 2])
         pairs = kinds[-1]["pairs"] // len(SENSORS)
-        kinds.append({**kinds[-1], "name": f"made, of one sensor{form}", "pairs": pairs,
+        kinds.append({**kinds[-1], "name": f"synthetic, of one sensor{form}", "pairs": pairs,
                       "similarity": high})  # fmt: skip
     results = {"gallery": tail.prints, "kinds": kinds + real_kinds(keep, folders)}
     print_and_write(format_tail(results), results, json_file)

@@ -1,10 +1,10 @@
-"""The tail of a calibration, measured on pairs of made templates in a large gallery.
+"""The tail of a calibration, measured on pairs of synthetic templates in a large gallery.
 
 A calibration keeps its own knots up to the score `KEPT`. From `MEASURED` on it follows the kind of
 pairs (with ridges, minutiae alone) that reaches a similarity most often, where at least `MIN_ABOVE`
 do; between the two scores it is a straight line, which states more false matches than there are.
 Beyond, a generalised Pareto tail begins as the pairs do. Its shape is the largest that calibrations
-have: made fingers do not support an FMR of 1 in 10 billion.
+have: synthetic fingers do not support an FMR of 1 in 10 billion.
 ``research/benchmarks/impostor_tail.py`` measures the pairs.
 """
 

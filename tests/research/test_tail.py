@@ -1,4 +1,4 @@
-"""The tail of a calibration, of made pairs: knots below stay, those above are their shares."""
+"""The tail of a calibration, of synthetic pairs: knots below stay, those above are their shares."""
 
 from unittest.mock import ANY
 
@@ -21,7 +21,7 @@ def results(mean: float, share: float = 1.0) -> dict:
     high = 3.0 - mean * np.log(rank)
     searched = high[: round(share * count)]
     entry = {"similarity": searched.tolist(), "compared": high.tolist()}
-    kind = {"name": "made", "pairs": PAIRS, "searched": searched.tolist(), **entry}
+    kind = {"name": "synthetic", "pairs": PAIRS, "searched": searched.tolist(), **entry}
     rare = {"name": "alone", "pairs": PAIRS, **dict.fromkeys(("compared", "searched"), [1.0] * 20)}
     return {"kinds": [kind, {**rare, "similarity": (4.0 * rank[:150]).tolist()}]}
 

@@ -26,12 +26,12 @@ from fpmatch.printable import json_text, text_table
 # Of pyproject.toml, which an installed package does not contain; a test compares them.
 CORE: Final = (
     *("numpy", "scipy", "opencv-python-headless", "scikit-image", "pillow", "click", "Cython"),
-    *("lazy-loader", "threadpoolctl", "SQLAlchemy", "platformdirs", "jinja2"),
+    *("lazy-loader", "threadpoolctl", "SQLAlchemy", "platformdirs", "jinja2", "filelock"),
 )
 EXTRAS: Final = {
     "plot": ("matplotlib",),
     "web": (
-        *("fastapi", "filelock", "h11", "prometheus-client", "python-json-logger"),
+        *("fastapi", "h11", "prometheus-client", "python-json-logger"),
         *("python-multipart", "starlette", "uvicorn"),
     ),
     "client": ("h11", "httpx"),

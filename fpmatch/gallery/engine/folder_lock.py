@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,13 +17,15 @@ def folder_lock(folder: str | os.PathLike[str], *, wait: bool = True) -> Iterato
     """Lock a folder against other processes; the system releases the lock at the end.
 
     Without `wait`, a lock that another process holds raises BlockingIOError; a folder that cannot
-    be opened, OSError. Where there are no such locks, as on Windows, nothing is locked.
+    be opened, OSError. Where folders cannot be locked, as on Windows, a file beside it is, whose
+    name ends in ``.lock``.
     """
-    try:
-        import fcntl  # noqa: PLC0415
-    except ImportError:
-        yield
+    if find_spec("fcntl") is None:
+        with _lock_beside(Path(folder), wait=wait):
+            yield
         return
+    import fcntl  # noqa: PLC0415
+
     while True:
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -38,6 +41,23 @@ def folder_lock(folder: str | os.PathLike[str], *, wait: bool = True) -> Iterato
             return
         finally:
             os.close(handle)
+
+
+@contextmanager
+def _lock_beside(folder: Path, *, wait: bool) -> Iterator[None]:
+    """Lock the file beside a folder that stands for it."""
+    from filelock import FileLock, Timeout  # noqa: PLC0415
+
+    folder.stat()
+    lock = FileLock(f"{folder}.lock", timeout=-1 if wait else 0)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise BlockingIOError(f"{folder} is locked") from error
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def _is_open_as(path: str | os.PathLike[str], handle: int) -> bool:

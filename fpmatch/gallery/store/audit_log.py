@@ -46,7 +46,7 @@ class AuditLog:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        from filelock import FileLock  # noqa: PLC0415  (of an extra)
+        from filelock import FileLock  # noqa: PLC0415
 
         self.path = Path(path)
         self._lock = FileLock(f"{path}.lock", timeout=LOCK_S, mode=PRIVATE_FILE)

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _PACKAGES: Final = (
     "fastapi",
-    "filelock",
     "prometheus_client",
     "python_multipart",
     "pythonjsonlogger",

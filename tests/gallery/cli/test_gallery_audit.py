@@ -106,7 +106,6 @@ def test_entries_that_another_program_changed_are_an_error(statement, gallery, r
 
 
 def test_an_incomplete_line_is_named(run, tmp_path):
-    pytest.importorskip("filelock", reason="the extra `web` is not installed")
     from fpmatch.gallery.store.audit_log import AuditLog
 
     log = AuditLog(tmp_path / "audit.jsonl")

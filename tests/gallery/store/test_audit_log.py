@@ -12,8 +12,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_prints import refused
 
-pytest.importorskip("filelock", reason="the extra `web` is not installed")
-
 from fpmatch.gallery.store import audit_chain
 from fpmatch.gallery.store.audit_chain import (
     INCOMPLETE,

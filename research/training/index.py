@@ -191,7 +191,8 @@ def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable
         for b, budget in enumerate(BUDGETS):
             found[k, b] = shares_to_pass_on(rank[:, :, b], weight, budget)
     prints_, budgets, losses = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
-    return LossTable(prints_, budgets, losses, found[..., 0], found[..., 1])
+    scores = 10 * np.log10(prints_)
+    return LossTable(prints_, scores, budgets, losses, found[..., 0], found[..., 1])
 
 
 def shares_to_pass_on(

@@ -38,8 +38,8 @@ VOTE_WEIGHT: Final = 1 / 256
 # more by the budget; of one in the second stage, and in the third.
 COST: Final = (0.02, 0.14, 3.2, 190.0)
 LEAST_PASSED_ON: Final = (1000, 20)
-CHANCES: Final = (0.1, 0.01)
-"""Prints of other fingers expected at the scores that end a search early, latest round first."""
+TIMES: Final = (10, 100)
+"""How much larger the galleries are whose searches the first rounds follow, latest round first."""
 WORTHWHILE: Final = 2 / 3  # of the cost of the next round: a round that costs more is left out
 
 
@@ -57,12 +57,14 @@ class SearchPlan:
 class LossTable:
     """The shares of a gallery that have to be passed on.
 
+    `scores` are those from which a mate ranks first in a gallery of a size as often as not.
     `by_terms` and `by_descriptors`, shape (N, B, L), are the shares of the prints that the first
     and the second stage pass on, in a gallery of a size and with a budget, so that both together
     lose a share of the mates.
     """
 
     prints: NDArray[np.float64]  # (N,): sizes of galleries, ascending
+    scores: NDArray[np.float64]  # (N,): of their mates, ascending
     budgets: NDArray[np.float64]  # (B,): postings a print, for each minutia of the probe
     losses: NDArray[np.float64]  # (L,): shares of mates, ascending
     by_terms: NDArray[np.float64]
@@ -76,20 +78,22 @@ class LossTable:
             made = cls(**{name: np.array(table[name], np.float64) for name in cls.__slots__})
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("no table of losses", code="malformed") from error
-        axes = made.prints, made.budgets, made.losses
+        axes = made.prints, made.scores, made.budgets, made.losses
         shares = made.by_terms, made.by_descriptors
         rise = all(a.ndim == 1 and a.size and (np.diff(a, prepend=0) > 0).all() for a in axes)
-        shape = tuple(map(np.size, axes))
+        shape = made.prints.size, made.budgets.size, made.losses.size
+        rise = rise and made.scores.shape == made.prints.shape
         if not (rise and all(s.shape == shape and (np.abs(s - 0.5) <= 0.5).all() for s in shares)):
             raise MatcherError("no table of losses", code="malformed")
         return made
 
-    def plan(self, loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
+    def plan(self, loss: float, prints: int, threshold: float = 0.0, times: int = 1) -> SearchPlan:
         """Return the fastest plan of a loss; see `search_plan`."""
         if not 0 < loss < 1:
             raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
-        as_of = max(prints, 10 ** (0.1 * threshold))
-        row = max(int(np.searchsorted(self.prints, as_of, "right")) - 1, 0)
+        by_size = np.searchsorted(self.prints, times * prints, "right")
+        by_score = np.searchsorted(self.scores, threshold, "right")
+        row = max(int(by_size), int(by_score), 1) - 1
         plans = []
         for budget, *stages in zip(
             self.budgets.tolist(), self.by_terms[row], self.by_descriptors[row], strict=True
@@ -122,20 +126,21 @@ def loss_table() -> LossTable:
     return LossTable.of_document(parse_json(MODEL_FILE.read_bytes()))
 
 
-def search_plan(loss: float, prints: int, threshold: float = 0.0) -> SearchPlan:
+def search_plan(loss: float, prints: int, threshold: float = 0.0, times: int = 1) -> SearchPlan:
     """Return how a gallery of so many prints is searched, with a loss of at most this share.
 
     The loss, between 0 and 1 (else MatcherError), is the share of the mates that comparing all
     prints would find, and that the search may miss. Only mates above a `threshold` can be missed,
-    and these are easier to find than those that reach the first rank in a gallery.
+    and these are easier to find than those that reach the first rank in a gallery. With `times`,
+    only mates that would reach it in a gallery so many times as large.
 
     Examples
     --------
     >>> careful, quick = (search_plan(loss, 1_000_000) for loss in (0.005, 0.05))
-    >>> careful.by_terms > quick.by_terms > search_plan(0.05, 1_000_000, threshold=75).by_terms
+    >>> careful.by_terms > quick.by_terms > search_plan(0.05, 1_000_000, threshold=90).by_terms
     True
     """
-    return loss_table().plan(loss, prints, threshold)
+    return loss_table().plan(loss, prints, threshold, times)
 
 
 def search_rounds(
@@ -143,19 +148,20 @@ def search_rounds(
 ) -> list[tuple[SearchPlan, float]]:
     """Return the plans of the rounds of a search, and the score of a print that ends it after each.
 
-    The last round is the `search_plan`, and the only one where `all_mates` are looked for. Those
-    before find the mates that reach their score with the same loss, at less cost: by chance, one
-    print in a hundred searches reaches the first of these scores, one in ten the second.
+    The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
+    first passes on the share of the prints that a gallery of a hundred times as many demands, where
+    only clear mates rank first, and ends the search at a score that a print reaches by chance in
+    one search of a hundred; the second likewise, of ten. Mates that they miss are left to the last.
 
     Examples
     --------
-    >>> [(plan.by_terms, round(score)) for plan, score in search_rounds(0.01, 10**6)[:2]]
-    [(1000, 80), (5051, 70)]
+    >>> [(plan.by_terms, round(score)) for plan, score in search_rounds(0.005, 10**6)[:2]]
+    [(2971, 80), (7341, 70)]
     """
     rounds = [(search_plan(loss, prints, threshold), inf)]
-    for chance in () if all_mates else CHANCES:
-        decisive = 10 * log10(max(prints, 1) / chance)
-        plan = search_plan(loss, prints, max(decisive, threshold))
+    for times in () if all_mates else TIMES:
+        decisive = 10 * log10(times * max(prints, 1))
+        plan = search_plan(loss, prints, threshold, times)
         of_next = _cost_of(rounds[0][0], prints)
         if decisive > threshold and _cost_of(plan, prints) < WORTHWHILE * of_next:
             rounds.insert(0, (plan, decisive))

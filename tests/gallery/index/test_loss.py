@@ -39,7 +39,7 @@ def test_a_plan_of_less_loss_costs_more(prints):
 
 @pytest.mark.parametrize("loss", [0.002, 0.005, 0.01])
 def test_a_threshold_makes_a_search_cost_less(loss):
-    plans = [search_plan(loss, 1_000_000, threshold) for threshold in (0.0, 60.0, 70.0, 75.0)]
+    plans = [search_plan(loss, 1_000_000, threshold) for threshold in (0.0, 60.0, 85.0, 92.0)]
     assert plans[0] == plans[1]  # of a million, all that are found reach it
     work = [cost(p.budget, p.by_terms, p.by_descriptors, 1_000_000) for p in plans]
     assert work == sorted(work, reverse=True)
@@ -55,7 +55,9 @@ def test_each_round_looks_for_fainter_mates_at_a_higher_cost(loss, prints, thres
     assert scores == sorted(scores, reverse=True)
     assert all(score > threshold for score in scores)
     for plan, score in early:
-        assert plan == search_plan(loss, prints, score)
+        assert plan == search_plan(
+            loss, prints, threshold, round(10 ** (0.1 * score) / max(prints, 1))
+        )
     work = [cost(p.budget, p.by_terms, p.by_descriptors, prints) for p, _ in [*early, (last, 0)]]
     assert work == sorted(work)
 
@@ -78,6 +80,7 @@ def test_a_table_is_what_its_document_says():
     for name, value in (
         ("losses", [0.1, 0.01]),
         ("prints", []),
+        ("scores", [40.0]),
         ("by_terms", [[0.5]]),
         ("by_descriptors", (table.by_descriptors + 2).tolist()),
         ("budgets", "none"),

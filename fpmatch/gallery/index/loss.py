@@ -151,7 +151,8 @@ def search_rounds(
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
     first passes on the share of the prints that a gallery of a hundred times as many demands, where
     only clear mates rank first, and ends the search at a score that a print reaches by chance in
-    one search of a hundred; the second likewise, of ten. Mates that they miss are left to the last.
+    one search of a hundred, or at the threshold; the second likewise, of ten. Mates that they miss
+    are left to the last.
 
     Examples
     --------
@@ -160,10 +161,10 @@ def search_rounds(
     """
     rounds = [(search_plan(loss, prints, threshold), inf)]
     for times in () if all_mates else TIMES:
-        decisive = 10 * log10(times * max(prints, 1))
+        decisive = max(10 * log10(times * max(prints, 1)), threshold)
         plan = search_plan(loss, prints, threshold, times)
         of_next = _cost_of(rounds[0][0], prints)
-        if decisive > threshold and _cost_of(plan, prints) < WORTHWHILE * of_next:
+        if _cost_of(plan, prints) < WORTHWHILE * of_next:
             rounds.insert(0, (plan, decisive))
     return rounds
 

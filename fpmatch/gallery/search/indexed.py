@@ -167,11 +167,12 @@ class IndexedSearch(Search):
             by_descriptors = max(plan.by_descriptors, options.count)
             terms_of = partial(probe_terms, budget=plan.budget, unoriented=unoriented)
             end = partial(_end_of_round, calibration, decisive)
-            stages += [
+            of_round = (
                 Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
                 Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
                 Stage(_similarities, end, PREPARED_AT_ONCE),
-            ]
+            )
+            stages += [stage._replace(of_round=True) for stage in of_round]
         others = partial(self._other_impressions, options.count)
         return [*stages, Stage(_similarities, others), self.comparison()]
 
@@ -183,8 +184,6 @@ class IndexedSearch(Search):
         self, most: int, _: Any, listed: Listed, voted: list[tuple[int, Indices, NDArray[Any]]]
     ) -> Listed:
         """List the prints with the most votes of all segments; of equals, the first."""
-        if listed.ended:
-            return listed
         segment = np.repeat([k for k, _, _ in voted], [len(local) for _, local, _ in voted])
         local = np.concatenate([np.empty(0, np.intp), *(local for _, local, _ in voted)])
         votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, _, votes in voted)])
@@ -209,7 +208,7 @@ def _end_of_round(
     """End the search if a print is similar enough, or this is the last round; else list all."""
     listed = listed.with_compared(parts)
     best = float(listed.similarities.max(initial=0.0))
-    if listed.ended or decisive == inf or calibration.score(best) >= decisive:
+    if decisive == inf or calibration.score(best) >= decisive:
         return replace(listed, ended=True)
     return replace(listed, places=None)
 
@@ -236,8 +235,6 @@ def _by_descriptors(
 
     Those that an earlier round compared are left out.
     """
-    if listed.ended:
-        return listed
     scores = np.concatenate([np.empty(0, np.int32), *(scores for scores, _ in parts)])
     sizes = np.concatenate([np.empty(0, np.int32), *(sizes for _, sizes in parts)])
     combined = combined_scores(scores, sizes, listed.votes, len(probe))

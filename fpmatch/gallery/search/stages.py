@@ -73,13 +73,14 @@ class Stage(NamedTuple):
     ``score(piece, asked, places)`` returns the result for prints of a piece, given their places in
     it: of a function at the top of a module, with what `ask` makes of the probe. ``choose(probe,
     listed, results)`` gets the results of all pieces, in order. A thread takes `at_once` prints
-    before it takes others (None: a piece).
+    before it takes others (None: a piece). A probe whose rounds have ended skips stages `of_round`.
     """
 
     score: Callable[[Any, Any, Any], Any]
     choose: Callable[[Any, Listed, list[Any]], Listed]
     at_once: int | None = None
     ask: Callable[[Any], Any] = lambda probe: probe
+    of_round: bool = False
 
 
 class Division(NamedTuple):
@@ -149,9 +150,13 @@ def _round(
                 for i, one in result:
                     of_probe[i].append(one)
             yield [
-                (probe, stage.choose(probe, before, parts))
+                (probe, _chosen(stage, probe, before, parts))
                 for (probe, before), parts in zip(batch, of_probe, strict=True)
             ]
+
+
+def _chosen(stage: Stage, probe: Any, before: Listed, parts: list[Any]) -> Listed:
+    return before if stage.of_round and before.ended else stage.choose(probe, before, parts)
 
 
 def _tasks(

@@ -52,6 +52,10 @@ class SearchPlan:
     by_terms: int  # prints that the first stage passes on to the second,
     by_descriptors: int  # and this to the comparison
 
+    def cost(self, prints: int) -> float:
+        """Return about how many microseconds a search of so many prints takes."""
+        return cost(self.budget, self.by_terms, self.by_descriptors, prints)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LossTable:
@@ -103,9 +107,8 @@ class LossTable:
                 for shares, least in zip(stages, LEAST_PASSED_ON, strict=True)
             ]
             counts[1] = min(counts)
-            plan = SearchPlan(loss, budget, *counts)
-            plans.append((cost(budget, counts[0], counts[1], prints), plan))
-        return min(plans, key=lambda plan: plan[0])[1]
+            plans.append(SearchPlan(loss, budget, *counts))
+        return min(plans, key=lambda plan: plan.cost(prints))
 
     def _share(self, loss: float, shares: NDArray[np.float64]) -> float:
         """Return the share of prints for a loss: all, where none is lost of the measured mates."""
@@ -163,14 +166,9 @@ def search_rounds(
     for times in () if all_mates else TIMES:
         decisive = max(10 * log10(times * max(prints, 1)), threshold)
         plan = search_plan(loss, prints, threshold, times)
-        of_next = _cost_of(rounds[0][0], prints)
-        if _cost_of(plan, prints) < WORTHWHILE * of_next:
+        if plan.cost(prints) < WORTHWHILE * rounds[0][0].cost(prints):
             rounds.insert(0, (plan, decisive))
     return rounds
-
-
-def _cost_of(plan: SearchPlan, prints: int) -> float:
-    return cost(plan.budget, plan.by_terms, plan.by_descriptors, prints)
 
 
 def combined_scores(

@@ -86,7 +86,7 @@ def match(
         grown = (grow(each, p.rounds - p.coarse_rounds, settled=True) for each in kept)
         best = _greatest(weighed(each) for each in grown if each.pairs)
     if doubtful and not (best and best[1].total > model.confident_threshold):
-        small = min(a.region.area, b.region.area) <= load_weights().small_area
+        small = load_weights().is_small(a, b)
         proposed = None if small else (candidates.first, candidates.second)
         pairs = search_by_ridges(a, b, proposed, parameters.ridges)
         grown = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)

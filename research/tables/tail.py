@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scipy.optimize import brentq
-
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from research.markdown import markdown_table
-from research.training.tail import kinds_of
+from research.training.tail import kinds_of, similarity_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,18 +38,13 @@ def format_tail(results: Mapping[str, Any]) -> str:
 
 def _times(kind: ImpostorKind, calibration: Calibration, score: float) -> str:
     """Return how many times the stated share of pairs reaches a score, and how many do."""
-    at = _similarity(calibration, score)
+    at = similarity_of(calibration, score)
     return f"{kind.fmr(at) * 10 ** (score / 10):.2f} ({kind.above(at):,})"
 
 
 def _observed(kind: ImpostorKind, calibration: Calibration, score: float, size: int) -> str:
     """Return how many fingers of a gallery reach a score: of those that no pair does, at most."""
-    at = _similarity(calibration, score)
+    at = similarity_of(calibration, score)
     if kind.above(at):
         return f"{kind.fmr(at) * size:.2g}"
     return f"< {3.0 / kind.pairs / kind.compares(at) * size:.2g}"
-
-
-def _similarity(calibration: Calibration, score: float) -> float:
-    """Return the similarity at which a score is reached."""
-    return float(brentq(lambda similarity: calibration.score(similarity) - score, 0.0, 1000.0))

@@ -10,6 +10,7 @@ import numpy as np
 
 import fpmatch
 from fpmatch.base.output import check_writable
+from fpmatch.base.parsing import parse_json
 from fpmatch.gallery.index.loss import LossTable, cost, with_votes
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
 from fpmatch.gallery.index.prints.candidate_list import SizeNormalization, prefilter_scores
@@ -18,9 +19,10 @@ from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.index.terms import print_terms, probe_terms
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.calibration import Calibration, load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json
+from research.training.tail import similarity_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -53,7 +55,13 @@ Example:
 @click.option("--into", type=PATH, default=MODEL_FILE, help="File to write.")
 @click.option("--mates", default=6000, show_default=True, help="Pairs of prints of one finger.")
 @click.option("--others", default=8000, show_default=True, help="Prints they are ranked among.")
-def command(into: Path, mates: int, others: int) -> None:
+@click.option(
+    "--learned-with",
+    metavar="CALIBRATION",
+    type=PATH,
+    help="Train nothing: convert the scores of the file, learned with this former calibration.",
+)
+def command(into: Path, mates: int, others: int, learned_with: Path | None) -> None:
     """Train the index of large galleries on synthetic prints.
 
     The shares of the terms are counted in the prints of other fingers. Then each mate is ranked
@@ -63,6 +71,10 @@ def command(into: Path, mates: int, others: int) -> None:
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)
+    if learned_with:
+        write_json(into, _with_scores(parse_json(into.read_bytes()), learned_with))
+        click.echo(into)
+        return
     if not 0 < others <= MAX_PRINTS:
         raise click.BadParameter(f"between 1 and {MAX_PRINTS} prints", param_hint="--others")
     with click.progressbar(gallery_prints(others), length=others, label="prints") as counted:
@@ -81,6 +93,16 @@ def command(into: Path, mates: int, others: int) -> None:
     }
     write_json(into, {"provenance": provenance, **document_of(model, table)})
     click.echo(into)
+
+
+def _with_scores(document: dict[str, Any], learned_with: Path) -> dict[str, Any]:
+    """Return the document with the scores that mates of the same similarity have now."""
+    before = Calibration.from_json(learned_with.read_text(encoding="utf-8"), str(learned_with))
+    now, loss = load_calibration(MATCHER.name), document["loss"]
+    similar = [similarity_of(before, 10 * np.log10(prints)) for prints in loss["prints"]]
+    provenance = {**document["provenance"], "scores": "converted by --learned-with"}
+    converted = {**loss, "scores": _rounded(now.scores(similar), 3)}
+    return {**document, "provenance": provenance, "loss": converted}
 
 
 def document_of(model: IndexModel, table: LossTable) -> dict[str, Any]:

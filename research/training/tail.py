@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.calibrate import MAX_SHAPE, MIN_ABOVE
@@ -73,6 +74,11 @@ class ImpostorKind:
 def kinds_of(results: Mapping[str, Any]) -> list[ImpostorKind]:
     """Return the kinds in a file of results."""
     return [ImpostorKind.of_json(entry) for entry in results["kinds"]]
+
+
+def similarity_of(calibration: Calibration, score: float) -> float:
+    """Return the similarity at which a score is reached."""
+    return float(brentq(lambda similarity: calibration.score(similarity) - score, 0.0, 1000.0))
 
 
 def with_tail(calibration: Calibration, results: Mapping[str, Any]) -> Calibration:

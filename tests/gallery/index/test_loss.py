@@ -20,6 +20,8 @@ from fpmatch.gallery.index.loss import (
 )
 from fpmatch.gallery.index.model import MODEL_FILE, IndexModel, index_model
 from fpmatch.gallery.index.prints.candidate_list import size_normalized
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels import _local_kernel
 
 
@@ -96,6 +98,22 @@ def test_descriptors_and_votes_add_up():
     alone = size_normalized(scores, sizes, 35)
     found = combined_scores(scores, sizes, votes, 35)
     assert found.tolist() == (alone + np.array([0.0, 1.0, 2.0])).tolist()
+
+
+def test_scores_of_a_table_follow_another_calibration(tmp_path):
+    from research.commands import research
+
+    target, former = tmp_path / "index.json", tmp_path / "former.json"
+    target.write_bytes(MODEL_FILE.read_bytes())
+    former.write_text(load_calibration(MATCHER.name).as_json())
+    command = ["train", "index", "--learned-with", str(former), "--into", str(target)]
+    found = CliRunner().invoke(research, command)
+    assert found.exit_code == 0, found.output
+    document, before = (json.loads(path.read_bytes()) for path in (target, MODEL_FILE))
+    scores = document["loss"].pop("scores")
+    assert scores == pytest.approx(10 * np.log10(document["loss"]["prints"]), rel=0.005)
+    assert before["loss"].pop("scores") > scores
+    assert document["loss"] == before["loss"]
 
 
 @pytest.mark.skipif(not _local_kernel.COMPILED, reason="takes minutes")

@@ -109,9 +109,9 @@ def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(l
 def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch):
     few, many = SearchPlan(0.1, 0.5, 8, 2), SearchPlan(0.1, 0.5, 20, 6)
     monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(few, 60.0), (many, inf)])
-    search, stranger = opened(large), scattered(1000, 30)
+    search, unmated = opened(large), scattered(1000, 30)
     for engine in (Threads(2), serial()):
-        own, other = compare_probes(search, [print_of(3), stranger], OPTIONS, engine)
+        own, other = compare_probes(search, [print_of(3), unmated], OPTIONS, engine)
         assert own.listed.passed_on == (8, 2)
         assert search.numbers[own.listed.compared].tolist()[0] <= 4
         assert len(own.listed.compared) == 2
@@ -120,7 +120,7 @@ def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch
     assert identify(search, print_of(3), count=1).candidates[0].number == 4
     # without the first round, the same prints are compared for a probe that has no mate
     monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(many, inf)])
-    (once,) = compare_probes(search, [stranger], OPTIONS, serial())
+    (once,) = compare_probes(search, [unmated], OPTIONS, serial())
     assert set(once.listed.compared.tolist()) <= set(other.listed.compared.tolist())
     assert other.listed.similarities.max() >= once.listed.similarities.max()
 

@@ -63,7 +63,7 @@ def _smoothed(grey: Grey) -> Grey:
     smooth = cv2.GaussianBlur(grey, (0, 0), SMOOTHING_SIGMA_PX)
     ridges = cv2.absdiff(smooth, cv2.blur(smooth, (BACKGROUND_PX, BACKGROUND_PX)))
     grain, contrast = cv2.mean(cv2.absdiff(grey, smooth))[0], cv2.mean(ridges)[0]
-    large = _shown_area(ridges) > LARGE_PRINT_PX2
+    large = ridges.size > LARGE_PRINT_PX2 and _shown_area(ridges) > LARGE_PRINT_PX2
     return np.asarray(smooth, np.uint8) if large or grain > MAX_GRAIN * max(contrast, 1) else grey
 
 

@@ -191,26 +191,29 @@ def search_in_rounds(
 
 
 def times(
-    segments: Sequence[PrintSegment], given: Sequence[Kind], rounds: Rounds, call: float
+    segments: Sequence[PrintSegment], given: Sequence[Kind], rounds: Rounds
 ) -> dict[str, Any]:
     """Return what one search costs without a mate in the gallery, by stage, and with one.
 
-    Times are in milliseconds, and in calls of Delaunay. The rounds that a search with a mate took
-    are counted.
+    Times are in milliseconds, and in calls of Delaunay, which are timed before each search. The
+    rounds that a search with a mate took are counted.
     """
-    cost, mated, count = Cost(), Cost(), sum(map(len, segments))
+    cost, mated, count, calls = Cost(), Cost(), sum(map(len, segments)), []
     alone = [kind.prints[k] for kind in given for k in kind.probes(TIMED_BY_KIND)]
     for probe in alone:
+        calls.append(triangulation())
         search_in_rounds(segments, probe, rounds, cost)
     taken = []
     for kind in given:
         for k in kind.probes(PROBES):
+            calls.append(triangulation())
             with_mate = [*segments, kind.segment.take(np.array(kind.mates(k)[:1]))]
             taken.append(search_in_rounds(with_mate, kind.prints[k], rounds, mated))
-    each, of_mated = 1.0 / len(alone), 1.0 / len(taken)
+    each, of_mated, call = 1.0 / len(alone), 1.0 / len(taken), float(np.mean(calls))
     return {
         "prints": count,
         "plan": asdict(rounds[-1][0]),
+        "delaunay_us": 1e6 * call,
         "calls": cost.total * each / call,
         "us_a_print": 1e6 * cost.total * each / count,
         "ms": {name: 1e3 * seconds * each for name, seconds in asdict(cost).items()},
@@ -386,7 +389,6 @@ def main(
     lost.
     """
     given = kinds(folders)
-    call = triangulation()
     speed, lost = [], []
     parts = -(-(different or most) // PART)
     for count in sorted({c for c in COUNTS if c < most} | {most}):
@@ -399,7 +401,7 @@ def main(
         segments[-1] = segments[-1].take(np.arange(count - PART * (len(segments) - 1)))
         for wanted, least in WANTED:
             rounds = search_rounds(wanted, count, least)
-            taken = times(segments, given, rounds, call)
+            taken = times(segments, given, rounds)
             of = min(count, parts * PART)  # different prints
             speed.append({**taken, "threshold": least, "different": of, "open_s": opening})
             click.echo(
@@ -413,7 +415,6 @@ def main(
     pairs = [losses(first, kind, rounds, COMPARED_WITH_ALL) for kind in given]
     exact = compare_all(template_rows(keep, 0), given, pairs)
     results = {
-        "delaunay_us": 1e6 * call,
         "speed": speed,
         "loss": lost,
         "bound": [summary(k.name, p, PART, usual) for k, p in zip(given, pairs, strict=True)],

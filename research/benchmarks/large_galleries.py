@@ -19,10 +19,10 @@ import repository  # noqa: F401
 from made_gallery import PART, SEED, index_of, segment_of, sensor_of, template_of, template_rows
 from scipy.spatial import Delaunay
 
-from fpmatch.gallery.index.loss import search_rounds, with_votes
+from fpmatch.gallery.index.loss import search_rounds, with_ridges, with_votes
 from fpmatch.gallery.index.print_segment import prepare_prints
 from fpmatch.gallery.index.prints.candidate_list import SizeNormalization
-from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
@@ -98,6 +98,7 @@ class Cost:
 
     terms: float = 0.0
     descriptors: float = 0.0
+    ridges: float = 0.0
     comparison: float = 0.0
 
     def timed(self, stage: str, function: Callable[[], Any]) -> Any:
@@ -110,7 +111,7 @@ class Cost:
     @property
     def total(self) -> float:
         """All of it."""
-        return self.terms + self.descriptors + self.comparison
+        return sum(asdict(self).values())
 
 
 def triangulation() -> float:
@@ -124,13 +125,14 @@ def triangulation() -> float:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The results of a search: scores of the second stage, similarities of the third, places."""
+    """The results of a search: scores of the second and third stages, similarities of the last."""
 
     by_size: SizeNormalization
     descriptors: np.ndarray  # normalized
     scores: np.ndarray  # with votes
+    listed: np.ndarray  # scores of the prints that the second stage passes on,
+    agreement: np.ndarray  # and how well their ridges agree
     similarities: np.ndarray
-    place: np.ndarray  # in the gallery, of the compared prints
 
     @property
     def score(self) -> float:
@@ -142,7 +144,7 @@ class Found:
 def search(
     segments: Sequence[PrintSegment], probe: PreparedTemplate, plan: SearchPlan, cost: Cost
 ) -> Found:
-    """Search a gallery in the three stages of a round, as `fpmatch.gallery` does."""
+    """Search a gallery in the stages of a round, as `fpmatch.gallery` does."""
 
     def by_terms() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         share = unoriented_share([segment.terms for segment in segments])
@@ -170,14 +172,24 @@ def search(
         best = np.argsort(-combined, kind="stable")[: plan.by_descriptors]
         return best, by_size, alone, combined
 
+    def by_ridges() -> np.ndarray:
+        agreement = np.empty(len(best))
+        for k in np.unique(of[best]).tolist():
+            here, segment = of[best] == k, segments[k]
+            agreement[here] = ridge_agreement(
+                probe, segment.descriptors, segment.templates, local[best[here]]
+            )
+        return agreement
+
     def compared() -> np.ndarray:
-        prints = prepare_prints(segments, of[best], local[best])
-        return similarities(MATCHER, probe, prints)
+        order = np.argsort(-with_ridges(scores[best], agreement), kind="stable")
+        kept = best[order[: plan.by_ridges + np.isnan(agreement).sum()]]
+        return similarities(MATCHER, probe, prepare_prints(segments, of[kept], local[kept]))
 
     best, by_size, alone, scores = cost.timed("descriptors", by_descriptors)
-    before = np.cumsum([0, *map(len, segments)])[of[best]]
-    compared_prints = cost.timed("comparison", compared)
-    return Found(by_size, alone, scores, compared_prints, before + local[best])
+    agreement = cost.timed("ridges", by_ridges)
+    similar = cost.timed("comparison", compared)
+    return Found(by_size, alone, scores, scores[best], agreement, similar)
 
 
 def search_in_rounds(
@@ -240,6 +252,13 @@ def better(others: np.ndarray, own: float) -> float:
     return float((others > own).sum() + 0.5 * (others == own).sum())
 
 
+def ridge_rank(searched: Found, score: float, agreement: float) -> float:
+    """Return how many prints the third stage ranks before one of a score and an agreement."""
+    among = np.append(searched.listed, score), np.append(searched.agreement, agreement)
+    combined = with_ridges(*among)
+    return better(combined[:-1], float(combined[-1]))
+
+
 def losses(
     segments: Sequence[PrintSegment], kind: Kind, rounds: Rounds, most: int = PROBES
 ) -> list[dict[str, Any]]:
@@ -247,31 +266,38 @@ def losses(
 
     A mate is searched for among the prints of the gallery, without the other mates: `votes` is the
     number of those with more votes in the last round, `descriptors` and `both` of those with better
-    scores among the ones that its first stage passes on. `rival` is the greatest similarity of the
-    best 300 of those. `passed` states whether the first stage of a round passes the mate on, and
-    `compared` whether it is compared, before another print ends the search.
+    scores among the ones that its first stage passes on, `ridges` of those that its third stage
+    ranks before it. `rival` is the greatest similarity of the 300 that rank first. `passed` states
+    whether the first stage of a round passes the mate on, and `compared` whether it is compared,
+    before another print ends the search.
     """
     found = []
-    descriptors, calibration = kind.segment.descriptors, load_calibration(MATCHER.name)
+    own_prints, calibration = kind.segment, load_calibration(MATCHER.name)
+    descriptors = own_prints.descriptors
     for k in kind.probes(most):
         probe, mates = kind.prints[k], np.array(kind.mates(k), np.intp)
         scores, sizes = descriptors.scores(probe)[mates], descriptors.size[mates]
+        agreement = ridge_agreement(probe, descriptors, own_prints.templates, mates)
         passed, compared = np.zeros(len(mates), bool), np.zeros(len(mates), bool)
         sought = np.ones(len(mates), bool)
         for plan, decisive in rounds:
-            few = replace(plan, by_descriptors=min(RIVALS, plan.by_descriptors))
+            few = replace(plan, by_ridges=min(RIVALS, plan.by_descriptors))
             terms = probe_terms(probe, plan.budget)
             votes = np.concatenate([segment.terms.votes(terms) for segment in segments])
-            own_votes = kind.segment.terms.votes(terms)[mates]
+            own_votes = own_prints.terms.votes(terms)[mates]
             searched = search(segments, probe, few, Cost())
             alone = searched.by_size.of(scores, sizes)
             own = with_votes(alone, own_votes)
             by_votes = np.array([better(votes, v) for v in own_votes])
             by_descriptors = np.array([better(searched.descriptors, v) for v in alone])
             by_both = np.array([better(searched.scores, v) for v in own])
+            by_ridges = np.array(
+                [ridge_rank(searched, *one) for one in zip(own, agreement, strict=True)]
+            )
             in_round = sought & (by_votes < plan.by_terms)
             passed |= in_round
-            compared |= in_round & (by_both < plan.by_descriptors)
+            in_round &= by_both < plan.by_descriptors
+            compared |= in_round & (by_ridges < plan.by_ridges)
             sought &= ~compared & (searched.score < decisive)
         for j, mate in enumerate(mates.tolist()):
             similarity = MATCHER.compare(probe, kind.prints[mate]).similarity
@@ -284,6 +310,7 @@ def losses(
                     "votes": float(by_votes[j]),
                     "descriptors": float(by_descriptors[j]),
                     "both": float(by_both[j]),
+                    "ridges": float(by_ridges[j]),
                     "passed": bool(passed[j]),
                     "compared": bool(compared[j]),
                 }
@@ -310,7 +337,7 @@ def summary(
         "penetration_for_99_percent": float(np.quantile(shares, 0.99, method="higher")),
         "behind": {
             by: [sum(p[by] >= share * count for p in right) for share in BEHIND]
-            for by in ("votes", "descriptors", "both")
+            for by in ("votes", "descriptors", "both", "ridges")
         },
     }
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.lab.evaluation.report.rate_text import percent
 from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+STAGES: Final = ("terms", "descriptors", "ridges", "comparison")
+PASSED_ON: Final = ("by_terms", "by_descriptors", "by_ridges")
 
 
 def format_searching(results: Mapping[str, Any]) -> str:
@@ -32,18 +35,18 @@ def format_searching(results: Mapping[str, Any]) -> str:
 def _speed(results: Mapping[str, Any]) -> str:
     head = [
         *("prints", "wanted loss", "threshold", "passed on by the terms", "by the descriptors"),
-        *("a search with a mate, Delaunay calls", "time", "without a mate, calls", "time"),
-        *("a print", "terms", "descriptors", "comparison", "time to open"),
+        *("by the ridges", "a search with a mate, Delaunay calls", "time"),
+        *("without a mate, calls", "time", "a print", *STAGES, "time to open"),
     ]
     rows = [
         [
             _prints(s),
             f"{s['plan']['loss']:.1%}",
             _threshold(s["threshold"]),
-            *(f"{s['plan'][name]:,}" for name in ("by_terms", "by_descriptors")),
+            *(f"{s['plan'][name]:,}" for name in PASSED_ON),
             *(text for one in (s["mated"], s) for text in _cost(one)),
             f"{s['us_a_print']:.2f} µs",
-            *(f"{s['ms'][name]:.1f} ms" for name in ("terms", "descriptors", "comparison")),
+            *(f"{s['ms'][name]:.1f} ms" for name in STAGES),
             f"{s['open_s']:.2f} s",
         ]
         for s in results["speed"]
@@ -58,7 +61,8 @@ def _cost(taken: Mapping[str, Any]) -> tuple[str, str]:
 
 def _rounds(results: Mapping[str, Any]) -> str:
     head = ["prints", "wanted loss", "threshold", "round", "ends at a score of"]
-    head += ["passed on by the terms", "by the descriptors", "searches with a mate that it ends"]
+    head += ["passed on by the terms", "by the descriptors", "by the ridges"]
+    head += ["searches with a mate that it ends"]
     rows = [
         [
             _prints(s),
@@ -66,7 +70,7 @@ def _rounds(results: Mapping[str, Any]) -> str:
             _threshold(s["threshold"]),
             str(number),
             _threshold(one["score"] or 0.0),
-            *(f"{one[name]:,}" for name in ("by_terms", "by_descriptors")),
+            *(f"{one[name]:,}" for name in PASSED_ON),
             percent(ended / s["mated"]["searches"]),
         ]
         for s in results["speed"]
@@ -81,7 +85,9 @@ def _behind(results: Mapping[str, Any]) -> str:
     """Return how many of all mates that comparing all finds rank behind shares of the prints."""
     head = ["gallery", "wanted loss", "mates"]
     head += [
-        f"{by}, {share}" for by in ("votes", "descriptors", "both") for share in ("1%", "0.1%")
+        f"{by}, {share}"
+        for by in ("votes", "descriptors", "both", "with ridges")
+        for share in ("1%", "0.1%")
     ]
     groups: dict[tuple[int, float], list[Any]] = {}
     for row in results["loss"]:

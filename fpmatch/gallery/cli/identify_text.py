@@ -78,9 +78,9 @@ def _as_text(
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
     stages = ""
     if result.loss is not None:
-        by_index, by_descriptors = (f"{passed:,}" for passed in result.passed_on[:2])
-        loss = f"loss {100 * result.loss:g}%"
-        stages = f" ({loss}: {by_index} by index, {by_descriptors} by descriptors)"
+        passed = zip(result.passed_on, ("index", "descriptors", "ridges"), strict=True)
+        numbers = ", ".join(f"{prints:,} by {stage}" for prints, stage in passed)
+        stages = f" (loss {100 * result.loss:g}%: {numbers})"
     head = f"{' with '.join(map(printable, probes))}: {compared} in {seconds:.2f} s{stages}"
     if not lines:
         return f"{head}, no candidate"

@@ -3,7 +3,8 @@
 The loss is the share of the mates that comparing all prints would find and a search in stages does
 not. What it takes is measured on synthetic mates by ``python -m research train index``: with each
 budget of postings, the share of other prints that the first stage ranks before a mate, by its
-votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
+votes, the second one, by votes and bit descriptors, and the third, by these and by ridges. In
+larger galleries, comparing all finds
 fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
 reach a threshold. So a search looks in rounds, for clear mates first, and ends with a round that
 finds one.
@@ -24,7 +25,7 @@ from fpmatch.gallery.index.model import MODEL_FILE
 from fpmatch.gallery.index.prints.candidate_list import size_normalized
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -33,11 +34,13 @@ EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
 LISTED_UP_TO: Final = 100_000  # prints, of which a candidate list is compared by default
 VOTE_WEIGHT: Final = 1 / 256
 """What a vote adds to the normalized score of the bit descriptors."""
+RIDGE_WEIGHT: Final = 1.25
+"""What a standard deviation of the agreement of ridges adds to it."""
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
-# more by the budget; of one in the second stage, and in the third.
-COST: Final = (0.02, 0.14, 3.2, 190.0)
-LEAST_PASSED_ON: Final = (1000, 20)
+# more by the budget; of one in the second stage, the third, and the fourth.
+COST: Final = (0.02, 0.14, 3.2, 28.0, 190.0)
+LEAST_PASSED_ON: Final = (1000, 50, 10)
 TIMES: Final = (10, 100)
 """How much larger the galleries are whose searches the first rounds follow, latest round first."""
 WORTHWHILE: Final = 2 / 3  # of the cost of the next round: a round that costs more is left out
@@ -50,11 +53,12 @@ class SearchPlan:
     loss: float  # share of the mates that the search is expected to lose
     budget: float  # postings a print that the first stage visits, for each minutia of the probe
     by_terms: int  # prints that the first stage passes on to the second,
-    by_descriptors: int  # and this to the comparison
+    by_descriptors: int  # this to the third, where ridges are compared in one place,
+    by_ridges: int  # and that to the comparison
 
     def cost(self, prints: int) -> float:
         """Return about how many microseconds a search of so many prints takes."""
-        return cost(self.budget, self.by_terms, self.by_descriptors, prints)
+        return cost(self.budget, (self.by_terms, self.by_descriptors, self.by_ridges), prints)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,9 +66,9 @@ class LossTable:
     """The shares of a gallery that have to be passed on.
 
     `scores` are those from which a mate ranks first in a gallery of a size as often as not.
-    `by_terms` and `by_descriptors`, shape (N, B, L), are the shares of the prints that the first
-    and the second stage pass on, in a gallery of a size and with a budget, so that both together
-    lose a share of the mates.
+    `by_terms`, `by_descriptors` and `by_ridges`, shape (N, B, L), are the shares of the prints that
+    the three stages pass on, in a gallery of a size and with a budget, so that all together lose a
+    share of the mates.
     """
 
     prints: NDArray[np.float64]  # (N,): sizes of galleries, ascending
@@ -73,6 +77,7 @@ class LossTable:
     losses: NDArray[np.float64]  # (L,): shares of mates, ascending
     by_terms: NDArray[np.float64]
     by_descriptors: NDArray[np.float64]
+    by_ridges: NDArray[np.float64]
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> LossTable:
@@ -83,7 +88,7 @@ class LossTable:
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("no table of losses", code="malformed") from error
         axes = made.prints, made.scores, made.budgets, made.losses
-        shares = made.by_terms, made.by_descriptors
+        shares = made.by_terms, made.by_descriptors, made.by_ridges
         rise = all(a.ndim == 1 and a.size and (np.diff(a, prepend=0) > 0).all() for a in axes)
         shape = made.prints.size, made.budgets.size, made.losses.size
         rise = rise and made.scores.shape == made.prints.shape
@@ -99,15 +104,14 @@ class LossTable:
         by_score = np.searchsorted(self.scores, threshold, "right")
         row = max(int(by_size), int(by_score), 1) - 1
         plans = []
-        for budget, *stages in zip(
-            self.budgets.tolist(), self.by_terms[row], self.by_descriptors[row], strict=True
-        ):
+        of_stages = self.by_terms[row], self.by_descriptors[row], self.by_ridges[row]
+        for budget, *stages in zip(self.budgets.tolist(), *of_stages, strict=True):
             counts = [
                 min(max(ceil(self._share(loss, shares) * prints), least), prints)
                 for shares, least in zip(stages, LEAST_PASSED_ON, strict=True)
             ]
-            counts[1] = min(counts)
-            plans.append(SearchPlan(loss, budget, *counts))
+            first, second, third = np.minimum.accumulate(counts).tolist()
+            plans.append(SearchPlan(loss, budget, first, second, third))
         return min(plans, key=lambda plan: plan.cost(prints))
 
     def _share(self, loss: float, shares: NDArray[np.float64]) -> float:
@@ -117,10 +121,10 @@ class LossTable:
         return float(np.exp(np.interp(np.log(loss), np.log(self.losses), np.log(shares + 1e-9))))
 
 
-def cost(budget: float, by_terms: float, by_descriptors: float, prints: float) -> float:
-    """Return about how many microseconds a search of so many prints takes."""
-    each, visited, looked_at, compared = COST
-    return prints * (each + visited * budget) + looked_at * by_terms + compared * by_descriptors
+def cost(budget: float, passed_on: Sequence[float], prints: float) -> float:
+    """Return about how many microseconds a search takes whose stages pass so many prints on."""
+    each, visited, *of_stages = COST
+    return prints * (each + visited * budget) + float(np.dot(of_stages, passed_on))
 
 
 @cache
@@ -190,3 +194,16 @@ def with_votes(normalized: NDArray[np.float64], votes: NDArray[np.uint16]) -> ND
     """Return the scores of the second stage, given the normalized ones of the descriptors."""
     combined: NDArray[np.float64] = normalized + VOTE_WEIGHT * votes
     return combined
+
+
+def with_ridges(scores: NDArray[np.float64], agreement: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the scores of the third stage: those of the second and how well ridges agree.
+
+    The agreement is normalized by that of all prints that the second stage passed on. Where it is
+    not known (NaN), the score is infinite.
+    """
+    known = agreement[~np.isnan(agreement)]
+    spread = float(known.std()) if len(known) else 0.0
+    normalized = (agreement - known.mean()) / (spread or 1.0) if len(known) else agreement
+    combined: NDArray[np.float64] = scores + RIDGE_WEIGHT * normalized
+    return np.where(np.isnan(agreement), np.inf, combined)

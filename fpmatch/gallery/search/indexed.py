@@ -1,9 +1,10 @@
-"""Search of a large gallery in three stages, by its index.
+"""Search of a large gallery in four stages, by its index.
 
 The terms of the index choose prints whose bit descriptors are compared; these choose the prints
-that are compared whole, by their compact templates (see `fpmatch.gallery.index`). A first round of
-the three stages finds clear mates. Further rounds, which pass more prints on, follow only where it
-finds none (see `fpmatch.gallery.index.loss`).
+whose ridges are compared in one place, and these the prints that are compared whole, by their
+compact templates (see `fpmatch.gallery.index`). A first round of the stages finds clear mates.
+Further rounds, which pass more prints on, follow only where it finds none (see
+`fpmatch.gallery.index.loss`).
 """
 
 from __future__ import annotations
@@ -15,11 +16,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.index.loss import combined_scores, search_rounds
+from fpmatch.gallery.index.loss import combined_scores, search_rounds, with_ridges
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
+from fpmatch.gallery.index.prints.compact_template import PRINTS_AT_ONCE as AREAS_AT_ONCE
 from fpmatch.gallery.index.prints.compact_template import prepare_compact
-from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.search.search import Search
@@ -149,7 +151,7 @@ class IndexedSearch(Search):
         )
 
     def stages(self, options: SearchOptions) -> list[Stage]:
-        """Return rounds of terms, bit descriptors and comparison, then that of other impressions.
+        """Return rounds of terms, bit descriptors, ridges and comparison, then other impressions.
 
         There is one round where all mates are looked for, or each impression is a candidate.
         """
@@ -165,11 +167,13 @@ class IndexedSearch(Search):
         for plan, decisive in rounds:
             by_terms = max(plan.by_terms, options.count)
             by_descriptors = max(plan.by_descriptors, options.count)
+            by_ridges = max(plan.by_ridges, options.count)
             terms_of = partial(probe_terms, budget=plan.budget, unoriented=unoriented)
             end = partial(_end_of_round, calibration, decisive)
             of_round = (
                 Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
                 Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
+                Stage(_ridge_agreement, partial(_by_ridges, by_ridges), AREAS_AT_ONCE),
                 Stage(_similarities, end, PREPARED_AT_ONCE),
             )
             stages += [stage._replace(of_round=True) for stage in of_round]
@@ -189,7 +193,7 @@ class IndexedSearch(Search):
         votes = np.concatenate([np.empty(0, np.uint16), *(votes for _, _, votes in voted)])
         kept = most_voted(votes, most)
         places = self.state.indices(segment.astype(np.intp)[kept], local[kept])
-        return replace(listed, places=places, votes=votes[kept])
+        return replace(listed, places=places, scores=votes[kept])
 
     def _other_impressions(self, count: int, _: Any, listed: Listed, __: Any) -> Listed:
         """List other impressions of the fingers that rank first."""
@@ -237,12 +241,28 @@ def _by_descriptors(
     """
     scores = np.concatenate([np.empty(0, np.int32), *(scores for scores, _ in parts)])
     sizes = np.concatenate([np.empty(0, np.int32), *(sizes for _, sizes in parts)])
-    combined = combined_scores(scores, sizes, listed.votes, len(probe))
+    combined = combined_scores(scores, sizes, listed.scores, len(probe))
     kept = np.sort(np.argsort(-combined, kind="stable")[:most])
     assert listed.places is not None
     passed_on = len(listed.places), len(kept)
-    places = np.setdiff1d(listed.places[kept], listed.compared, assume_unique=True)
-    return replace(listed, places=places, passed_on=passed_on)
+    kept = kept[~np.isin(listed.places[kept], listed.compared)]
+    return replace(listed, places=listed.places[kept], scores=combined[kept], passed_on=passed_on)
+
+
+def _ridge_agreement(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:
+    """Return how well the ridges of prints of a segment agree with those of a probe."""
+    return ridge_agreement(probe, piece.segment.descriptors, piece.segment.templates, local)
+
+
+def _by_ridges(most: int, _: Any, listed: Listed, parts: list[NDArray[np.float64]]) -> Listed:
+    """List the prints whose ridges agree best, or are not known; of equals, the first."""
+    agreement = np.concatenate([np.empty(0), *parts])
+    unknown = int(np.isnan(agreement).sum())
+    order = np.argsort(-with_ridges(listed.scores, agreement), kind="stable")
+    kept = np.sort(order[: unknown + most])
+    assert listed.places is not None
+    passed_on = *listed.passed_on, len(kept)
+    return replace(listed, places=listed.places[kept], passed_on=passed_on)
 
 
 def _similarities(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:

@@ -38,13 +38,13 @@ NO_PLACES: Final = np.empty(0, np.intp)
 class Listed:
     """What the stages have found for a probe so far.
 
-    `places` are those of the prints that the next stage scores, ascending (None: all), and `votes`
-    what they have in the index. `passed_on` is how many prints stages passed on to the comparison;
+    `places` are those of the prints that the next stage scores, ascending (None: all), and `scores`
+    those by which the last stage listed them. `passed_on` is how many prints each stage passed on;
     `ended` states that no further round of stages is needed.
     """
 
     places: Indices | None = None
-    votes: NDArray[np.uint16] = field(default_factory=lambda: np.empty(0, np.uint16))
+    scores: NDArray[Any] = field(default_factory=lambda: np.empty(0))
     compared: Indices = field(default_factory=lambda: NO_PLACES)
     similarities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     passed_on: tuple[int, ...] = ()

@@ -10,13 +10,14 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import (
+    RIDGE_WEIGHT,
     TIMES,
     LossTable,
     combined_scores,
-    cost,
     loss_table,
     search_plan,
     search_rounds,
+    with_ridges,
 )
 from fpmatch.gallery.index.model import MODEL_FILE, IndexModel, index_model
 from fpmatch.gallery.index.prints.candidate_list import size_normalized
@@ -30,13 +31,13 @@ def test_a_plan_is_of_the_loss_and_within_the_gallery(loss, prints):
     plan = search_plan(loss, prints)
     assert plan.loss == loss
     assert plan.budget in loss_table().budgets
-    assert min(prints, 20) <= plan.by_descriptors <= plan.by_terms <= prints
+    assert min(prints, 10) <= plan.by_ridges <= plan.by_descriptors <= plan.by_terms <= prints
 
 
 @pytest.mark.parametrize("prints", [30_000, 1_000_000, 10_000_000])
 def test_a_plan_of_less_loss_costs_more(prints):
     plans = [search_plan(loss, prints) for loss in (0.1, 0.05, 0.02, 0.01)]
-    work = [cost(p.budget, p.by_terms, p.by_descriptors, prints) for p in plans]
+    work = [p.cost(prints) for p in plans]
     assert work == sorted(work)
 
 
@@ -44,7 +45,7 @@ def test_a_plan_of_less_loss_costs_more(prints):
 def test_a_threshold_makes_a_search_cost_less(loss):
     plans = [search_plan(loss, 1_000_000, threshold) for threshold in (0.0, 60.0, 85.0, 92.0)]
     assert plans[0] == plans[1]  # of a million, all that are found reach it
-    work = [cost(p.budget, p.by_terms, p.by_descriptors, 1_000_000) for p in plans]
+    work = [p.cost(1_000_000) for p in plans]
     assert work == sorted(work, reverse=True)
     assert work[-1] < 0.7 * work[0]
 
@@ -59,14 +60,14 @@ def test_each_round_looks_for_fainter_mates_at_a_higher_cost(loss, prints, thres
     assert all(score >= threshold for score in scores)
     plans = [search_plan(loss, prints, threshold, times) for times in TIMES]
     assert all(plan in plans for plan, _ in early)
-    work = [cost(p.budget, p.by_terms, p.by_descriptors, prints) for p, _ in [*early, (last, 0)]]
+    work = [p.cost(prints) for p, _ in [*early, (last, 0)]]
     assert work == sorted(work)
 
 
 def test_without_a_measured_loss_all_prints_are_passed_on():
     table = loss_table()
     plan = table.plan(float(table.losses[0]) / 10, 50_000)
-    assert (plan.by_terms, plan.by_descriptors) == (50_000, 50_000)
+    assert {plan.by_terms, plan.by_descriptors, plan.by_ridges} == {50_000}
 
 
 @pytest.mark.parametrize("loss", [0, 1, -0.1, 2, float("nan")])
@@ -84,6 +85,7 @@ def test_a_table_is_what_its_document_says():
         ("scores", [40.0]),
         ("by_terms", [[0.5]]),
         ("by_descriptors", (table.by_descriptors + 2).tolist()),
+        ("by_ridges", (table.by_ridges - 2).tolist()),
         ("budgets", "none"),
     ):
         with pytest.raises(MatcherError, match="no table"):
@@ -98,6 +100,16 @@ def test_descriptors_and_votes_add_up():
     alone = size_normalized(scores, sizes, 35)
     found = combined_scores(scores, sizes, votes, 35)
     assert found.tolist() == (alone + np.array([0.0, 1.0, 2.0])).tolist()
+
+
+def test_ridges_count_by_their_standard_deviations_and_unknown_ones_come_first():
+    scores, agreement = np.array([3.0, 1.0, 2.0, 0.0]), np.array([5.0, np.nan, 7.0, 9.0])
+    of_known = (scores + RIDGE_WEIGHT * np.array([-1, np.nan, 0, 1]) * np.sqrt(1.5))[[0, 2, 3]]
+    combined = with_ridges(scores, agreement)
+    assert combined[[0, 2, 3]] == pytest.approx(of_known)
+    assert combined[1] == np.inf
+    assert with_ridges(scores, np.full(4, 2.0)).tolist() == scores.tolist()
+    assert (with_ridges(scores, np.full(4, np.nan)) == np.inf).all()
 
 
 def test_scores_of_a_table_follow_another_calibration(tmp_path):
@@ -131,7 +143,8 @@ def test_the_index_is_trained_on_synthetic_prints(tmp_path):
     document = json.loads(content)
     model, table = IndexModel.of_document(document), LossTable.of_document(document)
     assert model.edges == pytest.approx(index_model().edges, rel=0.3)
-    assert (np.diff(table.by_terms, axis=2) <= 0).all()  # a greater loss needs no more prints
+    for shares in (table.by_terms, table.by_descriptors, table.by_ridges):
+        assert (np.diff(shares, axis=2) <= 0).all()  # a greater loss needs no more prints
     refused = CliRunner().invoke(research, [*command[:4], "--others", "0", "--into", str(target)])
     assert refused.exit_code == 2
     assert "between 1 and 65536" in refused.output

@@ -21,9 +21,11 @@ from fpmatch.gallery.engine import in_threads
 from fpmatch.gallery.engine.engine import dask, processes, serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.loss import SearchPlan, combined_scores
+from fpmatch.gallery.index.loss import SearchPlan, combined_scores, with_ridges
 from fpmatch.gallery.index.prints.candidate_list import greatest, prefilter_scores
+from fpmatch.gallery.index.prints.compare import ridge_agreement
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.stages import unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed, whole
@@ -39,12 +41,15 @@ from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.gallery.search.whole import WholeSearch, piece_size
+from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
 from fpmatch.server import gallery as served
 
 SIZE = 60
-PROBES = [scattered(k, 30) for k in (3, 17, 44, 1000)]
+SHOWN = list(make_templates(5, range(25)))  # with ridges; every third print has none
+PRINTS = [one if k % 3 else scattered(k, 30) for k, one in enumerate(SHOWN)]
+PROBES = [PRINTS[k] for k in (4, 18, 23, 24)]
 KINDS = {
     "all": {"candidate_list": "off"},
     "list": {"candidate_list": 9},
@@ -60,7 +65,7 @@ LISTS = (
 
 
 def plan_of(loss, prints, threshold):
-    return SearchPlan(loss, 0.5, 15 if threshold else 25, 7)
+    return SearchPlan(loss, 0.5, 15 if threshold else 25, 9, 4)
 
 
 def rounds_of(loss, prints, threshold, all_mates):
@@ -92,10 +97,7 @@ def filled(small_parts, tmp_path_factory):
             labels = [Label(str(k // 2), impression=str(k % 2)) for k in range(first, first + 20)]
             # some prints are equal: they have the same votes and scores
             gallery.add(
-                [
-                    entry_of(k, scattered(k % 23, 30), label)
-                    for k, label in enumerate(labels, start=first)
-                ]
+                [entry_of(k, PRINTS[k % 23], label) for k, label in enumerate(labels, start=first)]
             )
             assert len(open_search(gallery, engine=serial()))
         gallery.remove([5, 30, 31])
@@ -211,7 +213,8 @@ def test_a_list_has_the_prints_of_the_greatest_scores_of_all(kinds, most, least_
 def test_the_index_passes_on_what_a_loop_over_all_its_prints_does(filled, probe, count):
     search = opened(filled, {})
     prepared, plan = search.matcher.prepare(probe), plan_of(0.01, SIZE, 0.0)
-    terms = probe_terms(prepared, plan.budget, unoriented=1.0)
+    unoriented = unoriented_share([segment.terms for segment in search.state.segments])
+    terms = probe_terms(prepared, plan.budget, unoriented=unoriented)
     rows = []
     for segment in search.state.segments:
         scores = segment.descriptors.scores(prepared)
@@ -221,9 +224,18 @@ def test_the_index_passes_on_what_a_loop_over_all_its_prints_does(filled, probe,
     rows = sorted(rows, key=lambda row: (-row[1], row[0]))[: plan.by_terms]
     number, votes, scores, sizes = (np.array(column) for column in zip(*rows, strict=True))
     combined = combined_scores(scores, sizes, votes, len(prepared))
-    passed_on = number[np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]]
+    best = np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]
+    agreement = np.full(len(number), np.nan)
+    for segment in search.state.segments:
+        inside = np.flatnonzero(np.isin(segment.numbers, number[best]))
+        of = ridge_agreement(prepared, segment.descriptors, segment.templates, inside)
+        for n, one in zip(segment.numbers[inside], of, strict=True):
+            agreement[number == n] = one
+    fused, agreement = with_ridges(combined[best], agreement[best]), agreement[best]
+    order = np.lexsort((number[best], -fused))
+    passed_on = number[best[order[: max(plan.by_ridges, count) + np.isnan(agreement).sum()]]]
     listed = compared(search, probe, Threads(1), count=count)
-    assert listed.passed_on == (25, len(passed_on))
+    assert listed.passed_on == (25, len(best), len(passed_on))
     first = np.isin(search.numbers[listed.compared], passed_on)
     order = np.argsort(-listed.similarities[first], kind="stable")
     best = search.fingers[listed.compared[first][order[:count]]]

@@ -12,6 +12,8 @@ if cython.compiled:
 else:
     from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 
+MISSING = cython.declare(cython.double, float("nan"))
+
 
 @cython.final
 @cython.cclass
@@ -113,6 +115,38 @@ class PreparedView:
                     self.has_flow[p],
                     False,
                 )
+        return 0
+
+    def compare_ridges(self, reader, which, tables, probe, reference, correlator, agreement):
+        """Fill how well the ridges of all prints agree with those of a probe, each in one place.
+
+        The place is where most of the bit descriptors agree: print k has those of number
+        ``which[k]`` of a reader, and `tables` have the probe's. `reference` is room for a print.
+        The agreement is the mean correlation, times the root of the number of cells; NaN where
+        ridges are not known or nothing agrees.
+        """
+        pairs = tables.pairs
+        self.attach(reference)
+        with cython.nogil:
+            for k in range(which.shape[0]):
+                agreement[k] = MISSING
+                n = reader.unpack(which[k])
+                self.open(k, reference)
+                if n <= 0 or not (reference.has_ridges and probe.has_ridges):
+                    continue
+                weight = tables.score(
+                    0,
+                    n,
+                    reader.xy,
+                    reader.direction_bin,
+                    reader.neighbour_bits,
+                    reader.orientation_bins,
+                    reference.has_flow,
+                    False,
+                )
+                if pairs.fit(weight):
+                    correlator.compare_rigid(reference, probe, pairs.c, pairs.s, pairs.x, pairs.y)
+                    agreement[k] = correlator.correlation * sqrt(correlator.cells)
         return 0
 
     def match(self, pipeline, reference, first, order, similarity):

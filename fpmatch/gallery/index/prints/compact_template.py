@@ -8,7 +8,8 @@ print, of which a comparison looks at more bits, has few cells: it is stored as 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -16,7 +17,12 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints, inside_counts
 from fpmatch.gallery.index.prints.print_arrays import START, PrintArrays, of_each
-from fpmatch.gallery.index.prints.ridge_samples import restore_all, restore_ridges, sample_ridges
+from fpmatch.gallery.index.prints.ridge_samples import (
+    restore_all,
+    restore_ridges,
+    sample_ridges,
+    spread_samples,
+)
 from fpmatch.gallery.index.prints.stored_columns import plain_columns
 from fpmatch.gallery.store.stored_template import (
     ANGLES,
@@ -41,12 +47,15 @@ from fpmatch.templates.bounds import DPI_UNITS, rounded_dpi
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
+    from typing import TypeAlias
 
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.prints.stored_columns import StoredColumns
     from fpmatch.templates.minutiae import Template
+
+    _Make: TypeAlias = Callable[[StoredColumns, Layout], PreparedPrints]
 
 VERSION: Final = 1
 LAYOUT: Final = Layout(
@@ -153,24 +162,41 @@ def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> 
 
     Raises IndexError if a number is that of no print, TemplateError if a template is damaged.
     """
+    return _in_parts(templates, which, _prepared)
+
+
+def print_areas(
+    templates: CompactTemplates, which: NDArray[np.integer], *, estimate_ridges: bool
+) -> PreparedPrints:
+    """Return the areas of some prints, without minutiae and orientations of plain ones.
+
+    Unless the other bits of the ridges are estimated, only samples are right: enough where neither
+    of two prints that are compared is small. Raises as `prepare_compact`.
+    """
+    return _in_parts(templates, which, partial(_without_minutiae, estimate_ridges))
+
+
+def _in_parts(
+    templates: CompactTemplates, which: NDArray[np.integer], make: _Make
+) -> PreparedPrints:
     numbers = np.asarray(which, np.int64)
     if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(templates):
         raise IndexError(f"a print outside of {len(templates)}")
     parts = [
-        _prepared_part(templates, numbers[k : k + PRINTS_AT_ONCE])
+        _part(templates, numbers[k : k + PRINTS_AT_ONCE], make)
         for k in range(0, len(numbers), PRINTS_AT_ONCE)
     ]
     return PreparedPrints.concatenate(parts)
 
 
-def _prepared_part(templates: CompactTemplates, which: NDArray[np.int64]) -> PreparedPrints:
-    """Prepare a few prints, those that are plain in neither layout one by one."""
+def _part(templates: CompactTemplates, which: NDArray[np.int64], make: _Make) -> PreparedPrints:
+    """Make a few prints, those that are plain in neither layout one by one."""
     start, most = templates.content_start, PreparationParameters().max_minutiae
     left, parts, order = np.arange(len(which)), [], []
     for layout in LAYOUTS:
         begin, end = start[which[left]], start[which[left] + 1]
         columns, plain = plain_columns(templates.content, begin, end, layout, most)
-        parts.append(_prepared(columns, layout))
+        parts.append(make(columns, layout))
         if len(plain) == len(which):
             return parts[-1]
         order.append(left[plain])
@@ -213,6 +239,29 @@ def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
         to_500dpi=zoom,
         has_flow=areas.has_flow,
         has_ridges=areas.has_flow,
+        inside=inside_counts(given.mask, given.cell_start),
+    )
+
+
+def _without_minutiae(
+    estimate_ridges: bool, given: StoredColumns, layout: Layout
+) -> PreparedPrints:
+    ridges, known = np.zeros(len(given.mask), np.uint64), np.ones(len(given.dpi), np.uint8)
+    if estimate_ridges or layout is GALLERY_LAYOUT:
+        ridges = _ridges(given, layout)
+    else:
+        ridges[given.mask > 0] = spread_samples(given.ridges)
+    return replace(
+        PreparedPrints.pack(()),
+        minutiae_start=np.zeros_like(given.cell_start),
+        cell_start=given.cell_start,
+        cell=given.mask,
+        ridges=ridges,
+        shape=given.shape,
+        step=given.step,
+        to_500dpi=STANDARD_DPI / given.dpi,
+        has_flow=known,
+        has_ridges=known,
         inside=inside_counts(given.mask, given.cell_start),
     )
 

@@ -7,15 +7,21 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
+from fpmatch.gallery.index.prints.compact_template import print_areas
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, workspace_for
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE, view_of, workspace_for
 from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
+from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.gallery.index.prints.compact_template import CompactTemplates
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+    from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.matching.result import Matcher
 
@@ -64,6 +70,34 @@ def similarities(
     for k in np.flatnonzero(order == NEITHER_FIRST).tolist():
         similarity[k] = matcher.compare(probe, references[first + k]).similarity
     return similarity
+
+
+def ridge_agreement(
+    probe: PreparedTemplate,
+    descriptors: StoredDescriptors,
+    templates: CompactTemplates,
+    which: NDArray[np.integer],
+) -> NDArray[np.float64]:
+    """Return how well the ridges of a probe agree with those of some prints, by their numbers.
+
+    The prints are aligned rigidly, by the bit descriptors that agree in one rotation and shift. The
+    agreement is the mean correlation of the ridges, times the root of the number of cells; NaN
+    where one of the two prints has no ridges, or no descriptors agree.
+    """
+    agreement = np.full(len(which), np.nan)
+    own = view_of(probe)
+    if probe.region.ridges is None or not len(which):
+        return agreement
+    small = probe.region.area <= SMALL_AREA_PX2
+    prints = print_areas(templates, which, estimate_ridges=small)
+    arrays = np.empty((4, 0)), np.empty(0), np.empty(0, np.int32), np.empty((0, 6, 0), np.float32)
+    correlator = workspace_for(len(probe)).scorer.correlator
+    tables, reader = prefilter_of(probe.bit_descriptors), DescriptorReader(descriptors)
+    numbers = np.ascontiguousarray(which, np.int64)
+    prints.view.compare_ridges(
+        reader, numbers, tables, own, TemplateView(*arrays), correlator, agreement
+    )
+    return agreement
 
 
 def _fill(

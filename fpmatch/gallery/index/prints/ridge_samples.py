@@ -49,6 +49,17 @@ def sample_ridges(ridges: NDArray[np.uint64]) -> NDArray[np.uint8]:
     return np.asarray(pairs[:, 0] | pairs[:, 1] << 2 | pairs[:, 2] << 4 | pairs[:, 3] << 6)
 
 
+def spread_samples(samples: NDArray[np.uint8]) -> NDArray[np.uint64]:
+    """Return ridge images (N,) that show the samples (N,), and a valley everywhere else.
+
+    Examples
+    --------
+    >>> sample_ridges(spread_samples(np.array([0, 3, 255], np.uint8))).tolist()
+    [0, 3, 255]
+    """
+    return _spread()[samples]
+
+
 def restore_ridges(
     samples: NDArray[np.uint8], orientation: NDArray[np.uint8], mask: NDArray[np.bool_]
 ) -> NDArray[np.uint64]:
@@ -90,6 +101,15 @@ def _pairs() -> NDArray[np.uint8]:
         byte = np.arange(256)
         pairs[k] = (byte >> first & 1) | (byte >> second & 1) << 1
     return pairs
+
+
+@cache
+def _spread() -> NDArray[np.uint64]:
+    """Return what `spread_samples` makes of each byte, shape (256,)."""
+    place = np.array([SIDE * row + column for row, column in FEW_SAMPLES], np.uint64)
+    bits = np.arange(256, dtype=np.uint64)[:, None] >> np.arange(len(place), dtype=np.uint64) & 1
+    words: NDArray[np.uint64] = (bits << place).sum(axis=1, dtype=np.uint64)
+    return words
 
 
 @cache

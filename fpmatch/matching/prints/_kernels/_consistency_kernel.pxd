@@ -4,6 +4,7 @@
 cdef class PairSet:
     cdef int count, most, least, equal, most_turn
     cdef double near2, spread2
+    cdef readonly double c, s, x, y
     cdef double[::1] cosine_of, sine_of
     cdef int[:, ::1] pair, turned, row
     cdef int[::1] start, angle, bound, of_weight
@@ -17,4 +18,5 @@ cdef class PairSet:
         const unsigned char[::1] direction_bin, bint other_first,
     ) noexcept nogil
     cdef int consistent_weight(self) noexcept nogil
+    cpdef bint fit(self, int weight) noexcept nogil
     cdef int _weight_with(self, Py_ssize_t h) noexcept nogil

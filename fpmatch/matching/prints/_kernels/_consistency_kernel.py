@@ -3,6 +3,7 @@
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
@@ -18,6 +19,7 @@ ONE = cython.declare(cython.ulonglong, 1)
 MOST_WEIGHT = cython.declare(cython.int, 18)  # of a pair
 TURN = cython.declare(cython.int, 16)  # 256ths of a turn in one group: `most_turn` at least
 TURNS_APART = cython.declare(cython.int, 16)  # groups in a turn
+TURN_PX2 = cython.declare(cython.double, 400.0)  # a rotation weighs as positions 20 px apart do
 
 
 @cython.final
@@ -37,6 +39,8 @@ class PairSet:
         self.near2 = near * near
         self.spread2 = spread * spread
         self.most_turn = most_turn
+        self.c = 1.0
+        self.s = self.x = self.y = 0.0
         angle = np.arange(256) * (2 * np.pi / 256)
         self.cosine_of = memoryview(np.cos(angle))
         self.sine_of = memoryview(np.sin(angle))
@@ -154,6 +158,49 @@ class PairSet:
             if self.bound[h] > best:
                 best = max(best, self._weight_with(h))
         return best
+
+    @cython.locals(ax=cython.double, ay=cython.double, bx=cython.double, by=cython.double)
+    @cython.locals(mass=cython.double, cosine=cython.double, sine=cython.double)
+    def fit(self, weight):
+        """Fit a rotation and a shift to the first pairs that agree in them and have this weight.
+
+        It is what `consistent_weight` returned. Return whether there are pairs.
+        """
+        h: cython.Py_ssize_t = 0
+        while h < self.count and (self.bound[h] < weight or self._weight_with(h) < weight):
+            h += 1
+        if h == self.count:
+            return False
+        mass = cosine = sine = 0.0
+        ax = ay = bx = by = 0.0
+        for g in range(self.count):
+            if self.consistent[h] >> g & 1:
+                w = float(self.pair[2, g])
+                mass += w
+                ax += w * self.a[0, g]
+                ay += w * self.a[1, g]
+                bx += w * self.b[0, g]
+                by += w * self.b[1, g]
+        ax /= mass
+        ay /= mass
+        bx /= mass
+        by /= mass
+        for g in range(self.count):
+            if self.consistent[h] >> g & 1:
+                px, py = self.b[0, g] - bx, self.b[1, g] - by
+                qx, qy = self.a[0, g] - ax, self.a[1, g] - ay
+                cosine += self.pair[2, g] * (
+                    px * qx + py * qy + TURN_PX2 * self.cosine_of[self.angle[g]]
+                )
+                sine += self.pair[2, g] * (
+                    px * qy - py * qx + TURN_PX2 * self.sine_of[self.angle[g]]
+                )
+        length = sqrt(cosine * cosine + sine * sine)
+        if length > 0.0:
+            self.c, self.s = cosine / length, sine / length
+        self.x = ax - self.c * bx + self.s * by
+        self.y = ay - self.s * bx - self.c * by
+        return True
 
     def _weight_with(self, h):
         """Return the weight of the pairs that agree with pair h.

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     along,
+    fragment,
     impressions_of_a_finger,
     jittered,
     seeds,
@@ -29,17 +30,24 @@ from matching_weights import (
     some_weights,
 )
 
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates, expand, print_areas
 from fpmatch.gallery.index.prints.compare import (
     NEITHER_FIRST,
     PROBE_FIRST,
     REFERENCE_FIRST,
     canonical_order,
     packs,
+    ridge_agreement,
     similarities,
 )
 from fpmatch.gallery.index.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
+from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
+from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
+from fpmatch.matching.pipeline.match import view_of, workspace_for
+from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
+from fpmatch.matching.prints.bit_descriptors import BitDescriptorParameters
 from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
@@ -255,3 +263,81 @@ def test_a_matcher_that_compares_in_its_own_way_does_so_with_many():
     assert packs(get_matcher("unit-circle:rounds=3"))
     assert not packs(get_matcher("unit-circle:rounds=4"))
     assert not packs(get_matcher("paper"))
+
+
+@pytest.fixture(scope="module")
+def fingers():
+    """Return two impressions each of three synthetic fingers, those of the first small."""
+    first, second, *others = make_templates(8, range(3), 2, preset="clean")
+    small = [fragment(first, 8), fragment(second, 8)]
+    assert max(prepare(one).region.area for one in small) <= SMALL_AREA_PX2
+    return [*small, *others]
+
+
+def agreement_with(probe, templates):
+    """Return how well the ridges of a probe agree with those of templates, in reverse order."""
+    descriptors = StoredDescriptors.pack(map(prepare, templates))
+    which = np.arange(len(templates))[::-1]
+    return ridge_agreement(probe, descriptors, CompactTemplates.pack(templates), which)[::-1]
+
+
+def test_ridges_agree_most_with_the_print_itself_then_with_its_mate(fingers):
+    for k, template in enumerate(fingers):
+        probe = prepare(template)
+        agreement = agreement_with(probe, fingers)
+        assert np.argsort(-agreement)[:2].tolist() == [k, k ^ 1]
+        correlator = workspace_for(len(probe)).scorer.correlator
+        stored = prepare(expand(CompactTemplates.pack([template]).content.tobytes()))
+        cells = correlator.compare_rigid(view_of(stored), view_of(probe), 1.0, 0.0, 0.0, 0.0)
+        assert agreement[k] == pytest.approx(correlator.correlation * np.sqrt(cells), rel=0.1)
+
+
+def test_the_agreement_of_ridges_is_unknown_without_ridges_or_a_place(fingers):
+    bare, few = (
+        replace(fingers[4], field=None),
+        template_of(spread_points(np.random.default_rng(1), 1)),
+    )
+    few = replace(few, field=fingers[4].field, width=fingers[4].width, height=fingers[4].height)
+    probe = prepare(fingers[4])
+    found = agreement_with(probe, [bare, few, fingers[5]])
+    assert np.isnan(found).tolist() == [True, True, False]
+    assert found[2] == agreement_with(probe, fingers)[5]
+    assert np.isnan(agreement_with(prepare(bare), fingers)).all()
+    assert agreement_with(probe, []).shape == (0,)
+
+
+def test_samples_of_the_ridges_are_all_that_is_looked_at(fingers):
+    templates = CompactTemplates.pack(fingers)
+    some, whole = (
+        print_areas(templates, np.arange(6), estimate_ridges=estimate) for estimate in (False, True)
+    )
+    assert not np.array_equal(some.ridges, whole.ridges)
+    for area in (some, whole):
+        assert (np.diff(area.minutiae_start) == 0).all()
+    assert np.array_equal(some.inside, PreparedPrints.pack(map(prepare, fingers)).inside)
+    with pytest.raises(IndexError, match="outside of 6"):
+        print_areas(templates, np.array([6]), estimate_ridges=False)
+
+
+def test_compiled_and_interpreted_agree_on_ridges(plain, interpreted, fingers):
+    prints = [prepare(template) for template in fingers[2 if COMPILED else 4 :]]
+    probe, which = prints[0], np.arange(len(prints))
+    templates, descriptors = (
+        CompactTemplates.pack(fingers[-len(prints) :]),
+        StoredDescriptors.pack(prints),
+    )
+    areas = print_areas(templates, which, estimate_ridges=True)
+    packed = plain.prepared_view.PreparedView(areas, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
+    reader = interpreted("_descriptor_kernel").DescriptorReader(descriptors)
+    p, agreement = BitDescriptorParameters(), np.empty(len(prints))
+    tables = plain.prefilter.Prefilter(
+        p.most_pairs, p.near_px, p.near_per_px, round(p.pair_turn_deg * 256 / 360)
+    )
+    own = print_for(plain, probe)
+    tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
+    correlator = plain.ridge.RidgeCorrelator(len(probe), 0.0)
+    packed.compare_ridges(
+        reader, which, tables, own, print_for(plain, probe), correlator, agreement
+    )
+    found = ridge_agreement(probe, descriptors, templates, which)
+    assert agreement == pytest.approx(found, rel=1e-9)

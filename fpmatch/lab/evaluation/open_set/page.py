@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.lab.evaluation.open_set.curves import identification_drawings
 from fpmatch.lab.evaluation.open_set.report import prediction_table
@@ -17,11 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.open_set.report import (
-        FailedSearch,
-        IdentificationReport,
-        Presented,
-    )
+    from fpmatch.lab.evaluation.open_set.report import IdentificationReport
 
 IDENTIFICATION_PAGE: Final = "identification.html"
 
@@ -43,8 +41,8 @@ def write_identification_page(
             {
                 "report": report,
                 "predictions": prediction_table("all searches", report.pooled.points),
-                "missed": _pairs(report, report.missed, sets, mates=True),
-                "false_positives": _pairs(report, report.false_positives, sets, mates=False),
+                "missed": _failed(report, sets, mates=True),
+                "false_positives": _failed(report, sets, mates=False),
             }
             for report in reports
         ],
@@ -57,41 +55,41 @@ def write_identification_page(
     return target
 
 
-def _pairs(
-    report: IdentificationReport,
-    searches: Sequence[FailedSearch],
-    sets: Sequence[ExtractedSet],
-    *,
-    mates: bool,
+def _failed(
+    report: IdentificationReport, sets: Sequence[ExtractedSet], *, mates: bool
 ) -> list[HardPair]:
-    """Return probe and mate, or false candidate, of the worst searches, each print once.
+    """Return probe and mate, or false candidate, of the worst searches that fail, each print once.
 
-    Searches with a print that gave no template are left out.
+    They fail at the highest of the FPIRs. Searches with a print without template are left out.
     """
-
-    def name(one: Presented) -> str:
-        impressions = sets[one.database].dataset.impressions
-        return " + ".join(impressions[n].name for n in one.impressions)
-
+    s, point = report.searches, report.pooled.loosest
+    if point is None or point.threshold is None:
+        return []
+    probes, others, scores = (
+        (s.mated, s.mate, s.score) if mates else (s.nonmated, s.first, s.highest)
+    )
+    failed = (scores <= point.threshold) == mates
     pairs: list[HardPair] = []
-    seen: set[Presented] = set()
-    for probe, other, score in searches:
-        both = [probe] if other is None else [probe, other]
-        sides = [
-            (sets[one.database].dataset.impressions[n], sets[one.database].extractions[n])
-            for one in both
-            for n in one.impressions
-        ]
-        if not seen.isdisjoint(both) or any(e.template is None for _, e in sides):
+    seen: set[int] = set()
+    for k in np.argsort(scores if mates else -scores, kind="stable"):
+        numbers = [int(n) for n in (probes[k], others[k]) if n >= 0]
+        if not failed[k] or not seen.isdisjoint(numbers) or len(pairs) == DEFAULT_COUNT:
             continue
-        seen.update(both)
-        of = ", ".join(dict.fromkeys(sets[one.database].dataset.name for one in both))
-        if report.fingers == 1 and other is not None:
-            pairs.append(explained_pair(report.matcher, of, sides, score, genuine=mates))
-        else:
-            reference = "a print of the background" if other is None else name(other)
-            causes = ("not on the candidate list",) if score < 0 else ()
-            pairs.append(HardPair(of, name(probe), reference, max(score, 0.0), score, causes, b""))
-        if len(pairs) == DEFAULT_COUNT:
-            break
+        both, score = [report.presented[n] for n in numbers], float(scores[k])
+        prints = [
+            [(sets[of].dataset.impressions[n], sets[of].extractions[n]) for n in impressions]
+            for of, impressions in both
+        ]
+        if any(extraction.template is None for one in prints for _, extraction in one):
+            continue
+        seen |= {*numbers}
+        named = ", ".join(dict.fromkeys(sets[of].dataset.name for of, _ in both))
+        if report.fingers == 1 and len(both) == 2:
+            pair = [one[0] for one in prints]
+            pairs.append(explained_pair(report.matcher, named, pair, score, genuine=mates))
+            continue
+        names = [" + ".join(impression.name for impression, _ in one) for one in prints]
+        reference = names[1] if names[1:] else "a print of the background"
+        causes = ("not on the candidate list",) if score < 0 else ()
+        pairs.append(HardPair(named, names[0], reference, max(score, 0.0), score, causes, b""))
     return pairs

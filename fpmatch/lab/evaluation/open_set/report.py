@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fpmatch.lab.evaluation.open_set.rates import near
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from fpmatch.lab.evaluation.open_set.rates import IdentificationPoint, OpenSetRates
+    from fpmatch.lab.evaluation.open_set.searches import Searches
     from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 
 RANKS_SHOWN = (1, 10, 100)
@@ -50,26 +51,14 @@ class Presented(NamedTuple):
     impressions: tuple[int, ...]
 
 
-class FailedSearch(NamedTuple):
-    """A search that misses the mate `other`, or returns `other`, which is of another subject.
-
-    `other` is None where it is of the background; `score` is below 0 where it is not listed.
-    """
-
-    probe: Presented
-    other: Presented | None
-    score: float
-
-
 @dataclass(frozen=True, slots=True)
 class IdentificationReport:
     """The error rates of identification by one matcher, by databases and pooled.
 
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
     `background` of them without prints in the databases. `preselected` is whether only prints on
-    candidate lists were compared. Scores above `largest_measured_score` are extrapolated. `missed`
-    and `false_positives` are the searches that fail at the highest of the wanted FPIRs, the worst
-    first.
+    candidate lists were compared. Scores above `largest_measured_score` are extrapolated.
+    `presented` are the presentations that `searches` number.
     """
 
     matcher: str
@@ -82,8 +71,8 @@ class IdentificationReport:
     largest_measured_score: float
     sets: tuple[IdentificationRow, ...]
     pooled: OpenSetRates
-    missed: tuple[FailedSearch, ...] = ()
-    false_positives: tuple[FailedSearch, ...] = ()
+    searches: Searches = field(compare=False, repr=False)
+    presented: tuple[Presented, ...]
 
     @property
     def caption(self) -> str:

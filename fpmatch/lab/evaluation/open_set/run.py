@@ -14,7 +14,6 @@ from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.background import no_background
 from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
 from fpmatch.lab.evaluation.open_set.report import (
-    FailedSearch,
     IdentificationReport,
     IdentificationRow,
     Presented,
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.lab.evaluation.databases.protocol import Impression
-    from fpmatch.lab.evaluation.open_set.searches import Background, Presentation, Searches
+    from fpmatch.lab.evaluation.open_set.searches import Background, Presentation
     from fpmatch.matching.result import Matcher
 
 MIN_IMPRESSIONS: Final = 2
@@ -115,13 +114,6 @@ def evaluate_identification(
         )
         for k, (one, of_set) in enumerate(zip(sets, sizes, strict=True))
     )
-    presented = [
-        Presented(k, impressions)
-        for k, one in enumerate(sets)
-        for subject in _impressions_of_subjects(one.dataset.impressions, test.fingers)
-        for impressions in subject
-    ]
-    pooled = rates(np.ones(len(database), bool))
     return IdentificationReport(
         matcher=chosen.name,
         fingers=test.fingers,
@@ -132,32 +124,15 @@ def evaluate_identification(
         seed=test.seed,
         largest_measured_score=calibration.largest_measured_score,
         sets=rows,
-        pooled=pooled,
-        **_failed_searches(searches, pooled, presented),
+        pooled=rates(np.ones(len(database), bool)),
+        searches=searches,
+        presented=tuple(
+            Presented(k, impressions)
+            for k, one in enumerate(sets)
+            for subject in _impressions_of_subjects(one.dataset.impressions, test.fingers)
+            for impressions in subject
+        ),
     )
-
-
-def _failed_searches(
-    searches: Searches, rates: OpenSetRates, presented: Sequence[Presented]
-) -> dict[str, tuple[FailedSearch, ...]]:
-    """Return the fields of a report that list searches, none where there is no threshold."""
-    if rates.loosest is None:
-        return {}
-    s, above = searches, float(rates.loosest.threshold or 0.0)
-    sides = {
-        "missed": (s.mated, s.mate, s.score, s.score <= above, s.score),
-        "false_positives": (s.nonmated, s.first, s.highest, s.highest > above, -s.highest),
-    }
-    return {
-        side: tuple(
-            FailedSearch(
-                presented[probe[k]], presented[other[k]] if other[k] >= 0 else None, float(score[k])
-            )
-            for k in np.argsort(order, kind="stable")
-            if failed[k]
-        )
-        for side, (probe, other, score, failed, order) in sides.items()
-    }
 
 
 def load_subjects(extracted: ExtractedSet, fingers: int) -> list[list[Presentation]]:

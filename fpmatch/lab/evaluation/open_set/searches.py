@@ -43,8 +43,8 @@ NO_SCORE: Final = -1.0  # below every score: the mate is not listed, or there is
 class Searches:
     """The outcomes of all searches.
 
-    Of those with a mate, M, `mate` is its presentation, `score` and `rank` are those of the mate,
-    ties counting against it, and `direct` is the score of comparing both 1:1. Of those without one,
+    Of searches with a mate, M, `mate` is its presentation, `score` and `rank` are its score and
+    rank, ties counting against it, and `direct` is the score of comparing both 1:1. Of the others,
     L, `highest` is the highest score, and `first` the presentation that has it, -1 where that is
     not one of the test. `mated` and `nonmated` hold what was searched for. `enrolled` holds the
     number of subjects in the gallery of each round, `compared` that of their scores: one a finger,
@@ -224,7 +224,7 @@ def _outcomes(
     """Yield for each round whether there is a mate, then presentation, score and rank of the mate.
 
     Without a mate, it is the presentation of the highest score, -1 where that is not one of the
-    test. `subject` and `score` are those of the candidates of presentation `k`.
+    test. `subject` and `score` describe the candidates of presentation `k`.
     """
     own = subject >= gallery.first
     others = np.sort(score[~own])[::-1][:LIST_LENGTH]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.lab.evaluation.open_set.rates import IdentificationPoint
+from fpmatch.lab.evaluation.open_set.report import prediction_table
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, limits, percent
 from fpmatch.printable import count
@@ -69,23 +72,12 @@ def _rates(test: Mapping[str, Any]) -> str:
 
 
 def _predictions(pooled: Mapping[str, Any]) -> str:
-    rows = [
-        ["all databases", "threshold", "1:1 predicts", "false positives", "FNIR", "1:1 predicts"]
+    names = [field.name for field in fields(IdentificationPoint)]
+    points = [
+        IdentificationPoint(**{name: point[name] for name in names})
+        for point in pooled["fnir_at_fpir"]
     ]
-    for point in pooled["fnir_at_fpir"]:
-        beyond = " *" if point["extrapolated"] else ""
-        known = point["threshold"] is not None
-        rows.append(
-            [
-                f"FPIR {100 * point['fpir']:.6g} %",
-                f"{point['threshold']:.1f}" if known else "-",
-                f"{point['predicted_threshold']:.1f}{beyond}",
-                f"of {count(point['false_positives'], 'probe')}" if known else "-",
-                percent(point["fnir"]),
-                f"{percent(point['predicted_fnir'])}{beyond}",
-            ]
-        )
-    return markdown_table(rows)
+    return markdown_table(prediction_table("all databases", points))
 
 
 def format_fusion(results: Sequence[Mapping[str, Any]]) -> str:

@@ -52,4 +52,7 @@ Columns:
             candidate above the threshold
   1:1 predicts  the threshold at which as many independent 1:1 comparisons give this FPIR by their
             calibrated scores, and the share of the genuine ones below it
+  FMR ratio   FMR at which independent comparisons give this FPIR, over the FMR that the scores
+            state for the measured threshold; FNIR ratio: FNIR over the predicted one. "within 2" is
+            within a factor of two, "beyond 2" is not
 """

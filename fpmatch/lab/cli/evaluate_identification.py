@@ -82,6 +82,12 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
 @file_option(
     "--det", metavar="FILE", help="Draw FNIR against FPIR and rank into a .png, .svg or .pdf."
 )
+@file_option(
+    "--report",
+    "report_folder",
+    metavar="DIR",
+    help="Write a page there: tables, curves, drawings of searches that fail.",
+)
 @reading_options
 @enhance_option
 @file_option("--curves", metavar="DIR", hidden=True, help="Write the points of the curves there.")
@@ -106,6 +112,7 @@ def evaluate_identification(
     fpirs: tuple[float, ...],
     curves: Path | None,
     det: Path | None,
+    report_folder: Path | None,
     workers: int | None,
     as_json: bool,
 ) -> int:
@@ -125,7 +132,7 @@ def evaluate_identification(
         from fpmatch.prints.reading import PrintReader, group_by_note
 
     chosen = chosen_matchers(matchers)
-    _prepare_outputs(curves, det)
+    _prepare_outputs(curves, det, report_folder)
     labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
     loaded = run.load_datasets(places, **labels)
     datasets = [one.at(dpi) for one in dataset.with_unique_names(loaded)]
@@ -152,7 +159,7 @@ def evaluate_identification(
                 of_matcher.append(evaluate_searches(sets, gallery, **given))
             reports += of_matcher[::-1]
     _say_notes(sets)
-    _write_outputs(curves, det, reports)
+    _write_outputs(curves, det, report_folder, reports, sets)
     document = {
         "protocol": "identification",
         "tests": [report.as_json() for report in reports],
@@ -175,8 +182,8 @@ def _say_notes(sets: Sequence[ExtractedSet]) -> None:
             say_note(f"no template: {reason}")
 
 
-def _prepare_outputs(curves: Path | None, det: Path | None) -> None:
-    """Raise an OutputError if the curves or the DET cannot be written."""
+def _prepare_outputs(curves: Path | None, det: Path | None, report_folder: Path | None) -> None:
+    """Raise an OutputError if the curves, the DET or the report cannot be written."""
     if curves is not None:
         from fpmatch.lab.evaluation.open_set.curves import prepare_identification_curves
 
@@ -185,10 +192,21 @@ def _prepare_outputs(curves: Path | None, det: Path | None) -> None:
         from fpmatch.lab.plots.style import check_plot
 
         check_plot(det)
+    if report_folder is not None:
+        from fpmatch.lab.evaluation.open_set.page import IDENTIFICATION_PAGE
+        from fpmatch.lab.evaluation.report.page import prepare_page
+
+        prepare_page(report_folder, IDENTIFICATION_PAGE)
 
 
-def _write_outputs(curves: Path | None, det: Path | None, reports: Sequence[Any]) -> None:
-    """Write the curves and the DET, where requested, and note where they are."""
+def _write_outputs(
+    curves: Path | None,
+    det: Path | None,
+    report_folder: Path | None,
+    reports: Sequence[Any],
+    sets: Sequence[ExtractedSet],
+) -> None:
+    """Write the curves, the DET and the report, where requested, and note where they are."""
     if curves is not None:
         from fpmatch.lab.evaluation.open_set.curves import write_identification_curves
 
@@ -199,3 +217,7 @@ def _write_outputs(curves: Path | None, det: Path | None, reports: Sequence[Any]
 
         save_identification_plot(det, reports)
         say_note(f"DET: {det}")
+    if report_folder is not None:
+        from fpmatch.lab.evaluation.open_set.page import write_identification_page
+
+        say_note(f"report: {write_identification_page(report_folder, reports, sets)}")

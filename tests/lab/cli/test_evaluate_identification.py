@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 
 import numpy as np
@@ -49,6 +50,29 @@ def test_identification_with_one_and_two_fingers(evaluate, searched, tmp_path):
     (test,) = document["tests"]
     assert [p["fpir"] for p in test["sets"][0]["fnir_at_fpir"]] == [0.1, 0.2]
     assert test["pooled"]["mated"] == 72
+
+
+def test_a_page_lists_the_searches_that_fail(evaluate, searched, tmp_path):
+    pytest.importorskip("matplotlib")
+    (tmp_path / "others").mkdir()
+    for name in ("3_1.xyt", "4_1.xyt"):  # which searches for the same prints return
+        shutil.copy(searched / name, tmp_path / "others")
+    words = (searched, "--background", tmp_path / "others", "--fingers", 2, "--fpir", "0.1")
+    words = (*words, "--report")
+    result = evaluate(*words, tmp_path / "out")
+    assert result.exit_code == 1, result.output
+    page = (tmp_path / "out" / "identification.html").read_text(encoding="utf-8")
+    assert "http" not in re.sub(r'xmlns(:xlink)?="[^"]*"', "", page)
+    assert page.count("<svg") == 2
+    assert "Searches that fail at an FPIR of 10 %" in page
+    assert page.count("overlay of searched: ") > 1
+    assert "3_3.xyt" in page
+    assert "a print of the background" in page
+    assert ", beyond 2</td>" in page
+    (tmp_path / "file").touch()
+    refused = evaluate(*words, tmp_path / "file")
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert str(tmp_path / "file") in refused.stderr
 
 
 def test_the_background_contains_no_print_that_is_searched_for(evaluate, run, searched, tmp_path):

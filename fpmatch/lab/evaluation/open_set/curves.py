@@ -8,14 +8,11 @@ import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.lab.evaluation.open_set.searches import LIST_LENGTH
+from fpmatch.lab.evaluation.report import svg
 from fpmatch.lab.evaluation.report.curves import writable_files, write_files
-from fpmatch.lab.plots.style import (
-    PLOT_DPI,
-    SERIES_COLOURS,
-    check_plot,
-    figure_bytes,
-    plain_style,
-)
+from fpmatch.lab.evaluation.report.det import IN_FILE, IN_PAGE
+from fpmatch.lab.evaluation.report.figures import new_axes
+from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, plain_style
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -27,6 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.open_set.rates import OpenSetRates
     from fpmatch.lab.evaluation.open_set.report import IdentificationReport
+    from fpmatch.lab.evaluation.report.det import Palette
 
     Row = tuple[object, ...]
 
@@ -94,28 +92,52 @@ def save_identification_plot(
     with plain_style():
         size = 2 * _PANEL_INCHES[0], _PANEL_INCHES[1]
         det, ranks = (figure := Figure(figsize=size, layout="constrained")).subplots(1, 2)
-        most = 1
-        for k, report in enumerate(reports):
-            colour = SERIES_COLOURS[k % len(SERIES_COLOURS)]
-            name = count(report.fingers, "finger")
-            if len({one.matcher for one in reports}) > 1:
-                name = f"{report.matcher}, {name}"
-            _det(det, report.pooled, colour, name)
-            most = max(most, listed := min(LIST_LENGTH, report.enrolled[1]))
-            _rank(ranks, report.pooled, colour, name, listed)
-        det.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
-        det.plot([], [], "--", color="#5f6368", label="predicted by 1:1")
-        ranks.set(xlabel="rank", ylabel="FNIR without threshold, %", xscale="log", yscale="log")
-        for axes in (det, ranks):
-            axes.grid(visible=True, linewidth=0.4)
-            axes.yaxis.set_minor_formatter("")
-            axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
-            axes.legend(frameon=False)
-        det.xaxis.set_minor_formatter("")  # which has numbers where the axis is less than a decade
-        det.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
-        ranks.minorticks_off()
-        ranks.set_xticks(shown := [r for r in _RANK_TICKS if r <= most], map(str, shown))
+        _draw(det, ranks, reports, IN_FILE)
         atomic_write_bytes(path, figure_bytes(figure, path, PLOT_DPI))
+
+
+def identification_drawings(reports: Sequence[IdentificationReport]) -> list[tuple[str, str]]:
+    """Return both plots of `save_identification_plot` for a page, with their captions."""
+    with svg.settings():
+        (det_figure, det), (rank_figure, ranks) = new_axes(), new_axes()
+        _draw(det, ranks, reports, IN_PAGE)
+        return [
+            (
+                svg.inline_svg(det_figure, "det", "DET curves"),
+                "DET: FNIR against FPIR, of all searches. Shaded: 95 % intervals. A rate of 0 is "
+                "drawn at half a search.",
+            ),
+            (
+                svg.inline_svg(rank_figure, "ranks", "FNIR by rank"),
+                "FNIR by rank, without a threshold: 1 − CMC (cumulative match characteristic).",
+            ),
+        ]
+
+
+def _draw(
+    det: Axes, ranks: Axes, reports: Sequence[IdentificationReport], palette: Palette
+) -> None:
+    most = 1
+    for k, report in enumerate(reports):
+        colour = palette.series(k)["color"]
+        name = count(report.fingers, "finger")
+        if len({one.matcher for one in reports}) > 1:
+            name = f"{report.matcher}, {name}"
+        _det(det, report.pooled, colour, name)
+        most = max(most, listed := min(LIST_LENGTH, report.enrolled[1]))
+        _rank(ranks, report.pooled, colour, name, listed)
+    det.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
+    det.plot([], [], "--", color=palette.muted, label="predicted by 1:1")
+    ranks.set(xlabel="rank", ylabel="FNIR without threshold, %", xscale="log", yscale="log")
+    for axes in (det, ranks):
+        axes.grid(visible=True, linewidth=0.4)
+        axes.yaxis.set_minor_formatter("")
+        axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
+        axes.legend(frameon=False)
+    det.xaxis.set_minor_formatter("")  # which has numbers where the axis is less than a decade
+    det.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
+    ranks.minorticks_off()
+    ranks.set_xticks(shown := [r for r in _RANK_TICKS if r <= most], map(str, shown))
 
 
 def _det(axes: Axes, rates: OpenSetRates, colour: str, name: str) -> None:

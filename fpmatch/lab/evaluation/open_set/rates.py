@@ -73,6 +73,36 @@ class IdentificationPoint:
     predicted_threshold: float
     extrapolated: bool
 
+    @property
+    def fmr_ratio(self) -> float | None:
+        """The FMR of independent comparisons at this FPIR, over that stated for `threshold`."""
+        if self.threshold is None or self.threshold < 0:  # no search has a candidate
+            return None
+        return float(10 ** ((self.threshold - self.predicted_threshold) / 10))
+
+    @property
+    def fnir_ratio(self) -> float | None:
+        """The FNIR over the predicted one, None where that is 0."""
+        return (
+            self.fnir / self.predicted_fnir
+            if self.predicted_fnir and self.fnir is not None
+            else None
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the point as JSON values, with the ratios and whether they are near 1."""
+        ratios = {"fmr": self.fmr_ratio, "fnir": self.fnir_ratio}
+        return {
+            **asdict(self),
+            **{f"{rate}_ratio": ratio for rate, ratio in ratios.items()},
+            **{f"{rate}_within_factor_of_two": near(ratio) for rate, ratio in ratios.items()},
+        }
+
+
+def near(ratio: float | None) -> bool | None:
+    """Return whether a ratio is within a factor of two of 1, None where there is none."""
+    return None if ratio is None else 0.5 <= ratio <= 2.0
+
 
 @dataclass(frozen=True, slots=True)
 class OpenSetRates:
@@ -92,16 +122,22 @@ class OpenSetRates:
     rank_intervals: tuple[Interval | None, ...]
     rank_bounds: tuple[ExactBound | None, ...]
 
+    @property
+    def loosest(self) -> IdentificationPoint | None:
+        """The point of the highest FPIR, of those that have a threshold."""
+        known = (point for point in self.points if point.threshold is not None)
+        return max(known, key=lambda point: point.fpir, default=None)
+
     def as_json(self) -> dict[str, Any]:
         """Return the rates as JSON values."""
         return {
             "mated": self.mated,
             "nonmated": self.nonmated,
-            "fnir_at_fpir": list(map(asdict, self.points)),
+            "fnir_at_fpir": [one.as_json() for one in self.points],
             "fnir_at_rank": list(self.fnir_at_rank),
             "rank_intervals": list(self.rank_intervals),
             "rank_bounds": [one and asdict(one) for one in self.rank_bounds],
-            "det": list(map(asdict, self.det)),
+            "det": [one.as_json() for one in self.det],
         }
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from fpmatch.lab.evaluation.open_set.rates import near
 from fpmatch.lab.evaluation.rates.error_rates import POOLED
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, interval_table, percent
 from fpmatch.printable import count, text_table
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from fpmatch.lab.evaluation.open_set.rates import IdentificationPoint, OpenSetRates
+    from fpmatch.lab.evaluation.open_set.searches import Searches
     from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 
 RANKS_SHOWN = (1, 10, 100)
@@ -42,6 +44,13 @@ class IdentificationRow:
         }
 
 
+class Presented(NamedTuple):
+    """Impressions of a database, by their numbers, that are searched for or enrolled together."""
+
+    database: int
+    impressions: tuple[int, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class IdentificationReport:
     """The error rates of identification by one matcher, by databases and pooled.
@@ -49,6 +58,7 @@ class IdentificationReport:
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
     `background` of them without prints in the databases. `preselected` is whether only prints on
     candidate lists were compared. Scores above `largest_measured_score` are extrapolated.
+    `presented` are the presentations that `searches` number.
     """
 
     matcher: str
@@ -61,6 +71,39 @@ class IdentificationReport:
     largest_measured_score: float
     sets: tuple[IdentificationRow, ...]
     pooled: OpenSetRates
+    searches: Searches = field(compare=False, repr=False)
+    presented: tuple[Presented, ...]
+
+    @property
+    def caption(self) -> str:
+        """What is searched for, and in which gallery."""
+        low, high = self.enrolled
+        enrolled = count(high, "subject") if low == high else f"{low} to {high} subjects"
+        of = f", {self.background} of them background" if self.background else ""
+        listed = "; only prints on candidate lists were compared" if self.preselected else ""
+        return f"{count(self.fingers, 'finger')} a subject, {enrolled} in the gallery{of}{listed}"
+
+    @property
+    def titles(self) -> list[str]:
+        """The ranks and FPIRs of `cells`."""
+        fpirs = (f"FPIR {100 * point.fpir:.6g} %" for point in self.pooled.points)
+        return [*(f"rank {rank}" for rank in self._ranks), *fpirs]
+
+    @property
+    def _ranks(self) -> list[int]:
+        return [rank for rank in RANKS_SHOWN if rank == 1 or rank < self.enrolled[1]]
+
+    def cells(
+        self, rates: OpenSetRates
+    ) -> list[tuple[float | None, Interval | None, ExactBound | None]]:
+        """Return FNIR, interval and its basis at each rank and FPIR of `titles`."""
+        each = list(zip(rates.fnir_at_rank, rates.rank_intervals, rates.rank_bounds, strict=True))
+        at_ranks = [each[rank - 1] if each else (None, None, None) for rank in self._ranks]
+        return [*at_ranks, *((p.fnir, p.interval, p.bound) for p in rates.points)]
+
+    def bounds_note(self) -> str:
+        """Return what `rate_text.bounds_note` does, of all rates."""
+        return bounds_note(bound for _, one in self.rows() for _, _, bound in self.cells(one))
 
     def rows(self) -> Iterator[tuple[str, OpenSetRates]]:
         """Yield the name and the rates of each database, and of several all."""
@@ -85,58 +128,49 @@ class IdentificationReport:
 
     def as_text(self) -> str:
         """Return tables: FNIR by rank and by FPIR, intervals, thresholds and what 1:1 predicts."""
-        low, high = self.enrolled
-        enrolled = count(high, "subject") if low == high else f"{low} to {high} subjects"
-        of = f", {self.background} of them background" if self.background else ""
-        lines = [f"{count(self.fingers, 'finger')} a subject, {enrolled} in the gallery{of}"]
-        if self.preselected:
-            lines[0] += "; only prints on candidate lists were compared"
-        rows = list(self.rows())
-        ranks = [r for r in RANKS_SHOWN if r == 1 or r < high]
-        fpirs = [f"{100 * point.fpir:.6g} %" for point in self.pooled.points]
-        titles = [*(f"rank {r}" for r in ranks), *(f"FPIR {fpir}" for fpir in fpirs)]
-        table = [("FNIR at", "mated", "non-mated", *titles)]
+        lines, rows = [self.caption], list(self.rows())
+        table = [("FNIR at", "mated", "non-mated", *self.titles)]
         table += [
-            (
-                *(name, str(one.mated), str(one.nonmated)),
-                *(percent(one.fnir_at_rank[r - 1] if one.mated else None) for r in ranks),
-                *(percent(point.fnir) for point in one.points),
-            )
+            (name, str(one.mated), str(one.nonmated), *(percent(c) for c, *_ in self.cells(one)))
             for name, one in rows
         ]
         lines.append(text_table(table))
         if self.bootstrap:
-            lines.append(_intervals(rows, ranks, titles))
-        lines.append(self._predictions(rows[-1][0], rows[-1][1].points))
-        return "\n\n".join(lines)
+            cells = [
+                (name, [(of, bound) for _, of, bound in self.cells(one)]) for name, one in rows
+            ]
+            intervals = interval_table(self.titles, cells, "subjects")
+            lines.append("\n".join(filter(None, [intervals, self.bounds_note()])))
+        lines.append(text_table(prediction_table(rows[-1][0], self.pooled.points)))
+        return "\n".join(["\n\n".join(lines), *self.notes_on_predictions()])
 
-    def _predictions(self, name: str, points: Sequence[IdentificationPoint]) -> str:
-        table = [(name, "threshold", "1:1 predicts", "false positives", "FNIR", "1:1 predicts")]
-        for point in points:
-            beyond = " *" if point.extrapolated else ""
-            table.append(
-                (
-                    f"FPIR {100 * point.fpir:.6g} %",
-                    "-" if point.threshold is None else f"{point.threshold:.1f}",
-                    f"{point.predicted_threshold:.1f}{beyond}",
-                    "-" if (n := point.false_positives) is None else f"of {count(n, 'probe')}",
-                    percent(point.fnir),
-                    f"{percent(point.predicted_fnir)}{beyond}",
-                )
+    def notes_on_predictions(self) -> Iterator[str]:
+        """Yield what the ratios of `prediction_table`, and asterisks if any, mean."""
+        yield "ratios: measured / predicted, within a factor of two or beyond"
+        if any(point.extrapolated for point in self.pooled.points):
+            yield f"* extrapolated: measured up to a score of {self.largest_measured_score:.1f}"
+
+
+def prediction_table(name: str, points: Sequence[IdentificationPoint]) -> list[tuple[str, ...]]:
+    """Return a head, and what is measured and predicted at each point, as cells."""
+    head = (name, "threshold", "1:1 predicts", "FMR ratio", "false positives")
+    table: list[tuple[str, ...]] = [(*head, "FNIR", "1:1 predicts", "FNIR ratio")]
+    for point in points:
+        beyond = " *" if point.extrapolated else ""
+        table.append(
+            (
+                f"FPIR {100 * point.fpir:.6g} %",
+                "-" if point.threshold is None else f"{point.threshold:.1f}",
+                f"{point.predicted_threshold:.1f}{beyond}",
+                _ratio(point.fmr_ratio),
+                "-" if (n := point.false_positives) is None else f"of {count(n, 'probe')}",
+                percent(point.fnir),
+                f"{percent(point.predicted_fnir)}{beyond}",
+                _ratio(point.fnir_ratio),
             )
-        text = text_table(table)
-        if any(point.extrapolated for point in points):
-            text += f"\n* extrapolated: measured up to a score of {self.largest_measured_score:.1f}"
-        return text
+        )
+    return table
 
 
-def _intervals(
-    rows: Sequence[tuple[str, OpenSetRates]], ranks: Sequence[int], titles: Sequence[str]
-) -> str:
-    cells: list[tuple[str, list[tuple[Interval | None, ExactBound | None]]]] = []
-    for name, one in rows:
-        each = list(zip(one.rank_intervals, one.rank_bounds, strict=True))  # none without mates
-        at_ranks = [each[r - 1] if each else (None, None) for r in ranks]
-        cells.append((name, [*at_ranks, *((p.interval, p.bound) for p in one.points)]))
-    note = bounds_note(bound for _, row in cells for _, bound in row)
-    return "\n".join(filter(None, [interval_table(titles, cells, "subjects"), note]))
+def _ratio(ratio: float | None) -> str:
+    return "-" if ratio is None else f"{ratio:.2g}, {'within' if near(ratio) else 'beyond'} 2"

@@ -13,7 +13,11 @@ from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.background import no_background
 from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
-from fpmatch.lab.evaluation.open_set.report import IdentificationReport, IdentificationRow
+from fpmatch.lab.evaluation.open_set.report import (
+    IdentificationReport,
+    IdentificationRow,
+    Presented,
+)
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles, group_fingers, subject_of
 from fpmatch.lab.evaluation.open_set.searches import search_all
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, draw_fingers
@@ -27,9 +31,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.lab.evaluation.open_set.searches import Background, Presentation
     from fpmatch.matching.result import Matcher
-    from fpmatch.templates.minutiae import Template
 
 MIN_IMPRESSIONS: Final = 2
 
@@ -121,6 +125,13 @@ def evaluate_identification(
         largest_measured_score=calibration.largest_measured_score,
         sets=rows,
         pooled=rates(np.ones(len(database), bool)),
+        searches=searches,
+        presented=tuple(
+            Presented(k, impressions)
+            for k, one in enumerate(sets)
+            for subject in _impressions_of_subjects(one.dataset.impressions, test.fingers)
+            for impressions in subject
+        ),
     )
 
 
@@ -130,11 +141,18 @@ def load_subjects(extracted: ExtractedSet, fingers: int) -> list[list[Presentati
     Fingers of a subject, where their names contain it, make up a subject; else each with the next,
     in the order of their names. Impressions that not all of its fingers have are left out.
     """
-    impressions = extracted.dataset.impressions
-    prints_of: dict[int | str, list[Template | None]] = {}
+    templates = [one.template for one in extracted.extractions]
+    subjects = _impressions_of_subjects(extracted.dataset.impressions, fingers)
+    return [[tuple(templates[n] for n in shown) for shown in subject] for subject in subjects]
+
+
+def _impressions_of_subjects(
+    impressions: Sequence[Impression], fingers: int
+) -> list[list[tuple[int, ...]]]:
+    """Return the presentations of each subject as numbers of impressions; see `load_subjects`."""
+    of_finger: dict[int | str, list[int]] = {}
     for number in np.argsort(finger_numbers(impressions), kind="stable").tolist():
-        of_finger = prints_of.setdefault(impressions[number].finger, [])
-        of_finger.append(extracted.extractions[number].template)
-    each = list(prints_of.values())
-    groups = group_fingers([subject_of(finger) for finger in prints_of], fingers)
+        of_finger.setdefault(impressions[number].finger, []).append(number)
+    each = list(of_finger.values())
+    groups = group_fingers([subject_of(finger) for finger in of_finger], fingers)
     return [list(zip(*(each[k] for k in group), strict=False)) for group in groups]

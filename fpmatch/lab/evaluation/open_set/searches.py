@@ -43,19 +43,22 @@ NO_SCORE: Final = -1.0  # below every score: the mate is not listed, or there is
 class Searches:
     """The outcomes of all searches.
 
-    Of those with a mate, M, `score` and `rank` are those of the mate, ties counting against it, and
-    `direct` is the score of comparing both 1:1. Of those without one, L, `highest` is the highest
-    score. `mated` and `nonmated` hold the presentation that was searched for. `enrolled` holds the
+    Of searches with a mate, M, `mate` is its presentation, `score` and `rank` are its score and
+    rank, ties counting against it, and `direct` is the score of comparing both 1:1. Of the others,
+    L, `highest` is the highest score, and `first` the presentation that has it, -1 where that is
+    not one of the test. `mated` and `nonmated` hold what was searched for. `enrolled` holds the
     number of subjects in the gallery of each round, `compared` that of their scores: one a finger,
     or one a subject where several fingers are fused.
     """
 
     mated: NDArray[np.intp]
+    mate: NDArray[np.intp]
     score: Scores
     rank: NDArray[np.intp]
     direct: Scores
     nonmated: NDArray[np.intp]
     highest: Scores
+    first: NDArray[np.intp]
     enrolled: NDArray[np.intp]
     compared: NDArray[np.intp]
     preselected: bool
@@ -66,11 +69,13 @@ class Searches:
         return replace(
             self,
             mated=self.mated[mated],
+            mate=self.mate[mated],
             score=self.score[mated],
             rank=self.rank[mated],
             direct=self.direct[mated],
             nonmated=self.nonmated[nonmated],
             highest=self.highest[nonmated],
+            first=self.first[nonmated],
         )
 
 
@@ -184,22 +189,24 @@ def search_all(
         preselected |= of_list
         mates = np.flatnonzero(roles.subject == roles.subject[k])
         direct = dict(zip(mates.tolist(), gallery.direct(k, mates), strict=True))
-        for mate, highest, rank, of_mate in _outcomes(k, roles, rounds, gallery, subject, score):
-            if mate < 0:
-                nonmated.append((k, highest))
+        for has_mate, other, of_other, rank in _outcomes(k, roles, rounds, gallery, subject, score):
+            if has_mate:
+                mated.append((k, other, of_other, rank, direct[other]))
             else:
-                mated.append((k, of_mate, rank, direct[mate]))
+                nonmated.append((k, other, of_other))
     progress("search", len(presentations), len(presentations))
     of_round = np.array([len(enrolled) for turn in rounds for enrolled in turn])
     one_finger = len(presentations[0]) == 1
-    with_mate, without = np.array(mated).reshape(-1, 4), np.array(nonmated).reshape(-1, 2)
+    with_mate, without = np.array(mated).reshape(-1, 5), np.array(nonmated).reshape(-1, 3)
     return Searches(
         mated=with_mate[:, 0].astype(np.intp),
-        score=with_mate[:, 1],
-        rank=with_mate[:, 2].astype(np.intp),
-        direct=with_mate[:, 3],
+        mate=with_mate[:, 1].astype(np.intp),
+        score=with_mate[:, 2],
+        rank=with_mate[:, 3].astype(np.intp),
+        direct=with_mate[:, 4],
         nonmated=without[:, 0].astype(np.intp),
-        highest=without[:, 1],
+        first=without[:, 1].astype(np.intp),
+        highest=without[:, 2],
         enrolled=gallery.first + of_round,
         compared=of_round + (len(background.search.finger_sizes) if one_finger else gallery.first),
         preselected=preselected,
@@ -213,10 +220,11 @@ def _outcomes(
     gallery: _Gallery,
     subject: NDArray[np.intp],
     score: Scores,
-) -> Iterator[tuple[int, float, int, float]]:
-    """Yield for each round the mate (-1: none), the highest score, and rank and score of the mate.
+) -> Iterator[tuple[bool, int, float, int]]:
+    """Yield for each round whether there is a mate, then presentation, score and rank of the mate.
 
-    `subject` and `score` are those of the candidates of presentation `k`.
+    Without a mate, it is the presentation of the highest score, -1 where that is not one of the
+    test. `subject` and `score` describe the candidates of presentation `k`.
     """
     own = subject >= gallery.first
     others = np.sort(score[~own])[::-1][:LIST_LENGTH]
@@ -232,7 +240,9 @@ def _outcomes(
             listed = of_own[enrolled[~is_mate]]
             if not is_mate.any():
                 highest = max(listed.max(initial=NO_SCORE), others.max(initial=NO_SCORE))
-                yield -1, float(highest), 0, 0.0
+                is_first = (listed == highest) & (highest > NO_SCORE)
+                first = int(enrolled[np.argmax(is_first)]) if is_first.any() else -1
+                yield False, first, float(highest), 1
                 continue
             mate = int(enrolled[is_mate][0])
             of_mate = float(of_own[mate])
@@ -240,4 +250,4 @@ def _outcomes(
             rank = min(before + 1, NOT_LISTED)
             if of_mate <= NO_SCORE or rank == NOT_LISTED:
                 rank, of_mate = NOT_LISTED, NO_SCORE
-            yield mate, 0.0, rank, of_mate
+            yield True, mate, of_mate, rank

@@ -21,6 +21,8 @@ from fpmatch.printable import count
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.image.io.read import GreyImage
@@ -113,14 +115,30 @@ def _named(scores: ScoresSet, k: int) -> HardPair:
 
 
 def _explained(report: RatesReport, row: SetResult, k: int, *, genuine: bool) -> HardPair:
-    i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
     impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
-    probe, reference = extractions[i].template, extractions[j].template
+    pair = [(impressions[m], extractions[m]) for m in (row.pairs.probe[k], row.pairs.reference[k])]
+    similarity = float(row.outcomes["similarity"][k])
+    return explained_pair(report.matcher, row.name, pair, similarity, genuine=genuine)
+
+
+def explained_pair(
+    matcher: str,
+    set_name: str,
+    pair: Sequence[tuple[Impression, Extraction]],
+    similarity: float,
+    *,
+    genuine: bool,
+) -> HardPair:
+    """Compare two prints, each with a template, and return them with likely causes and a picture.
+
+    `similarity` is that of the test.
+    """
+    probe, reference = (extraction.template for _, extraction in pair)
     assert probe is not None
     assert reference is not None
     score, picture = None, b""
     try:
-        verification = verify(probe, reference, matcher=report.matcher)
+        verification = verify(probe, reference, matcher=matcher)
     except MatcherError as error:  # not one of the package's, or not calibrated
         causes: tuple[str, ...] = (f"not drawn: {error}",)
     else:
@@ -128,16 +146,15 @@ def _explained(report: RatesReport, row: SetResult, k: int, *, genuine: bool) ->
         explain = explain_false_non_match if genuine else explain_false_match
         causes = explain(verification)
         try:
-            images = (_as_extracted(impressions[m], extractions[m]) for m in (i, j))
-            picture = _picture(verification, *images)
+            picture = _picture(verification, *(_as_extracted(*side) for side in pair))
         except FpmatchError as error:
             causes = (*causes, f"not drawn: {error}")
     return HardPair(
-        set_name=row.name,
-        probe=impressions[i].name,
-        reference=impressions[j].name,
+        set_name=set_name,
+        probe=pair[0][0].name,
+        reference=pair[1][0].name,
         score=score,
-        similarity=float(row.outcomes["similarity"][k]),
+        similarity=similarity,
         causes=causes,
         picture=picture,
     )

@@ -45,13 +45,13 @@ _IMPOSTOR_PAIRS: Final = {
 }
 
 
-def prepare_page(folder: str | os.PathLike[str]) -> Path:
-    """Make the folder of a page, and return the file that `write_page` will write.
+def prepare_page(folder: str | os.PathLike[str], name: str = PAGE_NAME) -> Path:
+    """Make the folder of a page, and return its file, as `write_page` will write it.
 
     Raises an `OutputError` if matplotlib is not installed, or the page cannot be written there.
     """
     check_matplotlib("a report")
-    target = Path(folder) / PAGE_NAME
+    target = Path(folder) / name
     make_folder(target.parent)
     check_writable(target)
     return target
@@ -72,16 +72,10 @@ def write_page(
 
 def page(report: Report) -> str:
     """Return the HTML that `write_page` writes."""
-    environment = page_templates("fpmatch.lab.evaluation.report")
-    environment.filters |= {
-        "base64": lambda content: base64.b64encode(content).decode("ascii"),
-        **{function.__name__: function for function in _FILTERS},
-        "thousands": lambda number: f"{number:,}",
-        "title_of": RATE_TITLES.__getitem__,
-    }
     results = [one.report for one in report.analyses]
     first = results[0]
-    html = environment.get_template("page.html.j2").render(
+    return render(
+        "page.html.j2",
         analyses=report.analyses,
         comparisons=report.comparisons,
         first=first,
@@ -89,17 +83,26 @@ def page(report: Report) -> str:
         timed=any(math.isfinite(row.extract_ms) for row in first.sets),
         totals=[first.prints, len(first.failures), first.genuine, first.impostor],
         impostor_pairs=_IMPOSTOR_PAIRS.get(first.protocol, ""),
-        version=__version__,
         rates_of_all=defined_rates(one.pooled for one in results),
         figures_of_all=pooled_figures(results) if len(results) > 1 else None,
         matchers=[_section(one, number) for number, one in enumerate(report.analyses)],
-        failures_shown=50,
         tones={"better": "good", "worse": "bad"},
         several=len(first.sets) > 1,
         limits_of=lambda rates, name: rates.of(name) if rates else (None, None),
         bounds_note=report.note_on_bounds,
     )
-    return html.lstrip() + "\n"
+
+
+def render(template: str, **values: Any) -> str:
+    """Return the HTML of a page by its template, with the filters and the look of all pages."""
+    environment = page_templates("fpmatch.lab.evaluation.report")
+    environment.filters |= {
+        "base64": lambda content: base64.b64encode(content).decode("ascii"),
+        **{function.__name__: function for function in _FILTERS},
+        "thousands": lambda number: f"{number:,}",
+        "title_of": RATE_TITLES.__getitem__,
+    }
+    return environment.get_template(template).render(version=__version__, **values).lstrip() + "\n"
 
 
 def _section(analysis: Analysis, number: int) -> dict[str, Any]:

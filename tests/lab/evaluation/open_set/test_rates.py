@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.open_set.rates import open_set_rates, predicted_threshold
+from fpmatch.lab.evaluation.open_set.rates import near, open_set_rates, predicted_threshold
 from fpmatch.lab.evaluation.open_set.roles import (
     GROUPS,
     MOST_TURNS,
@@ -25,11 +25,13 @@ TEN_PER_TEN = Calibration(((0.0, 0.0), (60.0, 60.0)), tail_scale=1.0)
 def searches_of(scores, ranks, highest, enrolled=10):
     return Searches(
         mated=np.arange(len(scores)),
+        mate=np.arange(len(scores)),
         score=np.array(scores, float),
         rank=np.array(ranks, int),
         direct=np.array(scores, float),
         nonmated=np.arange(len(highest)),
         highest=np.array(highest, float),
+        first=np.arange(len(highest)),
         enrolled=np.full(3, enrolled),
         compared=np.full(3, enrolled),
         preselected=False,
@@ -67,6 +69,21 @@ def test_what_1_to_1_predicts_is_counted_at_the_fmr_of_n_comparisons():
     assert not near.extrapolated
     assert far.extrapolated
     assert far.predicted_threshold > 60.0
+
+
+def test_ratios_of_what_is_measured_and_predicted():
+    # the calibration states 1 in 1,000 for 30, where one of a hundred comparisons with 10 is higher
+    mates, highest = [60.0, 60.0, 35.0, 29.0, 28.0, 10.0], [30.0] * 9 + [50.0]
+    (point,) = rates_of(searches_of(mates, [1] * 6, highest), fpirs=[0.1]).points
+    assert (point.threshold, point.fnir) == (30.0, 0.5)
+    fmr = 10 ** (-point.predicted_threshold / 10)
+    assert point.fmr_ratio == pytest.approx(fmr / 0.001)
+    assert point.fnir_ratio == pytest.approx(0.5 / point.predicted_fnir) == 3.0
+    shown = point.as_json()
+    assert (shown["fmr_within_factor_of_two"], shown["fnir_within_factor_of_two"]) == (False, False)
+    assert [near(ratio) for ratio in (0.4, 0.5, 2.0, 2.1, None)] == [False, True, True, False, None]
+    (none,) = rates_of(searches_of([50.0], [1], [NO_SCORE] * 10), fpirs=[0.1]).points
+    assert (none.fmr_ratio, none.fnir_ratio) == (None, None)
 
 
 SCORE = st.integers(0, 20).map(float)

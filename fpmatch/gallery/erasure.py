@@ -13,6 +13,7 @@ from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
+from fpmatch.gallery.index.print_segment import PrintSegment
 from fpmatch.gallery.index.state import IndexState, removals_between
 from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.store.tables import TABLES
@@ -92,24 +93,44 @@ def _erase_from_index(gallery: GalleryReader) -> None:
         names = {one.name.removesuffix(INDEX) for one in path.glob(f"*{INDEX}")}
         names |= {one.name.partition(".")[0] for one in path.glob(f"*{SEGMENT}")}
         for name in sorted(names):
-            with suppress(FileNotFoundError), folder_lock(path):
+            with suppress(FileNotFoundError):
                 _rewrite(gallery, IndexFolder(path, name, gallery.sealing()))
 
 
 def _rewrite(gallery: GalleryReader, folder: IndexFolder) -> None:
-    """Erase what was removed from the index in a folder, which is locked."""
-    now = gallery.revision()
-    try:
-        listed = folder.read_list()
-        removals = removals_between(gallery, listed.revision, now)
-        if removals is None:
-            raise FpmatchError("of another gallery", code="other")
-        state = IndexState.of_list(listed, folder).after(removals, now).rewritten()
-        kept = state.write(folder).base
-    except FpmatchError:
-        folder.delete_list()
-        kept = None
-    folder.delete_others(() if kept is None else kept[1], strict=True)
+    """Erase what was removed from the index in a folder, one segment after the other.
+
+    The folder is locked while files are read and written, so that searches can use it in between.
+    """
+    old, new = None, PrintSegment.concatenate([])
+    while True:
+        with folder_lock(folder.path):
+            try:
+                state = _present(gallery, folder)
+                for part in state.parts:
+                    if old is not None and part.listed == old.listed:
+                        state = state.erased(part, new)
+                state = state.write(folder)
+                old = next((p for p in state.parts if p.may_contain(state.removed)), None)
+                if old is not None:
+                    old.segment  # noqa: B018  (read before another program can delete it)
+                kept = [part.listed for part in state.parts]
+            except FpmatchError:
+                folder.delete_list()
+                kept, old = [], None
+            folder.delete_others(kept, strict=True)
+        if old is None:
+            return
+        new = old.without(state.removed)
+
+
+def _present(gallery: GalleryReader, folder: IndexFolder) -> IndexState:
+    """Return the index in a folder, less what was removed; FpmatchError if it cannot be used."""
+    now, listed = gallery.revision(), folder.read_list()
+    removals = removals_between(gallery, listed.revision, now)
+    if removals is None:
+        raise FpmatchError("of another gallery", code="other")
+    return IndexState.of_list(listed, folder).after(removals, now)
 
 
 def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Iterator[Path]:

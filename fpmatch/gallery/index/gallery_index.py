@@ -213,10 +213,8 @@ class GalleryIndex:
     def _written(self, state: IndexState) -> IndexState | None:
         """Return the index, in files where that is possible.
 
-        None if another program has changed the list, or the history of the gallery was lost.
+        None if another program has added the entries, too, or the history of the gallery was lost.
         """
-        with suppress(FpmatchError):  # of a damaged segment, which the next search finds
-            state = state.merged()
         why = ""
         for folder in self._folders() if state.folder is None else [state.folder]:
             try:
@@ -232,23 +230,31 @@ class GalleryIndex:
         if not self._unwritable:
             self._unwritable = True
             self._note(f"the index of {self.gallery.name} is kept in memory: {why}")
-        return state
+        return _merged(state)
 
     def _write(self, state: IndexState, folder: IndexFolder) -> IndexState | None:
-        """Write an index to a folder that is locked."""
-        with suppress(FpmatchError):
-            listed = folder.read_list()
-            now = self.gallery.revision()
-            if state.base != (listed.revision, listed.segments) and (
-                removals_between(self.gallery, listed.revision, now) is not None
-            ):
-                return None
+        """Write an index to a folder that is locked.
+
+        What another program has changed in the list meanwhile is kept.
+        """
         now = self.gallery.revision()
         removals = removals_between(self.gallery, state.revision, now)
         if removals is None:
             return None
-        if removals:  # nothing of them is written to a file
-            state = state.after(removals, now).rewritten(lambda part: part.folder is None)
+        if removals:
+            state = state.after(removals, now)
+        with suppress(FpmatchError):
+            listed = folder.read_list()
+            removals = removals_between(self.gallery, listed.revision, now)
+            if state.base != (listed.revision, listed.segments) and removals is not None:
+                present = IndexState.of_list(listed, folder, state.parts).after(removals, now)
+                if (joined := present.with_newer(state)) is None:
+                    return None
+                state = joined
+        state = _merged(state)
+        for part in state.parts:  # nothing of what was removed is written to a file
+            if part.folder is None and part.may_contain(state.removed):
+                state = state.erased(part, part.without(state.removed))
         written = state.write(folder)
         folder.delete_others([part.listed for part in written.parts])
         return written
@@ -261,6 +267,13 @@ class GalleryIndex:
 
     def _say_built_again(self, what: str, fault: str) -> None:
         self._note(f"{what} {FAULTS.get(fault, FAULTS['damaged'])}: built again")
+
+
+def _merged(state: IndexState) -> IndexState:
+    """Return the index with few segments, if those to be merged are not damaged."""
+    with suppress(FpmatchError):  # which the next search finds
+        return state.merged()
+    return state
 
 
 def _fault(part: Part) -> str:

@@ -85,7 +85,13 @@ class PrintSegment:
 
     def take(self, which: NDArray[Any]) -> PrintSegment:
         """Return a copy of the prints with the places `which`, ascending."""
-        return PrintSegment(*(getattr(self, name).take(which) for name in _PARTS))
+        runs = np.split(which, np.flatnonzero(np.diff(which) > 1) + 1) if len(which) else []
+        bounds = [(int(run[0]), int(run[-1]) + 1) for run in runs]
+        return PrintSegment(
+            self.terms.take(which),
+            StoredDescriptors.concatenate([self.descriptors.part(*each) for each in bounds]),
+            CompactTemplates.concatenate([self.templates.part(*each) for each in bounds]),
+        )
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name."""

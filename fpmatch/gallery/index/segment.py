@@ -115,15 +115,16 @@ class Segment:
 
     def take(self, which: NDArray[np.integer]) -> Segment:
         """Return a copy of the prints with the places `which`, ascending."""
-        place = np.full(len(self), -1, np.int64)
+        place = np.zeros(len(self), np.uint32)
         place[which] = np.arange(len(which))
-        now = place[self.posting >> np.uint32(_NUMBER_BITS)]
-        kept = np.flatnonzero(now >= 0)
-        pose = self.posting[kept] & np.uint32(_POSE)
-        posting = now[kept].astype(np.uint32) << np.uint32(_NUMBER_BITS) | pose
-        term = np.repeat(_TERM, np.diff(self.term_start))[kept]
-        number, finger, size = self.number[which], self.finger[which], self.size[which]
-        return Segment(number, finger, size, *_by_term([term], [posting]))
+        left = np.zeros(len(self), bool)
+        left[which] = True
+        kept = left[self.posting >> np.uint32(_NUMBER_BITS)]
+        start = np.append(np.uint32(0), np.cumsum(kept, dtype=np.uint32))[self.term_start]
+        posting = self.posting[kept]
+        now = place[posting >> np.uint32(_NUMBER_BITS)]
+        posting = now << np.uint32(_NUMBER_BITS) | posting & np.uint32(_POSE)
+        return Segment(self.number[which], self.finger[which], self.size[which], start, posting)
 
     def __len__(self) -> int:
         return len(self.number)

@@ -13,7 +13,7 @@ from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.store.history import UNKNOWN, Revision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -142,19 +142,36 @@ class IndexState:
             damaged=np.union1d(self.damaged, np.array([*damaged], np.int64)),
         )
 
+    def with_newer(self, other: IndexState) -> IndexState | None:
+        """Return the index with the entries of another one that are newer than all of this one.
+
+        None if this one has newer entries, or the other one has merged newer with older ones.
+        """
+        last = self.revision.last
+        parts = [part for part in other.parts if part.listed.last > last]
+        if other.revision.last < last or any(part.listed.first <= last for part in parts):
+            return None
+        return replace(
+            self,
+            revision=replace(self.revision, last=other.revision.last),
+            parts=(*self.parts, *parts),
+            removed=np.append(self.removed, other.removed[other.removed > last]),
+            renumbered=np.unique(np.concatenate([self.renumbered, other.renumbered]), axis=0),
+            damaged=np.append(self.damaged, other.damaged[other.damaged > last]),
+        )
+
     def replaced(self, old: Part, new: PrintSegment) -> IndexState:
         """Return the index with another segment, or none, in the place of one."""
         place = self.parts.index(old)
         added = (Part.of(new),) if len(new) else ()
         return replace(self, parts=(*self.parts[:place], *added, *self.parts[place + 1 :]))
 
-    def rewritten(self, which: Callable[[Part], bool] = lambda _: True) -> IndexState:
-        """Return the index with those segments that `which` accepts without removed prints."""
-        state = self
-        for part in self.parts:
-            if which(part) and part.may_contain(self.removed):
-                state = state.replaced(part, part.without(self.removed))
-        return replace(state, removed=self._removed_from(state.parts))
+    def erased(self, old: Part, new: PrintSegment) -> IndexState:
+        """Return the index with a segment, without removed prints, in the place of one."""
+        first, end = np.searchsorted(self.removed, [old.listed.first, old.listed.last + 1])
+        since = np.intersect1d(self.removed[first:end], new.numbers)  # removed since it was made
+        removed = np.concatenate([self.removed[:first], since, self.removed[end:]])
+        return replace(self.replaced(old, new), removed=removed)
 
     def exact(self) -> IndexState:
         """Return the index with no number among the removed ones that is in no segment."""

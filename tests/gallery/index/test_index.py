@@ -18,6 +18,7 @@ from made_prints import DAMAGES, changed, entry_of, scattered
 
 from fpmatch.errors import GalleryError, OutputError
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
@@ -118,6 +119,46 @@ def test_only_what_is_new_is_built(filled, monkeypatch):
     filled.remove([1])
     assert len(index.refresh()) == len(index_of(filled).refresh()) == 12
     assert built == [3]
+
+
+def test_a_search_adds_prints_while_removed_ones_are_erased(gallery, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
+    gallery.add([new_entry(number, number // 3) for number in range(12)])
+    index = index_of(gallery)
+    index.refresh()
+    without, lengths = index_state.Part.without, []
+
+    def meanwhile(part, removed):
+        with folder_lock(part.folder.path, wait=False):
+            pass
+        gallery.add([new_entry(20 + len(lengths))])
+        lengths.append(len(index.refresh()))
+        return without(part, removed)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(index_state.Part, "without", meanwhile)
+        gallery.remove([2, 7])
+    assert lengths == [11, 12]
+    assert not len(index_of(gallery).refresh().removed)
+    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+
+
+def test_what_is_built_is_kept_where_another_program_changes_the_index(filled, monkeypatch):
+    index = index_of(filled)
+    index.refresh()
+    build, built = GalleryIndex._built, []
+
+    def meanwhile(self, rows, *rest):
+        built.append(len(rows))
+        filled.remove([len(built), 10 + len(built)])
+        return build(self, rows, *rest)
+
+    filled.add([new_entry(20, 0), new_entry(21, 1), new_entry(22, 0)])
+    with monkeypatch.context() as patch:
+        patch.setattr(GalleryIndex, "_built", meanwhile)
+        assert len(index.refresh()) == 11
+    assert built == [3]
+    assert contents(index) == contents(index_of(filled)) == afresh(filled)
 
 
 def test_a_finger_keeps_its_prints_when_its_first_one_is_removed(filled):

@@ -43,6 +43,7 @@ COST: Final = (0.02, 0.14, 3.2, 28.0, 190.0)
 LEAST_PASSED_ON: Final = (1000, 50, 10)
 TIMES: Final = (10, 100)
 """How much larger the galleries are whose searches the first rounds follow, latest round first."""
+EARLY_LOSS: Final = 0.05  # of the mates that a first round looks for; the next finds them
 WORTHWHILE: Final = 2 / 3  # of the cost of the next round: a round that costs more is left out
 
 
@@ -156,20 +157,20 @@ def search_rounds(
     """Return the plans of the rounds of a search, and the score of a print that ends it after each.
 
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
-    first passes on the share of the prints that a gallery of a hundred times as many demands, where
-    only clear mates rank first, and ends the search at a score that a print reaches by chance in
-    one search of a hundred, or at the threshold; the second likewise, of ten. Mates that they miss
-    are left to the last.
+    first passes on the share of the prints that a gallery of a hundred times as many demands for a
+    loss of 5 %, where only clear mates rank first, and ends the search at a score that a print
+    reaches by chance in one search of a hundred, or at the threshold; the second likewise, of ten.
+    Mates that they miss are left to the last.
 
     Examples
     --------
-    >>> [(plan.by_terms, round(score)) for plan, score in search_rounds(0.005, 10**6)[:2]]
-    [(2971, 80), (7341, 70)]
+    >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
+    [(1000, 70.0), (64301, inf)]
     """
     rounds = [(search_plan(loss, prints, threshold), inf)]
     for times in () if all_mates else TIMES:
         decisive = max(10 * log10(times * max(prints, 1)), threshold)
-        plan = search_plan(loss, prints, threshold, times)
+        plan = search_plan(max(loss, EARLY_LOSS), prints, threshold, times)
         if plan.cost(prints) < WORTHWHILE * rounds[0][0].cost(prints):
             rounds.insert(0, (plan, decisive))
     return rounds

@@ -36,7 +36,8 @@ _SHARED: Final = {PRINT, START}
 class PrintSegment:
     """Some prints in the forms that the stages of a search need; numbers of entries ascend.
 
-    The first needs terms, the second bit descriptors, the third compact templates.
+    The first needs terms, the second bit descriptors, the third both these and compact templates,
+    the last compact templates.
     """
 
     terms: Segment

@@ -19,7 +19,7 @@ from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
-from fpmatch.lab.plots.words import match_facts
+from fpmatch.lab.plots.style import match_facts
 from fpmatch.lab.points.match import (
     TRANSFORM_MODELS,
     TransformModel,

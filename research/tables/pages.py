@@ -14,7 +14,7 @@ from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError
 from research.commands import ROOT, write_json
 from research.experiments.error_vs_discard import format_quality
-from research.marked_blocks import marked_block, write_marked_block
+from research.markdown import marked_block, write_marked_block
 from research.points.plot import save_bench_plot
 from research.points.results import read_results
 from research.points.table import format_bench

@@ -6,7 +6,7 @@ from random import Random
 import pytest
 
 from research.commands import ROOT
-from research.marked_blocks import marked_block
+from research.markdown import marked_block
 from research.promises.attack import attempt
 from research.promises.command import MODULES, promises
 from research.promises.mutants import mutants, tiff

@@ -21,8 +21,7 @@ from fpmatch.drawing.scene.raster import data_url, png_bytes, webp_bytes
 from fpmatch.errors import GalleryError
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
-from fpmatch.prints.report import as_rows
-from fpmatch.prints.words import odds
+from fpmatch.prints.report import as_rows, odds
 from fpmatch.server.errors import RequestError
 from fpmatch.server.gallery import open_served_gallery
 from fpmatch.server.prints import Upload, open_upload

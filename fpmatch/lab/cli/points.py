@@ -29,8 +29,7 @@ from fpmatch.lab.points.match import (
 from fpmatch.lab.points.points_csv import XY
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from fpmatch.printable import json_text, printable
-from fpmatch.prints.report import LABEL_WIDTH
-from fpmatch.prints.words import verdict
+from fpmatch.prints.report import LABEL_WIDTH, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -31,7 +31,7 @@ from fpmatch.lab.evaluation.rates.intervals import Interval, interval_of
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import count
-from fpmatch.prints.words import odds
+from fpmatch.prints.report import odds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,7 +17,7 @@ from fpmatch.drawing.scene.palette import Colour, hexadecimal
 from fpmatch.errors import OutputError
 from fpmatch.lab.plots.style import check_matplotlib, figure_bytes, match_facts, plain_style
 from fpmatch.pointset.geometry.points import as_points
-from fpmatch.prints.words import verdict
+from fpmatch.prints.report import verdict
 
 if TYPE_CHECKING:
     import os

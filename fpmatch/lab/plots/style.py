@@ -56,20 +56,14 @@ def plain_style(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
         yield
 
 
-def figure_bytes(
-    figure: Figure,
-    path: str | os.PathLike[str],
-    dpi: int,
-    metadata: Mapping[str, str | None] | None = None,
-) -> bytes:
+def figure_bytes(figure: Figure, path: str | os.PathLike[str], dpi: int) -> bytes:
     """Return the content of a figure's file, whose ending is the format, inside `plain_style`.
 
-    The same figure gives the same SVG. `dpi` is used for formats that have pixels; `metadata` is
-    that of the file, such as its title.
+    The same figure gives the same SVG. `dpi` is used for formats that have pixels.
     """
     content = io.BytesIO()
     suffix = Path(path).suffix.lower().removeprefix(".")
-    about = dict(metadata or {}) | ({"Date": None} if suffix == "svg" else {})
+    about = {"Date": None} if suffix == "svg" else {}
     figure.savefig(content, format=suffix, dpi=dpi, metadata=cast("Any", about))
     return content.getvalue()
 
@@ -79,9 +73,9 @@ def number(value: float, digits: int = 3) -> str:
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
-def significant(value: float, digits: int = 3) -> str:
-    """Write a positive number to so many digits, zeros at its end included."""
-    return f"{value:#.{digits}g}".removesuffix(".")
+def significant(value: float) -> str:
+    """Write a positive number to three digits, zeros at its end included."""
+    return f"{value:#.3g}".removesuffix(".")
 
 
 def degrees(radians: float) -> str:

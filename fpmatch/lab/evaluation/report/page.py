@@ -56,10 +56,7 @@ def prepare_page(folder: str | os.PathLike[str], name: str = PAGE_NAME) -> Path:
     return target
 
 
-def write_page(
-    folder: str | os.PathLike[str],
-    report: Report,
-) -> Path:
+def write_page(folder: str | os.PathLike[str], report: Report) -> Path:
     """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
 
     The images of the databases are read again for the overlays.

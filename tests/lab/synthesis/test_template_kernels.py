@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fpmatch.lab.synthesis import _impression_kernel as kernel
 from fpmatch.lab.synthesis import _ridge_phase_kernel as phases
-from fpmatch.lab.synthesis import template_fingers, templates
+from fpmatch.lab.synthesis import template_fingers, template_impressions
 from fpmatch.lab.synthesis.classes import PatternClass
 from fpmatch.lab.synthesis.contact import outline_radius
 from fpmatch.lab.synthesis.master import MasterParameters, fingertip_silhouette
@@ -19,7 +19,7 @@ from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.template_fingers import STEP_PX, TURN, draw_fingers, lattice_shape
-from fpmatch.lab.synthesis.templates import (
+from fpmatch.lab.synthesis.template_impressions import (
     ExtractionParameters,
     draw_impressions,
     draw_warps,
@@ -91,7 +91,7 @@ def undisturbed(monkeypatch, preset="normal", sensor="optical-388x374"):
         seen.append(draw_warps(*arguments))
         return seen[-1]
 
-    monkeypatch.setattr(templates, "draw_warps", draw)
+    monkeypatch.setattr(template_impressions, "draw_warps", draw)
     numbers = np.array([1], np.uint64)
     made = list(draw_impressions(plan, fingers, numbers, SENSORS[sensor], NOTHING_LOST))
     return fingers, [as_warp(row) for row in seen[0]], made

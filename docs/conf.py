@@ -20,7 +20,7 @@ from sphinx.errors import ExtensionError
 from fpmatch import StageRecorder, __version__, extract
 from fpmatch.cli.command import Command
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.drawing.stages.sheet import write_stages
+from fpmatch.drawing.stages.pictures import write_stages
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import reference_pages

@@ -126,7 +126,7 @@ class VerifiedPrints(Verification):
 
     def _repr_html_(self) -> str:
         from fpmatch.drawing.scene.raster import data_url, webp_bytes  # noqa: PLC0415
-        from fpmatch.prints.words import outcome  # noqa: PLC0415
+        from fpmatch.prints.report import outcome  # noqa: PLC0415
 
         rows = as_rows(self, identical=self.identical)
         picture = f'<img src="{data_url(webp_bytes(self._shown), "webp")}">'

@@ -1,11 +1,15 @@
-"""Tables in Markdown."""
+"""Tables in Markdown, and generated blocks of a page, between comments."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.errors import FpmatchError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
 
 def markdown_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
@@ -13,3 +17,26 @@ def markdown_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
     head, *body = rows
     rule = ["---" if k < left else "---:" for k in range(len(head))]
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, rule, *body))
+
+
+def marked_block(page: str, mark: str) -> str:
+    """Return what a page holds between its marks of a name."""
+    _, start, rest = page.partition(f"<!-- {mark}:start -->")
+    block, end, _ = rest.partition(f"<!-- {mark}:end -->")
+    if not start or not end:
+        raise FpmatchError(f"the page has no marks {mark}:start and {mark}:end")
+    return block.strip()
+
+
+def replace_marked_block(page: str, mark: str, block: str) -> str:
+    """Return the page with another block between its marks of that name."""
+    marked_block(page, mark)
+    start, end = f"<!-- {mark}:start -->", f"<!-- {mark}:end -->"
+    before, _, rest = page.partition(start)
+    return f"{before}{start}\n\n{block.strip()}\n\n{end}{rest.partition(end)[2]}"
+
+
+def write_marked_block(path: Path, mark: str, block: str) -> None:
+    """Replace a block of a file."""
+    page = replace_marked_block(path.read_text(encoding="utf-8"), mark, block)
+    atomic_write_bytes(path, page.encode("utf-8"), public=True)

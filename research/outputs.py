@@ -19,7 +19,7 @@ import click
 
 from fpmatch.errors import FpmatchError
 from research.commands import ROOT, Command
-from research.marked_blocks import marked_block, write_marked_block
+from research.markdown import marked_block, write_marked_block
 
 _MARK: Final = re.compile(r"<!-- ([\w-]+-output):start -->")
 _COMMANDS: Final = re.compile(r"^```sh\n(.*?)^```$", re.DOTALL | re.MULTILINE)

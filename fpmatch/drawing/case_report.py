@@ -22,8 +22,7 @@ from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.printable import printable, printable_lines
-from fpmatch.prints.report import as_rows
-from fpmatch.prints.words import odds, outcome, score_as_high
+from fpmatch.prints.report import as_rows, odds, outcome, score_as_high
 from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:

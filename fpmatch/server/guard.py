@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 import anyio
 
 from fpmatch.server.errors import send_error
-from fpmatch.server.exchange import SAFE, Exchange, Needs, RefusedError, is_public
-from fpmatch.server.gate import Gate
+from fpmatch.server.exchange import SAFE, Exchange, Gate, Needs, RefusedError, is_public
 from fpmatch.server.settings import LOCAL, digest_of
 
 if TYPE_CHECKING:

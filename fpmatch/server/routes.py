@@ -16,7 +16,7 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
 from fpmatch.printable import printable
 from fpmatch.server import gallery as gallery_work
-from fpmatch.server import models, pair, single, views
+from fpmatch.server import models, pair, single
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.pool import encoded
 from fpmatch.server.prints import PrintOptions
@@ -187,7 +187,7 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
 )
 async def further_views(run: Run, prints: UploadedPair) -> Response:
     """Return the map of ridge agreement and the warped probe: for looking, not for measuring."""
-    content, _ = await run(encoded, views.show_views, prints)
+    content, _ = await run(encoded, pair.show_views, prints)
     return _json(content)
 
 

@@ -32,7 +32,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.all_pairs import compare_all_pairs
 from research.commands import PATH, Command, json_file, print_and_write
 from research.databases import extract_folders, prints_of, without_ridges
-from research.tables.tail import format_tail
+from research.tables.identification import format_tail
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -26,8 +26,7 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from research.commands import PATH, Command, workers
 from research.databases import extract_folders, prints_of
-from research.markdown import markdown_table
-from research.marked_blocks import write_marked_block
+from research.markdown import markdown_table, write_marked_block
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,8 +15,7 @@ from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
-from research.markdown import markdown_table
-from research.marked_blocks import write_marked_block
+from research.markdown import markdown_table, write_marked_block
 
 if TYPE_CHECKING:
     from pathlib import Path

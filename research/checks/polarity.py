@@ -24,8 +24,7 @@ from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
-from research.markdown import markdown_table
-from research.marked_blocks import write_marked_block
+from research.markdown import markdown_table, write_marked_block
 from research.training.background import other_background, ridge_target
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ from fpmatch.prints.pair import verify_given
 from fpmatch.prints.reading import GivenPrint, make_given_print
 from fpmatch.templates.minutiae import STANDARD_DPI
 from research.commands import PATH, Command, folders
-from research.markdown import markdown_table
-from research.marked_blocks import write_marked_block
+from research.markdown import markdown_table, write_marked_block
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -26,8 +26,7 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verify import verify
 from research.commands import PATH, Command
-from research.markdown import markdown_table
-from research.marked_blocks import write_marked_block
+from research.markdown import markdown_table, write_marked_block
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -22,7 +22,7 @@ from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_tr
 from fpmatch.matching.matchers.paper import PaperMatcher
 from fpmatch.pointset.geometry.point_match import share_of
 from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_prepared, similar_rings
-from fpmatch.pointset.paper.prepared_points import prepare_points
+from fpmatch.pointset.paper.one_rings import prepare_points
 from research.commands import PATH, Command, folders, write_json
 from research.points.conditions import conditions, make_pair
 from research.points.trials import is_recognised

@@ -33,8 +33,7 @@ from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.explain.default import DefaultMethod
 from fpmatch.lab.explain.panels import GREY
-from fpmatch.lab.explain.sides import INKS, MARKS
-from fpmatch.lab.explain.steps import chosen_pair
+from fpmatch.lab.explain.steps import INKS, MARKS, chosen_pair
 from fpmatch.prints.pair import PairOptions, compare_pair
 from fpmatch.prints.reading import GivenPrint
 

@@ -79,7 +79,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "lab/evaluation/ground_truth/truth.py": ("truth",),
     "lab/evaluation/rates/scores.py": "makes arrays of numbers that are checked",
     "lab/points/points_csv.py": ("points",),
-    "lab/synthesis/check.py": ("truth-check",),
+    "lab/synthesis/database.py": ("truth-check",),
     "lab/synthesis/plan.py": ("dataset-info",),
     "matching/calibration.py": ("calibration",),
     "matching/pipeline/evidence.py": _OWN,

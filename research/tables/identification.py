@@ -1,19 +1,25 @@
-"""Tables of the page on identification: FNIR by FPIR and rank, for one finger and two."""
+"""Tables of the page on identification: open-set rates, several fingers, the tail of impostors."""
 
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.lab.evaluation.open_set.rates import IdentificationPoint
 from fpmatch.lab.evaluation.open_set.report import prediction_table
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, limits, percent
+from fpmatch.matching.calibration import fmr_to_score, load_calibration
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.printable import count
 from research.markdown import markdown_table
+from research.training.tail import kinds_of, similarity_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from fpmatch.matching.calibration import Calibration
+    from research.training.tail import ImpostorKind
 
 
 def tests_kept(document: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -92,3 +98,38 @@ def format_fusion(results: Sequence[Mapping[str, Any]]) -> str:
     largest = max(one["rank_correlation"] for one in results)
     text = f"The rank correlation of both scores is at most {largest:.2f} in a database."
     return f"{markdown_table([head, *rows])}\n\n{text}"
+
+
+SCORES: Final = (40, 45, 50, 55, 60, 65, 70)
+GALLERIES: Final = (10_000, 100_000, 1_000_000)
+STATED: Final = (1.0, 0.1)  # different fingers of a search that score as high by chance
+
+
+def format_tail(results: Mapping[str, Any]) -> str:
+    """Format the pairs at each score, and what a search states beside what is observed."""
+    kinds, calibration = kinds_of(results), load_calibration(DEFAULT_MATCHER)
+    rows = [["pairs of different fingers", "pairs", *(f"at {score}" for score in SCORES)]]
+    for kind in kinds:
+        cells = [_times(kind, calibration, score) for score in SCORES]
+        rows.append([kind.name, f"{kind.pairs:,}", *cells])
+    searches = [["gallery", "by chance", "score", *(kind.name for kind in kinds)]]
+    for size in GALLERIES:
+        for stated in STATED:
+            score = fmr_to_score(stated / size)
+            observed = [_observed(kind, calibration, score, size) for kind in kinds]
+            searches.append([f"{size:,}", f"{stated:g}", f"{score:.0f}", *observed])
+    return f"{markdown_table(rows)}\n\n{markdown_table(searches)}"
+
+
+def _times(kind: ImpostorKind, calibration: Calibration, score: float) -> str:
+    """Return how many times the stated share of pairs reaches a score, and how many do."""
+    at = similarity_of(calibration, score)
+    return f"{kind.fmr(at) * 10 ** (score / 10):.2f} ({kind.above(at):,})"
+
+
+def _observed(kind: ImpostorKind, calibration: Calibration, score: float, size: int) -> str:
+    """Return how many fingers of a gallery reach a score: of those that no pair does, at most."""
+    at = similarity_of(calibration, score)
+    if kind.above(at):
+        return f"{kind.fmr(at) * size:.2g}"
+    return f"< {3.0 / kind.pairs / kind.compares(at) * size:.2g}"

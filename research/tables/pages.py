@@ -14,18 +14,22 @@ from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import DatasetError
 from research.commands import ROOT, write_json
 from research.experiments.error_vs_discard import format_quality
-from research.marked_blocks import marked_block, write_marked_block
+from research.markdown import marked_block, write_marked_block
 from research.points.plot import save_bench_plot
 from research.points.results import read_results
 from research.points.table import format_bench
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
-from research.tables.identification import format_fusion, format_identification, tests_kept
+from research.tables.identification import (
+    format_fusion,
+    format_identification,
+    format_tail,
+    tests_kept,
+)
 from research.tables.joined import format_joined, joined_kept
 from research.tables.performance import format_headline, format_ratios, format_stages
 from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
-from research.tables.promises import format_promises
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
 from research.tables.searching import format_searching
@@ -33,11 +37,11 @@ from research.tables.serving import (
     OTHER_SERVERS,
     format_attacks,
     format_other_servers,
+    format_promises,
     format_serving,
 )
 from research.tables.stored_prints import format_stored
 from research.tables.synthesis import format_synthesis, format_templates, preset_rows
-from research.tables.tail import format_tail
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

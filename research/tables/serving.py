@@ -1,4 +1,4 @@
-"""Table of the page on the server: many requests at once."""
+"""Tables of the server's load and of attacks, on it and on the promises of the page on security."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
 
 OTHER_SERVERS: Final = ("uvicorn", "hypercorn", "granian")
 
@@ -57,4 +58,14 @@ def format_other_servers(results: Mapping[str, Sequence[Mapping[str, Any]]]) -> 
                     ", ".join(fates) or "-",
                 ]
             )
+    return markdown_table(rows, left=3)
+
+
+def format_promises(outcomes: Sequence[Mapping[str, Any]]) -> str:
+    """Format what ``python -m research promises --json`` wrote as a Markdown table."""
+    rows = [["promise", "attack", "outcome", "tries"]]
+    for one in outcomes:
+        tried = "kept" if not one["broken"] else f"broken {one['broken']:,} times"
+        cells = [one["attack"], tried] if one["name"] else ["-", f"not tried: {one['attack']}"]
+        rows.append([one["promise"], *cells, f"{one['tries']:,}"])
     return markdown_table(rows, left=3)

@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from fpmatch.drawing.stages.pictures import stage_picture, value_range
-from fpmatch.drawing.stages.sheet import write_stages
+from fpmatch.drawing.stages.pictures import stage_picture, value_range, write_stages
 from fpmatch.errors import ImageError, OutputError
 
 NAMES = [

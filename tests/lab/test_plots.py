@@ -14,7 +14,7 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import PROBE_MARK, hexadecimal
 from fpmatch.errors import OutputError
 from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
-from fpmatch.lab.plots.words import degrees, match_facts, number, positive_degrees, significant
+from fpmatch.lab.plots.style import degrees, match_facts, number, positive_degrees, significant
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity

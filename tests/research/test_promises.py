@@ -6,12 +6,12 @@ from random import Random
 import pytest
 
 from research.commands import ROOT
-from research.marked_blocks import marked_block
+from research.markdown import marked_block
 from research.promises.attack import attempt
 from research.promises.command import MODULES, promises
 from research.promises.mutants import mutants, tiff
 from research.promises.program import Place, Run, traces
-from research.tables.promises import format_promises
+from research.tables.serving import format_promises
 
 PAGE = (ROOT / "docs" / "security.md").read_text("utf-8")
 ROWS = re.findall(r"^\| (.+?) \| `tests/", PAGE, re.MULTILINE)

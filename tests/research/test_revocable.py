@@ -14,8 +14,15 @@ from fpmatch.matching.prints.prepare import prepare
 from fpmatch_revocable.cells import pair_cells
 from fpmatch_revocable.template import RevocableTemplate, protect
 from research.attacks import linkage
-from research.attacks.linkage import ATTACKS, SAME_KEY, PrintSet, judged, linkability, open_template
-from research.attacks.unlinkability import d_sys
+from research.attacks.linkage import (
+    ATTACKS,
+    SAME_KEY,
+    PrintSet,
+    d_sys,
+    judged,
+    linkability,
+    open_template,
+)
 from research.experiments.revocable import measure_revocable
 from research.tables.revocable import format_revocable
 

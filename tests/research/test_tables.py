@@ -10,7 +10,7 @@ from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.pipeline.score_model import FEATURES
 from research.experiments.image_statistics import TITLES
-from research.marked_blocks import marked_block, replace_marked_block
+from research.markdown import marked_block, replace_marked_block
 from research.tables import pages
 from research.tables.accuracy import error_rates_kept, format_ablation
 from research.tables.identification import format_identification

@@ -7,7 +7,7 @@ import pytest
 
 from fpmatch.errors import DatasetError
 from fpmatch.matching.calibration import Calibration, Provenance
-from research.tables.tail import format_tail
+from research.tables.identification import format_tail
 from research.training.tail import kinds_of, with_tail
 
 OWN = Calibration(((0.0, 0.0), (4.0, 30.0)), 2.0, 0.2, Provenance(("FVC",), 1000))

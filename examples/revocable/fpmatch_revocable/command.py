@@ -114,7 +114,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
 def compare(probe: Path, reference: Path, fmr: float, as_json: bool) -> int:
     """Decide whether two revocable templates of one key are of the same finger; needs no key."""
     from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
-    from fpmatch.prints.words import odds, score_as_high, verdict
+    from fpmatch.prints.report import odds, score_as_high, verdict
     from fpmatch_revocable import compare as comparison
     from fpmatch_revocable.matcher import CALIBRATION, MATCHER
     from fpmatch_revocable.template import RevocableTemplate

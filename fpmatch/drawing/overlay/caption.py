@@ -9,7 +9,7 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import text_width, wrapped
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
 from fpmatch.printable import rotation_text
-from fpmatch.prints.words import odds
+from fpmatch.prints.report import odds
 
 if TYPE_CHECKING:
     from fpmatch.drawing.scene.palette import Colour

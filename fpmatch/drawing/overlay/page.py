@@ -22,7 +22,7 @@ from fpmatch.drawing.scene.items import (
 from fpmatch.drawing.scene.palette import PANEL_EDGE
 from fpmatch.errors import ImageError
 from fpmatch.printable import count
-from fpmatch.prints.words import odds, outcome
+from fpmatch.prints.report import odds, outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable

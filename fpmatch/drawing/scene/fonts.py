@@ -7,8 +7,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, cast
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from PIL.ImageFont import FreeTypeFont
 
 _SPELLINGS: Final = str.maketrans(
@@ -43,14 +41,12 @@ def parts(text: str, size: float) -> list[tuple[str, float, float]]:
     return [squared if letters == "²" else (letters, size, 0.0) for letters in split]
 
 
-def wrapped(
-    text: str, size: float, width: float, measure: Callable[[str, float], float] = text_width
-) -> list[str]:
+def wrapped(text: str, size: float, width: float) -> list[str]:
     """Break `text` between words into lines no wider than `width` where its words allow it."""
     lines: list[str] = []
     for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word
-        if lines and measure(longer, size) <= width:
+        if lines and text_width(longer, size) <= width:
             lines[-1] = longer
         else:
             lines.append(word)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.printable import count, printable
-from fpmatch.prints.report import transform_in_words
-from fpmatch.prints.words import odds
+from fpmatch.prints.report import odds, transform_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -78,8 +78,7 @@ def calibrate(
     largest measured score is printed: scores beyond are extrapolated.
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
-    from fpmatch.lab.evaluation.calibrate import calibrate_on
-    from fpmatch.lab.evaluation.calibration_report import report_calibration
+    from fpmatch.lab.evaluation.calibrate import calibrate_on, report_calibration
     from fpmatch.lab.evaluation.impostors import gather_impostors
     from fpmatch.prints.reading import PrintReader
 

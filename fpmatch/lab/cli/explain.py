@@ -60,8 +60,7 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     """
     from fpmatch.lab.explain.page import PAGE, write_page
     from fpmatch.lab.explain.steps import ExplainError
-    from fpmatch.prints.report import IDENTITY, as_rows
-    from fpmatch.prints.words import outcome, verdict
+    from fpmatch.prints.report import IDENTITY, as_rows, outcome, verdict
 
     sides = [values["probe"], values["reference"]]
     sets = [_points_of(path, values) for path in sides]

@@ -19,7 +19,7 @@ from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import Name, file_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
-from fpmatch.lab.plots.words import match_facts
+from fpmatch.lab.plots.style import match_facts
 from fpmatch.lab.points.match import (
     TRANSFORM_MODELS,
     TransformModel,
@@ -29,8 +29,7 @@ from fpmatch.lab.points.match import (
 from fpmatch.lab.points.points_csv import XY
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from fpmatch.printable import json_text, printable
-from fpmatch.prints.report import LABEL_WIDTH
-from fpmatch.prints.words import verdict
+from fpmatch.prints.report import LABEL_WIDTH, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

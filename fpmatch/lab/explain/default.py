@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fpmatch.lab.explain.shared import numbers_of
-from fpmatch.lab.explain.sides import Side
-from fpmatch.lab.explain.steps import FRAME_NAME, Ring
+from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side
 from fpmatch.matching import reference as method
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.neighbourhood import local_similarity
@@ -21,7 +20,7 @@ from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.sides import Plane, Sides
+    from fpmatch.lab.explain.steps import Plane, Sides
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepare import PreparedTemplate

@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Item, Matrix, Point
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.lab.explain.sides import Plane, Side
-    from fpmatch.lab.explain.steps import Ring
+    from fpmatch.lab.explain.steps import Plane, Ring, Side
 
 MARGIN, GAP, TITLE_HEIGHT = 12.0, 24.0, 30.0
 WIDTH: Final = 1100.0  # of the panels of a picture and the gaps between them

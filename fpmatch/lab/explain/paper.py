@@ -11,23 +11,22 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.lab.explain.shared import numbers_of
-from fpmatch.lab.explain.sides import Side
-from fpmatch.lab.explain.steps import Ring
+from fpmatch.lab.explain.steps import Ring, Side
 from fpmatch.pointset.geometry.point_match import check_rho
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import fit_rings, match_prepared, similar_rings
-from fpmatch.pointset.paper.prepared_points import prepare_points
+from fpmatch.pointset.paper.one_rings import prepare_points
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.sides import Sides
+    from fpmatch.lab.explain.steps import Sides
     from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
-    from fpmatch.pointset.paper.prepared_points import PreparedPoints
+    from fpmatch.pointset.paper.one_rings import PreparedPoints
     from fpmatch.prints.pair import ComparedPair
 
     Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from fpmatch.drawing.scene.items import Pen
 from fpmatch.lab.explain import panels as draw
 from fpmatch.lab.explain import shared
 from fpmatch.lab.explain.steps import Step, chosen_pair
-from fpmatch.lab.plots.words import degrees, number, significant
+from fpmatch.lab.plots.style import degrees, number, significant
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.printable import count
 

@@ -12,7 +12,7 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Path, Pen
 from fpmatch.lab.explain import panels as draw
 from fpmatch.lab.explain.steps import Step, crossed_side
-from fpmatch.lab.plots.words import degrees, number, positive_degrees
+from fpmatch.lab.plots.style import degrees, number, positive_degrees
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Item
-    from fpmatch.lab.explain.sides import Sides
-    from fpmatch.lab.explain.steps import Ring
+    from fpmatch.lab.explain.steps import Ring, Sides
     from fpmatch.prints.pair import ComparedPair
 
     Numbers = NDArray[np.integer[Any]]

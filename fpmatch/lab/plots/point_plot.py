@@ -15,10 +15,9 @@ from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import Colour, hexadecimal
 from fpmatch.errors import OutputError
-from fpmatch.lab.plots.style import check_matplotlib, figure_bytes, plain_style
-from fpmatch.lab.plots.words import match_facts
+from fpmatch.lab.plots.style import check_matplotlib, figure_bytes, match_facts, plain_style
 from fpmatch.pointset.geometry.points import as_points
-from fpmatch.prints.words import verdict
+from fpmatch.prints.report import verdict
 
 if TYPE_CHECKING:
     import os

@@ -27,7 +27,7 @@ from fpmatch.pointset.paper.matcher import (
     UnitCircleParameters,
     match_prepared,
 )
-from fpmatch.pointset.paper.prepared_points import PreparedPoints, prepare_points
+from fpmatch.pointset.paper.one_rings import PreparedPoints, prepare_points
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

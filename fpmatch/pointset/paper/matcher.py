@@ -48,7 +48,7 @@ from fpmatch.pointset.geometry.pairing import greedy_pairs, index_pairs
 from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, fewest_above, rms_distance
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper import _one_ring_kernel as kernel
-from fpmatch.pointset.paper.prepared_points import PreparedPoints, prepare_points
+from fpmatch.pointset.paper.one_rings import PreparedPoints, prepare_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -1,19 +1,27 @@
-"""All one-rings of a triangulation mapped to the unit circle at once."""
+"""All one-rings of a triangulation mapped to the unit circle at once, and sets prepared so."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.pointset.geometry.frames import frame_of
 from fpmatch.pointset.geometry.pairing import index_pairs
+from fpmatch.pointset.geometry.points import as_points, sort_into_cells
 from fpmatch.pointset.paper import _one_ring_kernel as kernel
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.pointset.delaunay.triangulate import Triangulation
+    from fpmatch.pointset.geometry._grid_kernel import CellGrid
+    from fpmatch.pointset.geometry.frames import UnitFrame
+
+    Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,3 +103,39 @@ def _sums(values: NDArray[np.float64], start: NDArray[np.int32]) -> NDArray[np.f
     if len(start) == 1:
         return np.empty(0)
     return np.asarray(np.add.reduceat(values, start[:-1]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedPoints:
+    """What matching needs of a point set, whatever the other set."""
+
+    points: Floats  # (N, 2), as given
+    frame: UnitFrame  # of the points
+    unit: Floats  # (2, N): the points in the frame
+    rings: OneRings  # the closed one-rings on the unit circle
+    spacing: float  # r/(2√n) of eq. (2) by density: mean nearest-neighbour distance
+    grid: CellGrid  # the points in the frame, sorted into cells
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def prepare_points(points: ArrayLike) -> PreparedPoints:
+    """Triangulate a set of finite points (N, 2) and map its one-rings to the unit circle."""
+    given = as_points(points)
+    n = len(given)
+    frame = frame_of(given)
+    mesh = triangulate(frame.apply(given))
+    unit = np.array(mesh.points.T, order="C")
+    grid = sort_into_cells(unit, 1.0 / max(1, math.isqrt(n)), low=(0.0, 0.0), high=(1.0, 1.0))
+    grid.split_crowds()
+    x, y = unit[:, mesh.hull]
+    hull_area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    return PreparedPoints(
+        points=given,
+        frame=frame,
+        unit=unit,
+        rings=map_to_unit_circle(mesh),
+        spacing=0.5 * math.sqrt(hull_area / max(n, 1)),
+        grid=grid,
+    )

@@ -20,8 +20,7 @@ from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.report.score_reports import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
-from fpmatch.lab.synthesis.check import fault
-from fpmatch.lab.synthesis.database import FIRST_FINGER, make_database
+from fpmatch.lab.synthesis.database import FIRST_FINGER, fault, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.lab.evaluation import calibrate, calibration_report, impostors
-from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration
-from fpmatch.lab.evaluation.calibration_report import report_calibration
+from fpmatch.lab.evaluation import calibrate, impostors
+from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration, report_calibration
 from fpmatch.lab.evaluation.impostors import ImpostorSet, gather_impostors, impostors_of_report
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.lab.evaluation.report.score_rows import write_scores
@@ -226,7 +225,7 @@ def test_the_largest_measured_score_is_where_the_knots_end():
 
 def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch):
     ten_a_unit = Calibration(((0.0, 0.0), (9.0, 90.0)), tail_scale=1.0)
-    monkeypatch.setattr(calibration_report, "calibration_of", lambda name: ten_a_unit)
+    monkeypatch.setattr(calibrate, "calibration_of", lambda name: ten_a_unit)
     found = report_calibration(CALIBRATION, SETS, bootstrap=20)
     pooled = np.concatenate([one.trials.similarity for one in SETS])
     assert found.package == ((20.0, np.mean(pooled >= 2.0)), (30.0, np.mean(pooled >= 3.0)))

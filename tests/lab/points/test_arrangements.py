@@ -12,7 +12,7 @@ from fpmatch.lab.points.triangles import matcher as triangles
 from fpmatch.lab.points.triangles.pairing import optimal_pairs
 from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
 from fpmatch.pointset.geometry.pairing import greedy_pairs
-from fpmatch.pointset.paper.prepared_points import prepare_points
+from fpmatch.pointset.paper.one_rings import prepare_points
 from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
 
 POINTS = 150

@@ -12,8 +12,7 @@ from pointset_strategies import (
 )
 
 from fpmatch.errors import PointSetError
-from fpmatch.lab.points.match import POINT_MATCHERS, match_points, wider_maps
-from fpmatch.lab.points.reflect import match_either_way
+from fpmatch.lab.points.match import POINT_MATCHERS, match_either_way, match_points, wider_maps
 from fpmatch.lab.points.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.point_match import PointMatch

@@ -17,8 +17,7 @@ from PIL import Image
 
 from fpmatch.errors import DatasetError, ImageError, OutputError
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.synthesis.check import fault
-from fpmatch.lab.synthesis.database import DatabaseMade, make_database
+from fpmatch.lab.synthesis.database import DatabaseMade, fault, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, plain_sensor
 

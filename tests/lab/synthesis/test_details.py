@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.lab.synthesis.card import draw_card
 from fpmatch.lab.synthesis.contact import Contact
-from fpmatch.lab.synthesis.develop import develop
+from fpmatch.lab.synthesis.develop import develop, draw_card
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS

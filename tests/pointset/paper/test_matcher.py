@@ -8,7 +8,7 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.point_match import fewest_above
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import UnitCircleParameters, match_by_unit_circle, similar_rings
-from fpmatch.pointset.paper.prepared_points import prepare_points
+from fpmatch.pointset.paper.one_rings import prepare_points
 
 
 def random_points(seed, n=30):

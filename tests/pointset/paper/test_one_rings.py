@@ -8,9 +8,8 @@ from fpmatch.pointset.geometry.frames import UnitFrame
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper import _one_ring_kernel
 from fpmatch.pointset.paper.matcher import best_overlay, fit_rings, similar_rings
-from fpmatch.pointset.paper.one_rings import map_to_unit_circle
+from fpmatch.pointset.paper.one_rings import map_to_unit_circle, prepare_points
 from fpmatch.pointset.paper.parametrize import parametrize
-from fpmatch.pointset.paper.prepared_points import prepare_points
 
 even_points = seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 400, (30, 2)))
 

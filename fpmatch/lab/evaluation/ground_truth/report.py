@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.lab.evaluation.ground_truth.false_minutiae import Cause, false_minutiae
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
     MAIN_TOLERANCE,
     TOLERANCES,
+    Cause,
     MinutiaeCounts,
     count_minutiae,
+    false_minutiae,
 )
 from fpmatch.lab.evaluation.ground_truth.transform_error import (
     TransformError,

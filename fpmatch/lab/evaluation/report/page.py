@@ -12,9 +12,8 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.html import page_templates
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
-from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures
+from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures, quality_drawings
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
-from fpmatch.lab.evaluation.report.quality_figures import quality_drawings
 from fpmatch.lab.evaluation.report.rate_text import (
     RATE_TITLES,
     change_limits,
@@ -57,10 +56,7 @@ def prepare_page(folder: str | os.PathLike[str], name: str = PAGE_NAME) -> Path:
     return target
 
 
-def write_page(
-    folder: str | os.PathLike[str],
-    report: Report,
-) -> Path:
+def write_page(folder: str | os.PathLike[str], report: Report) -> Path:
     """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
 
     The images of the databases are read again for the overlays.

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.lab.evaluation.databases.protocol import Pairs
     from fpmatch.lab.evaluation.rates.error_rates import Rates
-    from fpmatch.lab.evaluation.rates.identification import Identification
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.rates.scores_set import Identification, ScoresSet
 
 
 IDENTICAL_NAMED: Final = 20  # pairs of identical prints in JSON

@@ -20,13 +20,12 @@ from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
-from fpmatch.lab.evaluation.rates.identification import identify_all
 from fpmatch.lab.evaluation.rates.scores import (
     finger_of_fvc_name,
     read_genuine_and_impostor,
     read_scores,
 )
-from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
+from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, identify_all
 from fpmatch.lab.evaluation.report.results import (
     EvaluationReport,
     RatesReport,

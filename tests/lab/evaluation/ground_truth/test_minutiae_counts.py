@@ -7,18 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from truth_files import truth_of
 
-from fpmatch.lab.evaluation.ground_truth.false_minutiae import (
-    Cause,
-    distance_to_border,
-    false_minutiae,
-)
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
     TOLERANCES,
+    Cause,
     MinutiaeCounts,
     Tolerance,
     assign_minutiae,
     count_minutiae,
     differences,
+    distance_to_border,
+    false_minutiae,
 )
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from truth_files import truth_document, truth_of, write_truth
 
-from fpmatch.lab.evaluation.ground_truth.false_minutiae import Cause
-from fpmatch.lab.evaluation.ground_truth.minutiae_counts import TOLERANCES, MinutiaeCounts
+from fpmatch.lab.evaluation.ground_truth.minutiae_counts import TOLERANCES, Cause, MinutiaeCounts
 from fpmatch.lab.evaluation.ground_truth.report import (
     MinutiaeReport,
     format_minutiae,

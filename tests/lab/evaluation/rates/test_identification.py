@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.lab.evaluation.databases.protocol import Impression, choose_pairs
-from fpmatch.lab.evaluation.rates.identification import identify_all
-from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
+from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, identify_all
 
 
 def prints(fingers):

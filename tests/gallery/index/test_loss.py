@@ -46,7 +46,8 @@ def test_a_threshold_makes_a_search_cost_less(loss):
     assert plans[0] == plans[1]  # of a million, all that are found reach it
     work = [p.cost(1_000_000) for p in plans]
     assert work == sorted(work, reverse=True)
-    assert work[-1] < 0.7 * work[0]
+    # the postings that are visited for any loss are half of the cost where few prints are passed on
+    assert work[-1] < (0.7 if loss < 0.01 else 0.8) * work[0]
 
 
 @given(st.floats(1e-3, 0.3), st.integers(0, 10**8), st.sampled_from([0.0, 50.0, 75.0, 100.0]))

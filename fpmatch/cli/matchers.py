@@ -7,12 +7,7 @@ from typing import Any
 
 from fpmatch.base.parameters import Parameter, Parametrised, stages_of
 from fpmatch.base.plugins import MATCHERS, load_plugins
-from fpmatch.matching.registry import (
-    DEFAULT_MATCHER,
-    get_matcher,
-    matcher_names,
-    own_matcher_names,
-)
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, matcher_names, own_matcher_names
 from fpmatch.printable import printable, text_table
 
 

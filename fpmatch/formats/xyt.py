@@ -23,13 +23,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import (
-    Codec,
-    dropped_notes,
-    fit_minutiae,
-    side,
-    whole_steps,
-)
+from fpmatch.formats.codec import Codec, dropped_notes, fit_minutiae, side, whole_steps
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.templates.minutiae import MinutiaKind
 

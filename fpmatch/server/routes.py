@@ -124,10 +124,7 @@ async def metrics(request: Request) -> Response:
 
 
 @operations_router.get(
-    "/about",
-    summary="Version and limits of this server",
-    dependencies=_READ,
-    responses=_ERRORS,
+    "/about", summary="Version and limits of this server", dependencies=_READ, responses=_ERRORS
 )
 async def about(settings: ServerSettings, client: Sender) -> models.About:
     """Return version, matchers and limits, and the role of the client."""

@@ -72,12 +72,7 @@ def seal(
 
 
 def unseal(
-    keys: KeyRing,
-    record: bytes,
-    *,
-    purpose: bytes,
-    salt: bytes = b"",
-    bound: Iterable[bytes] = (),
+    keys: KeyRing, record: bytes, *, purpose: bytes, salt: bytes = b"", bound: Iterable[bytes] = ()
 ) -> bytes:
     """Return the content of a sealed record.
 

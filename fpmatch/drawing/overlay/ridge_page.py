@@ -56,10 +56,7 @@ AGREEMENT: Final[tuple[Colour, ...]] = (
 
 
 def ridge_page(
-    reference: Print,
-    verification: Verification,
-    ridges: RidgeMap,
-    own: Sequence[ExaminerMark] = (),
+    reference: Print, verification: Verification, ridges: RidgeMap, own: Sequence[ExaminerMark] = ()
 ) -> Scene:
     """Compose the page of the reference with the cells of `ridges` and an examiner's marks."""
     t = reference.template

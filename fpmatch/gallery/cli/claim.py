@@ -24,12 +24,7 @@ _OF_TWO_FILES: Final = ("reference", "reference_dpi")
 
 
 def verify_claim(
-    gallery: str,
-    subject: str,
-    finger: str | None,
-    values: Mapping[str, Any],
-    *,
-    as_json: bool,
+    gallery: str, subject: str, finger: str | None, values: Mapping[str, Any], *, as_json: bool
 ) -> str:
     """Compare a probe with the impressions of a subject, print the decision and return it."""
     for name in _OF_TWO_FILES:

@@ -70,7 +70,7 @@ _PLACE: Final = click.argument("place", metavar="GALLERY|LOG")
 Examples:
   fpmatch gallery audit show prints.db --action remove --since 2026-11-01
   fpmatch gallery audit show audit.jsonl --client ada --json
-""",
+"""
 )
 @_PLACE
 @click.option("--action", metavar="NAME", help="Print events of this action only, as enrol.")
@@ -109,7 +109,7 @@ compares them.
 
 Exit status: 0 when the audit is whole, 2 when a line was changed, removed or inserted, or the
 gallery was changed without an event.
-""",
+"""
 )
 @_PLACE
 @click.option(
@@ -130,7 +130,7 @@ def verify(place: str, expect: tuple[int, str] | None, as_json: bool) -> None:
 Examples:
   fpmatch gallery audit switch prints.db on
   fpmatch gallery audit switch prints.db off --yes
-""",
+"""
 )
 @click.argument("gallery")
 @click.argument("state", metavar="on|off", type=click.Choice(["on", "off"]))

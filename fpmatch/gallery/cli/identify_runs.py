@@ -15,11 +15,7 @@ from fpmatch.base.threads import fast_imports
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.cli.identify_text import (
-    candidates_as_text,
-    subjects_as_text,
-    summary_as_text,
-)
+from fpmatch.gallery.cli.identify_text import candidates_as_text, subjects_as_text, summary_as_text
 from fpmatch.gallery.cli.notes import notes_as_json, say_damaged, say_failures
 from fpmatch.gallery.cli.options import requested_loss
 from fpmatch.printable import count, json_text
@@ -37,10 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.search.search import Search, SearchOptions
 
 PREPARE: Final = {"prepare": "preparing prints"}
-_WORKERS_NEED: Final = (
-    "fpmatch.gallery.batch.candidates",
-    "fpmatch.matching.matchers.unit_circle",
-)
+_WORKERS_NEED: Final = ("fpmatch.gallery.batch.candidates", "fpmatch.matching.matchers.unit_circle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,12 +175,7 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
             continue
         start = time.perf_counter()
         result, entries = identify_entries(
-            gallery,
-            search,
-            probe.template,
-            options,
-            consolidated=consolidated,
-            workers=run.workers,
+            gallery, search, probe.template, options, consolidated=consolidated, workers=run.workers
         )
         seconds = time.perf_counter() - start
         gallery.record("identify", probe=file.path, candidates=result.numbers)

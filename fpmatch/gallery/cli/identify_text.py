@@ -52,10 +52,7 @@ def candidates_as_text(
 
 
 def subjects_as_text(
-    probes: Sequence[str],
-    result: FusedIdentification,
-    entries: Mapping[int, Entry],
-    seconds: float,
+    probes: Sequence[str], result: FusedIdentification, entries: Mapping[int, Entry], seconds: float
 ) -> str:
     """Return the candidates for several probes."""
     lines = []

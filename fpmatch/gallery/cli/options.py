@@ -27,9 +27,7 @@ def check_where(workers: int | None, scheduler: str | None) -> None:
 
 places_argument: Final = partial(click.argument, nargs=-1, required=True)  # with URLs
 pattern_option: Final = click.option(
-    "--pattern",
-    metavar="REGEX",
-    help="Pattern of file names; see fpmatch enrol --help-all.",
+    "--pattern", metavar="REGEX", help="Pattern of file names; see fpmatch enrol --help-all."
 )
 by_folder_option: Final = click.option(
     "--by-folder",

@@ -52,10 +52,7 @@ class ClusterPieces:
         self._held.clear()  # no future is left: the workers forget the pieces
 
     def map(
-        self,
-        work: Callable[[Any, Any, Any], Any],
-        shared: Any,
-        chunks: Iterable[tuple[int, Any]],
+        self, work: Callable[[Any, Any, Any], Any], shared: Any, chunks: Iterable[tuple[int, Any]]
     ) -> Generator[Any, None, None]:
         """Submit chunks, a few for each worker, and yield their results in order."""
         call = self._cluster.start_run(_work_on_piece, (work, shared))

@@ -25,10 +25,7 @@ class Engine(Protocol):
     """Works on chunks; as a context manager it keeps its workers from one `map` to the next."""
 
     def map(
-        self,
-        work: Callable[[Shared, Chunk], Result],
-        shared: Shared,
-        chunks: Iterable[Chunk],
+        self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
     ) -> Generator[Result, None, None]:
         """Yield ``work(shared, chunk)`` for each chunk, in order.
 

@@ -197,8 +197,4 @@ def _start(workers: int) -> ProcessPoolExecutor:
     if _START_METHOD == "forkserver":  # else it would import the script, once it is started
         context.set_forkserver_preload(list(_EVERY_WORKER_NEEDS))
     with safe_import_path():  # its locks start a process of Python's that tracks them
-        return ProcessPoolExecutor(
-            max_workers=workers,
-            mp_context=context,
-            initializer=init_worker,
-        )
+        return ProcessPoolExecutor(max_workers=workers, mp_context=context, initializer=init_worker)

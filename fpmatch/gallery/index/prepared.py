@@ -235,10 +235,7 @@ def _renew(
 
 
 def _prepare_all(
-    matcher: Matcher,
-    templates: Sequence[tuple[int, bytes]],
-    engine: Engine,
-    progress: Progress,
+    matcher: Matcher, templates: Sequence[tuple[int, bytes]], engine: Engine, progress: Progress
 ) -> tuple[PreparedPrints, dict[int, str]]:
     """Return the prepared prints of those templates that are sound, and why others are not."""
     done, total = 0, len(templates)

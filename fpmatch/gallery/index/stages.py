@@ -36,10 +36,7 @@ def most_voted(votes: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
 
 
 def preselect(
-    segment: Segment,
-    terms: ProbeTerms,
-    most: int,
-    removed: NDArray[np.int64] = _NO_NUMBERS,
+    segment: Segment, terms: ProbeTerms, most: int, removed: NDArray[np.int64] = _NO_NUMBERS
 ) -> tuple[NDArray[np.intp], NDArray[np.uint16]]:
     """Return the places of the `most` prints of a segment with the most votes, and these.
 

@@ -7,13 +7,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.errors import (
-    FpmatchError,
-    ImageError,
-    ImageReadError,
-    QualityError,
-    TemplateError,
-)
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.engine.workers import results_of_each
 from fpmatch.gallery.listing.folders import prints_below, prints_by_folder, prints_in
@@ -126,11 +120,7 @@ def folder_reader(
 
 
 def extract_print(
-    file: PrintFile,
-    reader: Reader | None = None,
-    min_quality: int = 0,
-    *,
-    graded: bool = False,
+    file: PrintFile, reader: Reader | None = None, min_quality: int = 0, *, graded: bool = False
 ) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or read from a template file.
 

@@ -53,11 +53,7 @@ class Database:
     """
 
     def __init__(
-        self,
-        where: str | os.PathLike[str],
-        *,
-        create: bool = False,
-        patience: float | None = None,
+        self, where: str | os.PathLike[str], *, create: bool = False, patience: float | None = None
     ) -> None:
         url = _as_url(where)
         self._patience = BUSY_S if patience is None else patience

@@ -17,14 +17,7 @@ from fpmatch.gallery.store.history import UNKNOWN
 from fpmatch.gallery.store.rows import as_entry, as_packed, as_packed_entry, as_template
 from fpmatch.gallery.store.sealed_database import SealedDatabase
 from fpmatch.gallery.store.stored_template import stored_minutiae_digest
-from fpmatch.gallery.store.tables import (
-    ABOUT,
-    ENTRY,
-    FAILURE,
-    GALLERY,
-    is_sound,
-    parts,
-)
+from fpmatch.gallery.store.tables import ABOUT, ENTRY, FAILURE, GALLERY, is_sound, parts
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:

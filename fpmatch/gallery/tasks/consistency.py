@@ -84,10 +84,7 @@ class FingerCheck:
 
 
 def check_fingers(
-    gallery: Gallery,
-    *,
-    subjects: Collection[str] | None = None,
-    progress: Progress = no_progress,
+    gallery: Gallery, *, subjects: Collection[str] | None = None, progress: Progress = no_progress
 ) -> Iterator[FingerCheck]:
     """Compare the impressions of each finger with each other; yield fingers by first entry.
 

@@ -20,12 +20,7 @@ from fpmatch.cli.options import Name, file_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.style import match_facts
-from fpmatch.lab.points.match import (
-    TRANSFORM_MODELS,
-    TransformModel,
-    match_points,
-    wider_maps,
-)
+from fpmatch.lab.points.match import TRANSFORM_MODELS, TransformModel, match_points, wider_maps
 from fpmatch.lab.points.points_csv import XY
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from fpmatch.printable import json_text, printable
@@ -147,16 +142,9 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     default="triangles",
     help="Matcher to use, perhaps with parameters, see below.",
 )
+@click.option("--model", type=Name(TRANSFORM_MODELS), default="similarity", help="Maps to seek.")
 @click.option(
-    "--model",
-    type=Name(TRANSFORM_MODELS),
-    default="similarity",
-    help="Maps to seek.",
-)
-@click.option(
-    "--reflect",
-    is_flag=True,
-    help="Seek mirrored maps too, as of a plate seen from behind.",
+    "--reflect", is_flag=True, help="Seek mirrored maps too, as of a plate seen from behind."
 )
 @click.option(
     "--tolerance",

@@ -57,15 +57,9 @@ _OPTIONS: Final = (
         hidden=True,
         help="Write the points of the curves there: det.csv, histogram.csv, discard.csv.",
     ),
+    file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
     file_option(
-        "--det",
-        metavar="FILE",
-        help="Draw the DET curves into a .pdf, .svg or .png.",
-    ),
-    file_option(
-        "--table",
-        metavar="FILE",
-        help="Write the table of rates as .tex (LaTeX) or .csv.",
+        "--table", metavar="FILE", help="Write the table of rates as .tex (LaTeX) or .csv."
     ),
     *_BOOTSTRAP,
     click.option(
@@ -105,10 +99,7 @@ Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
     help="A file of genuine scores alone, in place of SCORES; needs --impostor-scores.",
 )
 @file_option(
-    "--impostor-scores",
-    metavar="FILE",
-    multiple=True,
-    help="Impostor scores of that matcher.",
+    "--impostor-scores", metavar="FILE", multiple=True, help="Impostor scores of that matcher."
 )
 @click.option("--distances", is_flag=True, help="The scores are distances: lower is more similar.")
 @pattern_option

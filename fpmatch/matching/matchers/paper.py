@@ -22,11 +22,7 @@ import numpy as np
 from fpmatch.base.parameters import Parametrised, parameter
 from fpmatch.matching.result import Comparison, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.paper.matcher import (
-    DEFAULT_RHO,
-    UnitCircleParameters,
-    match_prepared,
-)
+from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters, match_prepared
 from fpmatch.pointset.paper.one_rings import PreparedPoints, prepare_points
 from fpmatch.templates.minutiae import STANDARD_DPI
 

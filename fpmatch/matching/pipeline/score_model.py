@@ -67,11 +67,7 @@ MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with
 """The models, in the order in which the kernel has them."""
 
 WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = MODELS
-MODELS_BY_SHOWN: Final = (
-    MINUTIAE_ALONE,
-    ONE_WITH_RIDGES,
-    WITH_RIDGES,
-)  # by how many of the two
+MODELS_BY_SHOWN: Final = (MINUTIAE_ALONE, ONE_WITH_RIDGES, WITH_RIDGES)  # by how many of the two
 SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm²
 FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
 

@@ -102,11 +102,7 @@ def _gather(
 
 
 def _unpaired(
-    own: PreparedTemplate,
-    which: NDArray[np.intp],
-    other: PrintArea,
-    at: Plane,
-    p: ScoreParameters,
+    own: PreparedTemplate, which: NDArray[np.intp], other: PrintArea, at: Plane, p: ScoreParameters
 ) -> tuple[int, float]:
     """Return how many unpaired minutiae lie in the other print, and the weight of those well in."""
     margin = p.margin_px if other.has_flow else p.hull_margin_px

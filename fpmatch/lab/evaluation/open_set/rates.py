@@ -229,10 +229,7 @@ def _point(
 
 
 def _drawn_rates(
-    searches: Searches,
-    subject: NDArray[np.intp],
-    draws: NDArray[np.int64],
-    fpirs: Sequence[float],
+    searches: Searches, subject: NDArray[np.intp], draws: NDArray[np.int64], fpirs: Sequence[float]
 ) -> NDArray[np.float64]:
     """Return the FNIR at each FPIR, (draws, FPIRs), where a search counts as its subject is drawn.
 

@@ -66,10 +66,7 @@ class RankedTrials:
         return genuine, impostor
 
     def rates(
-        self,
-        weights: tuple[Weights, Weights],
-        total_i: NDArray[np.int64],
-        limits: Sequence[float],
+        self, weights: tuple[Weights, Weights], total_i: NDArray[np.int64], limits: Sequence[float]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Return the rates of draws, and whether the ranked scores determine them.
 

@@ -90,10 +90,7 @@ def read_scores(
 
 
 def read_genuine_and_impostor(
-    genuine: str | os.PathLike[str],
-    impostor: str | os.PathLike[str],
-    *,
-    distances: bool = False,
+    genuine: str | os.PathLike[str], impostor: str | os.PathLike[str], *, distances: bool = False
 ) -> ScoresSet:
     """Read genuine scores from one file and impostor scores from another, as PyEER takes them.
 

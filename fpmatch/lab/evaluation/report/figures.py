@@ -164,10 +164,7 @@ def pooled_figures(reports: Sequence[RatesReport]) -> Figures:
     of = ", all scores pooled" if len(reports[0].sets) > 1 else ""
     return Figures(
         _legend([curve.label for curve in curves]),
-        [
-            (det_plot(curves, "det-all"), f"DET{of}"),
-            (roc_plot(curves, "roc-all"), f"ROC{of}"),
-        ],
+        [(det_plot(curves, "det-all"), f"DET{of}"), (roc_plot(curves, "roc-all"), f"ROC{of}")],
     )
 
 

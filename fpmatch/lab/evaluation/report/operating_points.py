@@ -153,11 +153,7 @@ class OperatingPoint:
 
 
 def operating_points(
-    report: RatesReport,
-    fmrs: Sequence[float],
-    *,
-    bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
+    report: RatesReport, fmrs: Sequence[float], *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
 ) -> list[OperatingPoint]:
     """Return the operating points of each database, and of all scores pooled, at each FMR.
 

@@ -48,11 +48,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
         for i, e in zip(impressions, result.extracted.extractions, strict=True)
     ]
     decision = outcomes(
-        similarity,
-        score,
-        measured["reachable"],
-        calibration=calibration,
-        rho=rho_of(matcher),
+        similarity, score, measured["reachable"], calibration=calibration, rho=rho_of(matcher)
     )
     why = np.where(decision == MATCH, "", measured["reason"])
     for k in np.flatnonzero(failed).tolist():

@@ -12,11 +12,7 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.lab.points.triangles.descriptors import density_of
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
-from fpmatch.pointset.geometry.points import (
-    is_finite,
-    points_in_box,
-    sort_into_cells,
-)
+from fpmatch.pointset.geometry.points import is_finite, points_in_box, sort_into_cells
 
 if TYPE_CHECKING:
     from collections.abc import Callable

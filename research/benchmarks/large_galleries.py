@@ -173,7 +173,9 @@ def search(
         return best, by_size, alone, combined
 
     def by_ridges() -> np.ndarray:
-        agreement = np.empty(len(best))
+        agreement = np.full(len(best), np.nan)
+        if plan.by_ridges >= plan.by_descriptors:  # all are compared
+            return agreement
         for k in np.unique(of[best]).tolist():
             here, segment = of[best] == k, segments[k]
             agreement[here] = ridge_agreement(
@@ -281,7 +283,8 @@ def losses(
         passed, compared = np.zeros(len(mates), bool), np.zeros(len(mates), bool)
         sought = np.ones(len(mates), bool)
         for plan, decisive in rounds:
-            few = replace(plan, by_ridges=min(RIVALS, plan.by_descriptors))
+            ranked = plan.by_ridges < plan.by_descriptors  # by ridges; else all are compared
+            few = replace(plan, by_ridges=min(RIVALS, plan.by_descriptors - ranked))
             terms = probe_terms(probe, plan.budget)
             votes = np.concatenate([segment.terms.votes(terms) for segment in segments])
             own_votes = own_prints.terms.votes(terms)[mates]
@@ -297,7 +300,7 @@ def losses(
             in_round = sought & (by_votes < plan.by_terms)
             passed |= in_round
             in_round &= by_both < plan.by_descriptors
-            compared |= in_round & (by_ridges < plan.by_ridges)
+            compared |= in_round & ((by_ridges < plan.by_ridges) | (not ranked))
             sought &= ~compared & (searched.score < decisive)
         for j, mate in enumerate(mates.tolist()):
             similarity = MATCHER.compare(probe, kind.prints[mate]).similarity

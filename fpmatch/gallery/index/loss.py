@@ -40,7 +40,7 @@ RIDGE_WEIGHT: Final = 1.25
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
 # more by the budget; of one in the second stage, the third, and the fourth.
 COST: Final = (0.02, 0.14, 3.2, 28.0, 190.0)
-LEAST_PASSED_ON: Final = (1000, 50, 10)
+LEAST_PASSED_ON: Final = (1000, 20, 20)
 TIMES: Final = (10, 100)
 """How much larger the galleries are whose searches the first rounds follow, latest round first."""
 EARLY_LOSS: Final = 0.05  # of the mates that a first round looks for; the next finds them

@@ -170,12 +170,14 @@ class IndexedSearch(Search):
             by_ridges = max(plan.by_ridges, options.count)
             terms_of = partial(probe_terms, budget=plan.budget, unoriented=unoriented)
             end = partial(_end_of_round, calibration, decisive)
-            of_round = (
+            of_round = [
                 Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
                 Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
                 Stage(_ridge_agreement, partial(_by_ridges, by_ridges), AREAS_AT_ONCE),
                 Stage(_similarities, end, PREPARED_AT_ONCE),
-            )
+            ]
+            if by_ridges >= by_descriptors:  # all are compared
+                del of_round[2]
             stages += [stage._replace(of_round=True) for stage in of_round]
         others = partial(self._other_impressions, options.count)
         return [*stages, Stage(_similarities, others), self.comparison()]
@@ -244,7 +246,7 @@ def _by_descriptors(
     combined = combined_scores(scores, sizes, listed.scores, len(probe))
     kept = np.sort(np.argsort(-combined, kind="stable")[:most])
     assert listed.places is not None
-    passed_on = len(listed.places), len(kept)
+    passed_on = len(listed.places), len(kept), len(kept)
     kept = kept[~np.isin(listed.places[kept], listed.compared)]
     return replace(listed, places=listed.places[kept], scores=combined[kept], passed_on=passed_on)
 
@@ -261,7 +263,7 @@ def _by_ridges(most: int, _: Any, listed: Listed, parts: list[NDArray[np.float64
     order = np.argsort(-with_ridges(listed.scores, agreement), kind="stable")
     kept = np.sort(order[: unknown + most])
     assert listed.places is not None
-    passed_on = *listed.passed_on, len(kept)
+    passed_on = *listed.passed_on[:2], len(kept)
     return replace(listed, places=listed.places[kept], passed_on=passed_on)
 
 

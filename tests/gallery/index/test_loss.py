@@ -30,7 +30,7 @@ def test_a_plan_is_of_the_loss_and_within_the_gallery(loss, prints):
     plan = search_plan(loss, prints)
     assert plan.loss == loss
     assert plan.budget in loss_table().budgets
-    assert min(prints, 10) <= plan.by_ridges <= plan.by_descriptors <= plan.by_terms <= prints
+    assert min(prints, 20) <= plan.by_ridges <= plan.by_descriptors <= plan.by_terms <= prints
 
 
 @pytest.mark.parametrize("prints", [30_000, 1_000_000, 10_000_000])

@@ -44,7 +44,9 @@ class PrintArrays:
 
     @classmethod
     def concatenate(cls: type[Prints], parts: Sequence[Prints]) -> Prints:
-        """Return the prints of all `parts`, one after the other."""
+        """Return the prints of all `parts`, one after the other: of one, itself."""
+        if len(parts) == 1:
+            return parts[0]
         joined: dict[str, Any] = {}
         for name, column in cls.columns().items():
             arrays = [getattr(part, name) for part in parts] or [_no_entries(column)]

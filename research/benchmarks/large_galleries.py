@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -142,9 +142,13 @@ class Found:
 
 
 def search(
-    segments: Sequence[PrintSegment], probe: PreparedTemplate, plan: SearchPlan, cost: Cost
+    segments: Sequence[PrintSegment],
+    probe: PreparedTemplate,
+    plan: SearchPlan,
+    cost: Cost,
+    most: int | None = None,
 ) -> Found:
-    """Search a gallery in the stages of a round, as `fpmatch.gallery` does."""
+    """Search a gallery in the stages of a round, as `fpmatch.gallery` does; compare so many."""
 
     def by_terms() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         share = unoriented_share([segment.terms for segment in segments])
@@ -185,7 +189,7 @@ def search(
 
     def compared() -> np.ndarray:
         order = np.argsort(-with_ridges(scores[best], agreement), kind="stable")
-        kept = best[order[: plan.by_ridges + np.isnan(agreement).sum()]]
+        kept = best[order[: (most or plan.by_ridges) + np.isnan(agreement).sum()]]
         return similarities(MATCHER, probe, prepare_prints(segments, of[kept], local[kept]))
 
     best, by_size, alone, scores = cost.timed("descriptors", by_descriptors)
@@ -202,6 +206,11 @@ def search_in_rounds(
         if search(segments, probe, plan, cost).score >= decisive:
             return number
     return len(rounds)
+
+
+def numbers_of(plan: SearchPlan) -> dict[str, float]:
+    """Return the numbers of a plan."""
+    return {**asdict(plan), "by_ridges": plan.by_ridges}
 
 
 def times(
@@ -226,7 +235,7 @@ def times(
     each, of_mated, call = 1.0 / len(alone), 1.0 / len(taken), float(np.mean(calls))
     return {
         "prints": count,
-        "plan": asdict(rounds[-1][0]),
+        "plan": numbers_of(rounds[-1][0]),
         "delaunay_us": 1e6 * call,
         "calls": cost.total * each / call,
         "us_a_print": 1e6 * cost.total * each / count,
@@ -237,7 +246,7 @@ def times(
             "searches": len(taken),
             "in_rounds": np.bincount(taken, minlength=len(rounds) + 1)[1:].tolist(),
             "rounds": [
-                {"score": None if plan is rounds[-1][0] else score, **asdict(plan)}
+                {"score": None if plan is rounds[-1][0] else score, **numbers_of(plan)}
                 for plan, score in rounds
             ],
         },
@@ -284,11 +293,10 @@ def losses(
         sought = np.ones(len(mates), bool)
         for plan, decisive in rounds:
             ranked = plan.by_ridges < plan.by_descriptors  # by ridges; else all are compared
-            few = replace(plan, by_ridges=min(RIVALS, plan.by_descriptors - ranked))
             terms = probe_terms(probe, plan.budget)
             votes = np.concatenate([segment.terms.votes(terms) for segment in segments])
             own_votes = own_prints.terms.votes(terms)[mates]
-            searched = search(segments, probe, few, Cost())
+            searched = search(segments, probe, plan, Cost(), RIVALS)
             alone = searched.by_size.of(scores, sizes)
             own = with_votes(alone, own_votes)
             by_votes = np.array([better(votes, v) for v in own_votes])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice, product
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,54 +10,29 @@ import numpy as np
 
 import fpmatch
 from fpmatch.base.output import check_writable
-from fpmatch.gallery.index.loss import LossTable, cost, with_ridges, with_votes
+from fpmatch.base.parsing import parse_json
+from fpmatch.gallery.index.loss import LossTable, cost, with_votes
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
-from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
-from fpmatch.gallery.index.prints.candidate_list import SizeNormalization
-from fpmatch.gallery.index.prints.compare import ridge_agreement
+from fpmatch.gallery.index.prints.candidate_list import SizeNormalization, prefilter_scores
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.index.terms import print_terms, probe_terms
-from fpmatch.lab.synthesis.presets import preset_named
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.calibration import Calibration, load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json
+from research.training.tail import similarity_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepare import PreparedTemplate
-    from fpmatch.templates.minutiae import Template
 
-    Impressions = tuple[float, tuple[Template, ...]]  # of one finger, and what it counts
-
-NORMAL: Final = preset_named("normal")
-CAREFUL: Final = replace(
-    NORMAL, name="normal, placed with care", placement=preset_named("easy").placement
-)
-FAIR: Final = replace(
-    NORMAL,
-    name="normal, of fair skin",
-    pressure=replace(
-        NORMAL.pressure,
-        dryness=(-0.45, 0.5),
-        unevenness=0.16,
-        beading=(0.02, 0.2),
-        middle=(0.0, 0.2),
-        wear=(0.0, 0.2),
-        max_scratches=2,
-    ),
-)
-PRESETS: Final = ((CAREFUL, 4.0), (FAIR, 1.0))  # with what a mate of each counts
-EASY: Final = 0.4
-"""Share of mates that no stage loses, as of the presets clean and easy: none of them are made.
-
-With it, the shares of mates that rank behind 1, 3 and 10 % of the prints by votes are those of the
-databases of FVC, and a larger share ranks behind 0.1 % by votes and descriptors.
-"""
+PRESETS: Final = ("clean", "easy", "normal", "stretched")  # which lose as many mates as FVC
 SEED: Final = 901
 GALLERY_SEED: Final = 931
 # of galleries
@@ -67,10 +41,7 @@ BUDGETS: Final = (0.1, 0.15, 0.2, 0.3, 0.45)
 LOSSES: Final = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 PASSED_ON: Final = 0.2  # about the share of prints to whose scores those of a probe are normalized
 TAIL: Final = 0.01  # share of the prints whose scores make the tail
-RIDGES_OF: Final = 0.02  # share of the prints whose ridges are compared, and of these the tail
-RIDGES_TAIL: Final = 0.1
-SHARES: Final = 60  # that the first two stages may pass on, among which the fastest are chosen,
-SPACING: Final = 3  # the power by which they lie closer where more mates are lost
+SHARES: Final = 400  # that the first stage may pass on, among which the fastest is chosen
 LEAST_MATES: Final = 100  # that count, for a row of the table of its own
 
 
@@ -82,30 +53,38 @@ Example:
 """,
 )
 @click.option("--into", type=PATH, default=MODEL_FILE, help="File to write.")
-@click.option("--mates", default=4800, show_default=True, help="Pairs of prints of one finger.")
+@click.option("--mates", default=6000, show_default=True, help="Pairs of prints of one finger.")
 @click.option("--others", default=8000, show_default=True, help="Prints they are ranked among.")
-def command(into: Path, mates: int, others: int) -> None:
+@click.option(
+    "--learned-with",
+    metavar="CALIBRATION",
+    type=PATH,
+    help="Train nothing: convert the scores of the file, learned with this former calibration.",
+)
+def command(into: Path, mates: int, others: int, learned_with: Path | None) -> None:
     """Train the index of large galleries on synthetic prints.
 
     The shares of the terms are counted in the prints of other fingers. Then each mate is ranked
-    among these prints, by its votes with each budget of postings, by votes and bit descriptors, and
-    by these and ridges. In a gallery a mate counts by the probability that a comparison with all
-    prints finds it: that none of them, of its FMR, scores higher. The same package writes the same
-    file.
+    among these prints, by its votes with each budget of postings, and by votes and bit descriptors.
+    In a gallery a mate counts by the probability that a comparison with all prints finds it: that
+    none of them, of its FMR, scores higher. The same package writes the same file.
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)
-    if not 0 < others <= MOST_PRINTS:
-        raise click.BadParameter(f"between 1 and {MOST_PRINTS} prints", param_hint="--others")
+    if learned_with:
+        write_json(into, _with_scores(parse_json(into.read_bytes()), learned_with))
+        click.echo(into)
+        return
+    if not 0 < others <= MAX_PRINTS:
+        raise click.BadParameter(f"between 1 and {MAX_PRINTS} prints", param_hint="--others")
     with click.progressbar(gallery_prints(others), length=others, label="prints") as counted:
-        prints = [template for _, (template,) in counted]
-    gallery = segment_of(prints)
-    terms = np.concatenate([print_terms(MATCHER.prepare(print_))[0] for print_ in prints])
+        prints = list(counted)
+    terms = np.concatenate([print_terms(print_)[0] for print_ in prints])
     model = model_of_edges(terms, len(prints))
     with click.progressbar(mated_prints(mates), length=mates, label="mates") as pairs:
-        table = measure(model, gallery, pairs)
+        table = measure(model, prints, pairs)
     provenance = {
-        "presets": [[preset.name, weight] for preset, weight in PRESETS],
+        "presets": PRESETS,
         "mates": mates,
         "others": others,
         "seeds": [SEED, GALLERY_SEED],
@@ -114,6 +93,16 @@ def command(into: Path, mates: int, others: int) -> None:
     }
     write_json(into, {"provenance": provenance, **document_of(model, table)})
     click.echo(into)
+
+
+def _with_scores(document: dict[str, Any], learned_with: Path) -> dict[str, Any]:
+    """Return the document with the scores that mates of the same similarity have now."""
+    before = Calibration.from_json(learned_with.read_text(encoding="utf-8"), str(learned_with))
+    now, loss = load_calibration(MATCHER.name), document["loss"]
+    similar = [similarity_of(before, 10 * np.log10(prints)) for prints in loss["prints"]]
+    provenance = {**document["provenance"], "scores": "converted by --learned-with"}
+    converted = {**loss, "scores": _rounded(now.scores(similar), 3)}
+    return {**document, "provenance": provenance, "loss": converted}
 
 
 def document_of(model: IndexModel, table: LossTable) -> dict[str, Any]:
@@ -143,136 +132,121 @@ def model_of_edges(term: NDArray[np.uint16], prints: int) -> IndexModel:
     return IndexModel(shares, both, len(term) / max(prints, 1))
 
 
-def gallery_prints(count: int) -> Iterator[Impressions]:
+def gallery_prints(count: int) -> Iterator[PreparedTemplate]:
     """Yield prints of different synthetic fingers."""
-    return _impressions(GALLERY_SEED, count, 1)
+    return (print_ for (print_,) in _impressions(GALLERY_SEED, count, 1))
 
 
-def mated_prints(count: int) -> Iterator[Impressions]:
+def mated_prints(count: int) -> Iterator[tuple[PreparedTemplate, ...]]:
     """Yield two prints each of synthetic fingers."""
     return _impressions(SEED, count, 2)
 
 
-def _impressions(seed: int, count: int, impressions: int) -> Iterator[Impressions]:
+def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[PreparedTemplate, ...]]:
     """Yield so many prints each of fingers, of all presets and sensors in turn."""
     families = list(product(PRESETS, sorted(SENSORS)))
     fingers = range(-(-count // len(families)))
     made = [
-        (weight, make_templates(seed + k, fingers, impressions, preset=preset, sensors=(sensor,)))
-        for k, ((preset, weight), sensor) in enumerate(families)
+        make_templates(seed + k, fingers, impressions, preset=preset, sensors=(sensor,))
+        for k, (preset, sensor) in enumerate(families)
     ]
     for k in range(count):
-        weight, templates = made[k % len(made)]
-        yield weight, tuple(islice(templates, impressions))
+        templates = islice(made[k % len(made)], impressions)
+        yield tuple(map(MATCHER.prepare, templates))
 
 
-def measure(model: IndexModel, gallery: PrintSegment, pairs: Iterable[Impressions]) -> LossTable:
-    """Return the shares of a gallery that rank before mates."""
+def measure(
+    model: IndexModel, prints: list[PreparedTemplate], pairs: Iterable[tuple[PreparedTemplate, ...]]
+) -> LossTable:
+    """Return the shares of `prints` that rank before mates."""
+    several = PreparedPrints.pack(prints)
+    gallery = segment_of(prints)
     calibration = load_calibration(MATCHER.name)
-    score, rank, weight = [], [], []
-    for counts, (mate, other) in pairs:
-        probe = MATCHER.prepare(other)
-        score.append(calibration.score(MATCHER.compare(probe, MATCHER.prepare(mate)).similarity))
-        rank.append(ranks(model, gallery, probe, mate))
-        weight.append(counts)
-    return table_of(np.array(score), np.array(rank), np.array(weight))
+    score, rank = [], []
+    for mate, probe in pairs:
+        score.append(calibration.score(MATCHER.compare(probe, mate).similarity))
+        rank.append(ranks(model, gallery, several, probe, mate))
+    return table_of(np.array(score), np.array(rank))
 
 
 def ranks(
-    model: IndexModel, gallery: PrintSegment, probe: PreparedTemplate, mate: Template
+    model: IndexModel,
+    gallery: Segment,
+    several: PreparedPrints,
+    probe: PreparedTemplate,
+    mate: PreparedTemplate,
 ) -> NDArray[np.float64]:
-    """Return the shares of the gallery that rank before a mate, (3, B), by stage and budget."""
-    parts, count = (gallery, segment_of([mate])), len(gallery)
-    scores = np.concatenate([one.descriptors.scores(probe) for one in parts])
-    sizes = np.concatenate([one.descriptors.size for one in parts])
-    shares, agreement = np.empty((3, len(BUDGETS))), np.full(count + 1, np.nan)
-    agreement[count:] = _agreement(probe, parts[1], np.zeros(1, np.intp))
+    """Return the shares of the gallery that rank before a mate, (2, B), by stage and budget."""
+    alone, packed = segment_of([mate]), PreparedPrints.pack([mate])
+    scores, sizes = prefilter_scores(probe, several), np.diff(several.minutiae_start)
+    score_of_mate, size_of_mate = prefilter_scores(probe, packed), np.diff(packed.minutiae_start)
+    found = np.empty((2, len(BUDGETS)))
     for k, budget in enumerate(BUDGETS):
         terms = probe_terms(probe, budget, model)
-        votes = np.concatenate([one.terms.votes(terms) for one in parts])
-        passed = np.flatnonzero(votes[:-1] >= np.quantile(votes[:-1], 1 - PASSED_ON))
+        votes, own = gallery.votes(terms), alone.votes(terms)
+        passed = votes >= np.quantile(votes, 1 - PASSED_ON)
         by_size = SizeNormalization.fit(scores[passed], sizes[passed], len(probe))
-        combined = with_votes(by_size.of(scores, sizes), votes)
-        listed = np.argsort(-combined[:-1], kind="stable")[: int(RIDGES_OF * count)]
-        new = listed[np.isnan(agreement[listed])]
-        agreement[new] = _agreement(probe, gallery, new)
-        among = np.append(listed, count)
-        fused = with_ridges(combined[among], agreement[among])
-        shares[0, k] = share_before(votes[:-1], votes[-1])
-        shares[1, k] = share_before(combined[:-1], combined[-1])
-        shares[2, k] = RIDGES_OF * share_before(fused[:-1], fused[-1], RIDGES_TAIL)
-    return shares
+        others = with_votes(by_size.of(scores, sizes), votes)
+        of_mate = with_votes(by_size.of(score_of_mate, size_of_mate), own)
+        found[:, k] = share_before(votes, own[0]), share_before(others, of_mate[0])
+    return found
 
 
-def _agreement(
-    probe: PreparedTemplate, prints: PrintSegment, which: NDArray[np.intp]
-) -> NDArray[np.float64]:
-    """Return how well ridges agree, all of which are known: 0 where prints cannot be aligned."""
-    return np.nan_to_num(ridge_agreement(probe, prints.descriptors, prints.templates, which))
-
-
-def share_before(others: NDArray[np.generic], own: float, tail: float = TAIL) -> float:
+def share_before(others: NDArray[np.generic], own: float) -> float:
     """Return the share of others that score as high as one's own."""
     scores = others.astype(np.float64)
-    start = float(np.quantile(scores, 1 - tail))
+    start = float(np.quantile(scores, 1 - TAIL))
     beyond = scores[scores > start]
     if own <= start or not len(beyond):
         return float((scores >= own).mean())
     return len(beyond) / len(scores) * float(np.exp((start - own) / (beyond - start).mean()))
 
 
-def table_of(
-    score: NDArray[np.float64], rank: NDArray[np.float64], counts: NDArray[np.float64]
-) -> LossTable:
-    """Return the table of mates with these scores (M,), ranks (M, 3, B), and weights (M,)."""
-    found = np.ones((len(PRINTS), len(BUDGETS), len(LOSSES), 3))
+def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable:
+    """Return the table of mates with these scores (M,), and ranks (M, 2, B)."""
+    found = np.ones((len(PRINTS), len(BUDGETS), len(LOSSES), 2))
     for k, prints in enumerate(PRINTS):
         weight = np.exp(-prints * 10 ** (-0.1 * score))
         if weight.sum() < LEAST_MATES and k:
             found[k] = found[k - 1]
             continue
-        weight *= counts
         for b, budget in enumerate(BUDGETS):
             found[k, b] = shares_to_pass_on(rank[:, :, b], weight, budget)
     prints_, budgets, losses = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
     scores = 10 * np.log10(prints_)
-    return LossTable(prints_, scores, budgets, losses, *np.moveaxis(found, -1, 0))
+    return LossTable(prints_, scores, budgets, losses, found[..., 0], found[..., 1])
 
 
 def shares_to_pass_on(
     rank: NDArray[np.float64], weight: NDArray[np.float64], budget: float
 ) -> NDArray[np.float64]:
-    """Return the shares that the three stages pass on at the least cost, for each loss: (L, 3).
+    """Return the shares that the two stages pass on at the least cost, for each loss: (L, 2).
 
-    `rank` (M, 3) are the shares that the stages rank before each mate, which counts as `weight`
+    `rank` (M, 2) are the shares that either stage ranks before each mate, which counts as `weight`
     states. With a smaller loss, no stage passes fewer prints on.
     """
-    found = np.ones((len(LOSSES), 3))
-    order = np.argsort(-rank[:, 2], kind="stable")
+    found = np.ones((len(LOSSES), 2))
+    order = np.argsort(-rank[:, 1], kind="stable")
+    (first, second), weight = rank[order].T, weight[order]
     if not weight.sum():
         return found
-    rank, weight = rank[order], weight[order] * ((1 - EASY) / weight.sum())
-    levels = np.linspace(0, 1, SHARES) ** SPACING
-    shares = [np.unique(np.quantile(one, 1 - levels, method="higher")) for one in rank.T[:2]]
-    least = np.zeros(3)
+    shares = np.unique(np.quantile(first, np.linspace(0, 1, SHARES), method="higher"))
+    least = np.zeros(2)
     for k in reversed(range(len(LOSSES))):
         best = np.inf
-        for first, second in product(
-            *(np.maximum(s, a) for s, a in zip(shares, least, strict=False))
-        ):
-            beyond = (rank[:, 0] > first) | (rank[:, 1] > second)
-            lost = np.cumsum(np.where(beyond, 0.0, weight)) + weight[beyond].sum()
-            if weight[beyond].sum() > LOSSES[k]:
+        for share in np.maximum(shares, least[0]):
+            lost = np.cumsum(np.where(first > share, 0.0, weight)) + weight[first > share].sum()
+            kept = np.flatnonzero((lost > LOSSES[k] * weight.sum()) & (first <= share))
+            if weight[first > share].sum() > LOSSES[k] * weight.sum():
                 continue
-            kept = np.flatnonzero((lost > LOSSES[k]) & ~beyond)
-            third = max(rank[kept[0], 2] if len(kept) else 0.0, least[2])
-            taken = cost(budget, (first, second, third), 1.0)
-            if taken < best:
-                best, found[k] = taken, (first, second, third)
+            passed = max(second[kept[0]] if len(kept) else 0.0, least[1])
+            if cost(budget, share, passed, 1.0) < best:
+                best, found[k] = cost(budget, share, passed, 1.0), (share, passed)
         least = found[k]
     return found
 
 
-def segment_of(prints: Sequence[Template]) -> PrintSegment:
+def segment_of(prints: list[PreparedTemplate]) -> Segment:
     """Return a segment of prints, numbered in their order."""
-    return PrintSegment.build([(k, k, t, MATCHER.prepare(t)) for k, t in enumerate(prints)])
+    numbers = np.arange(len(prints))
+    return Segment.build(numbers, numbers, prints)

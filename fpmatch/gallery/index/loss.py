@@ -3,8 +3,7 @@
 The loss is the share of the mates that comparing all prints would find and a search in stages does
 not. What it takes is measured on synthetic mates by ``python -m research train index``: with each
 budget of postings, the share of other prints that the first stage ranks before a mate, by its
-votes, the second one, by votes and bit descriptors, and the third, by these and by ridges. In
-larger galleries, comparing all finds
+votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
 fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
 reach a threshold. So a search looks in rounds, for clear mates first, and ends with a round that
 finds one.
@@ -25,7 +24,7 @@ from fpmatch.gallery.index.model import MODEL_FILE
 from fpmatch.gallery.index.prints.candidate_list import size_normalized
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
@@ -38,12 +37,13 @@ RIDGE_WEIGHT: Final = 1.25
 """What a standard deviation of the agreement of ridges adds to it."""
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
-# more by the budget; of one in the second stage, the third, and the fourth.
-COST: Final = (0.02, 0.14, 3.2, 28.0, 190.0)
-LEAST_PASSED_ON: Final = (1000, 20, 20)
+# more by the budget; of one in the second stage, and in the third and fourth.
+COST: Final = (0.02, 0.14, 3.2, 52.0)
+LEAST_PASSED_ON: Final = (1000, 20)
+BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
+LEAST_BY_RIDGES: Final = 500
 TIMES: Final = (10, 100)
 """How much larger the galleries are whose searches the first rounds follow, latest round first."""
-EARLY_LOSS: Final = 0.05  # of the mates that a first round looks for; the next finds them
 WORTHWHILE: Final = 2 / 3  # of the cost of the next round: a round that costs more is left out
 
 
@@ -54,12 +54,16 @@ class SearchPlan:
     loss: float  # share of the mates that the search is expected to lose
     budget: float  # postings a print that the first stage visits, for each minutia of the probe
     by_terms: int  # prints that the first stage passes on to the second,
-    by_descriptors: int  # this to the third, where ridges are compared in one place,
-    by_ridges: int  # and that to the comparison
+    by_descriptors: int  # and this to the third, where ridges are compared in one place
+
+    @property
+    def by_ridges(self) -> int:
+        """The prints that the third stage passes on to the comparison; all of a few."""
+        return min(self.by_descriptors, max(ceil(BY_RIDGES * self.by_descriptors), LEAST_BY_RIDGES))
 
     def cost(self, prints: int) -> float:
         """Return about how many microseconds a search of so many prints takes."""
-        return cost(self.budget, (self.by_terms, self.by_descriptors, self.by_ridges), prints)
+        return cost(self.budget, self.by_terms, self.by_descriptors, prints)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,9 +71,9 @@ class LossTable:
     """The shares of a gallery that have to be passed on.
 
     `scores` are those from which a mate ranks first in a gallery of a size as often as not.
-    `by_terms`, `by_descriptors` and `by_ridges`, shape (N, B, L), are the shares of the prints that
-    the three stages pass on, in a gallery of a size and with a budget, so that all together lose a
-    share of the mates.
+    `by_terms` and `by_descriptors`, shape (N, B, L), are the shares of the prints that the first
+    and the second stage pass on, in a gallery of a size and with a budget, so that both together
+    lose a share of the mates.
     """
 
     prints: NDArray[np.float64]  # (N,): sizes of galleries, ascending
@@ -78,7 +82,6 @@ class LossTable:
     losses: NDArray[np.float64]  # (L,): shares of mates, ascending
     by_terms: NDArray[np.float64]
     by_descriptors: NDArray[np.float64]
-    by_ridges: NDArray[np.float64]
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> LossTable:
@@ -89,7 +92,7 @@ class LossTable:
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("no table of losses", code="malformed") from error
         axes = made.prints, made.scores, made.budgets, made.losses
-        shares = made.by_terms, made.by_descriptors, made.by_ridges
+        shares = made.by_terms, made.by_descriptors
         rise = all(a.ndim == 1 and a.size and (np.diff(a, prepend=0) > 0).all() for a in axes)
         shape = made.prints.size, made.budgets.size, made.losses.size
         rise = rise and made.scores.shape == made.prints.shape
@@ -105,14 +108,15 @@ class LossTable:
         by_score = np.searchsorted(self.scores, threshold, "right")
         row = max(int(by_size), int(by_score), 1) - 1
         plans = []
-        of_stages = self.by_terms[row], self.by_descriptors[row], self.by_ridges[row]
-        for budget, *stages in zip(self.budgets.tolist(), *of_stages, strict=True):
+        for budget, *stages in zip(
+            self.budgets.tolist(), self.by_terms[row], self.by_descriptors[row], strict=True
+        ):
             counts = [
                 min(max(ceil(self._share(loss, shares) * prints), least), prints)
                 for shares, least in zip(stages, LEAST_PASSED_ON, strict=True)
             ]
-            first, second, third = np.minimum.accumulate(counts).tolist()
-            plans.append(SearchPlan(loss, budget, first, second, third))
+            counts[1] = min(counts)
+            plans.append(SearchPlan(loss, budget, *counts))
         return min(plans, key=lambda plan: plan.cost(prints))
 
     def _share(self, loss: float, shares: NDArray[np.float64]) -> float:
@@ -122,10 +126,10 @@ class LossTable:
         return float(np.exp(np.interp(np.log(loss), np.log(self.losses), np.log(shares + 1e-9))))
 
 
-def cost(budget: float, passed_on: Sequence[float], prints: float) -> float:
-    """Return about how many microseconds a search takes whose stages pass so many prints on."""
-    each, visited, *of_stages = COST
-    return prints * (each + visited * budget) + float(np.dot(of_stages, passed_on))
+def cost(budget: float, by_terms: float, by_descriptors: float, prints: float) -> float:
+    """Return about how many microseconds a search of so many prints takes."""
+    each, visited, looked_at, compared = COST
+    return prints * (each + visited * budget) + looked_at * by_terms + compared * by_descriptors
 
 
 @cache
@@ -145,7 +149,7 @@ def search_plan(loss: float, prints: int, threshold: float = 0.0, times: int = 1
     Examples
     --------
     >>> careful, quick = (search_plan(loss, 1_000_000) for loss in (0.005, 0.05))
-    >>> careful.by_terms > max(quick.by_terms, search_plan(0.005, 10**6, threshold=90).by_terms)
+    >>> careful.by_terms > quick.by_terms > search_plan(0.05, 1_000_000, threshold=90).by_terms
     True
     """
     return loss_table().plan(loss, prints, threshold, times)
@@ -158,19 +162,19 @@ def search_rounds(
 
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
     first passes on the share of the prints that a gallery of a hundred times as many demands for a
-    loss of 5 %, where only clear mates rank first, and ends the search at a score that a print
+    loss of 1 %, where only clear mates rank first, and ends the search at a score that a print
     reaches by chance in one search of a hundred, or at the threshold; the second likewise, of ten.
     Mates that they miss are left to the last.
 
     Examples
     --------
     >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
-    [(1000, 70.0), (64301, inf)]
+    [(1000, 80.0), (5051, 70.0), (336001, inf)]
     """
     rounds = [(search_plan(loss, prints, threshold), inf)]
     for times in () if all_mates else TIMES:
         decisive = max(10 * log10(times * max(prints, 1)), threshold)
-        plan = search_plan(max(loss, EARLY_LOSS), prints, threshold, times)
+        plan = search_plan(max(loss, DEFAULT_LOSS), prints, threshold, times)
         if plan.cost(prints) < WORTHWHILE * rounds[0][0].cost(prints):
             rounds.insert(0, (plan, decisive))
     return rounds

@@ -35,7 +35,7 @@ def small_limits(monkeypatch):
     monkeypatch.setattr(opening, "LISTED_UP_TO", 10)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(
-        module, "search_rounds", lambda loss, *_, **__: [(SearchPlan(loss, 0.5, 20, 6, 3), inf)]
+        module, "search_rounds", lambda loss, *_, **__: [(SearchPlan(loss, 0.5, 20, 6), inf)]
     )
 
 
@@ -91,7 +91,7 @@ def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(l
 
     def rounds(loss, prints, threshold, all_mates):
         asked.append((loss, prints, threshold, all_mates))
-        return [(SearchPlan(loss, 0.5, 20, 6, 3), inf)]
+        return [(SearchPlan(loss, 0.5, 20, 6), inf)]
 
     monkeypatch.setattr(module, "search_rounds", rounds)
     search, curve = opened(large), load_calibration("unit-circle")
@@ -107,7 +107,7 @@ def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(l
 
 
 def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch):
-    few, many = SearchPlan(0.1, 0.5, 8, 2, 1), SearchPlan(0.1, 0.5, 20, 6, 3)
+    few, many = SearchPlan(0.1, 0.5, 8, 2), SearchPlan(0.1, 0.5, 20, 6)
     monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(few, 60.0), (many, inf)])
     search, unmated = opened(large), scattered(1000, 30)
     for engine in (Threads(2), serial()):
@@ -115,7 +115,7 @@ def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch
         assert own.listed.passed_on == (8, 2, 2)
         assert search.numbers[own.listed.compared].tolist()[0] <= 4
         assert len(own.listed.compared) == 2
-        assert other.listed.passed_on == (20, 6, 4)
+        assert other.listed.passed_on == (20, 6, 6)
         assert len(other.listed.compared) == len(set(other.listed.compared.tolist())) >= 6
     assert identify(search, print_of(3), count=1).candidates[0].number == 4
     # without the first round, the same prints are compared for a probe that has no mate

@@ -21,6 +21,7 @@ from fpmatch.gallery.engine import in_threads
 from fpmatch.gallery.engine.engine import dask, processes, serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index import loss
 from fpmatch.gallery.index.loss import SearchPlan, combined_scores, with_ridges
 from fpmatch.gallery.index.prints.candidate_list import greatest, prefilter_scores
 from fpmatch.gallery.index.prints.compare import ridge_agreement
@@ -65,7 +66,7 @@ LISTS = (
 
 
 def plan_of(loss, prints, threshold):
-    return SearchPlan(loss, 0.5, 15 if threshold else 25, 9, 4)
+    return SearchPlan(loss, 0.5, 15 if threshold else 25, 9)
 
 
 def rounds_of(loss, prints, threshold, all_mates):
@@ -86,6 +87,7 @@ def small_parts(tmp_path_factory):
         patch.setattr("fpmatch.gallery.search.entries.MAX_BATCH", 3)
         patch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 5)
         patch.setattr(indexed, "search_rounds", rounds_of)
+        patch.setattr(loss, "LEAST_BY_RIDGES", 4)
         yield
 
 

@@ -44,7 +44,7 @@ BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so ma
 LEAST_BY_RIDGES: Final = 500
 TIMES: Final = (10, 100)
 """How much larger the galleries are whose searches the first rounds follow, latest round first."""
-WORTHWHILE: Final = 2 / 3  # of the cost of the next round: a round that costs more is left out
+WORTHWHILE: Final = 1 / 2  # of the cost of the next round: a round that costs more is left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +169,7 @@ def search_rounds(
     Examples
     --------
     >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
-    [(1000, 80.0), (5051, 70.0), (336001, inf)]
+    [(5051, 70.0), (336001, inf)]
     """
     rounds = [(search_plan(loss, prints, threshold), inf)]
     for times in () if all_mates else TIMES:

@@ -43,10 +43,10 @@ def _speed(results: Mapping[str, Any]) -> str:
             _prints(s),
             f"{s['plan']['loss']:.1%}",
             _threshold(s["threshold"]),
-            *(f"{s['plan'][name]:,}" for name in PASSED_ON),
+            *_passed_on(s["plan"]),
             *(text for one in (s["mated"], s) for text in _cost(one)),
             f"{s['us_a_print']:.2f} µs",
-            *(f"{s['ms'][name]:.1f} ms" for name in STAGES),
+            *(f"{s['ms'].get(name, 0.0):.1f} ms" for name in STAGES),
             f"{s['open_s']:.2f} s",
         ]
         for s in results["speed"]
@@ -70,7 +70,7 @@ def _rounds(results: Mapping[str, Any]) -> str:
             _threshold(s["threshold"]),
             str(number),
             _threshold(one["score"] or 0.0),
-            *(f"{one[name]:,}" for name in PASSED_ON),
+            *_passed_on(one),
             percent(ended / s["mated"]["searches"]),
         ]
         for s in results["speed"]
@@ -84,11 +84,7 @@ def _rounds(results: Mapping[str, Any]) -> str:
 def _behind(results: Mapping[str, Any]) -> str:
     """Return how many of all mates that comparing all finds rank behind shares of the prints."""
     head = ["gallery", "wanted loss", "mates"]
-    head += [
-        f"{by}, {share}"
-        for by in ("votes", "descriptors", "both", "with ridges")
-        for share in ("1%", "0.1%")
-    ]
+    head += [f"{by}, {share}" for by in results["loss"][0]["behind"] for share in ("1%", "0.1%")]
     groups: dict[tuple[int, float], list[Any]] = {}
     for row in results["loss"]:
         if not row["threshold"]:
@@ -106,6 +102,11 @@ def _prints(row: Mapping[str, Any]) -> str:
     """Return the size of a gallery, and how many of its prints are different."""
     repeated = row["different"] < row["prints"]
     return f"{row['prints']:,}" + (f" ({row['different']:,} different)" if repeated else "")
+
+
+def _passed_on(plan: Mapping[str, Any]) -> list[str]:
+    """Return what each stage passes on; plans of earlier versions have no stage of ridges."""
+    return [f"{plan[name]:,}" if name in plan else "-" for name in PASSED_ON]
 
 
 def _threshold(least: float) -> str:

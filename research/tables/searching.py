@@ -93,7 +93,8 @@ def _behind(results: Mapping[str, Any]) -> str:
     for (gallery, wanted), of in groups.items():
         mates = sum(r["found"] for r in of)
         behind = [sum(r["behind"][by][k] for r in of) for by in of[0]["behind"] for k in (0, 1)]
-        shares = (percent(n / mates) for n in behind)
+        # behind all: no search compared the ridges of more prints than it compared whole
+        shares = (percent(n / mates) if n < mates else "-" for n in behind)
         rows.append([f"{gallery:,}", f"{wanted:.1%}", str(mates), *shares])
     return markdown_table([head, *rows])
 

@@ -43,10 +43,10 @@ def _speed(results: Mapping[str, Any]) -> str:
             _prints(s),
             f"{s['plan']['loss']:.1%}",
             _threshold(s["threshold"]),
-            *_passed_on(s["plan"]),
+            *(f"{s['plan'][name]:,}" for name in PASSED_ON),
             *(text for one in (s["mated"], s) for text in _cost(one)),
             f"{s['us_a_print']:.2f} µs",
-            *(f"{s['ms'].get(name, 0.0):.1f} ms" for name in STAGES),
+            *(f"{s['ms'][name]:.1f} ms" for name in STAGES),
             f"{s['open_s']:.2f} s",
         ]
         for s in results["speed"]
@@ -70,7 +70,7 @@ def _rounds(results: Mapping[str, Any]) -> str:
             _threshold(s["threshold"]),
             str(number),
             _threshold(one["score"] or 0.0),
-            *_passed_on(one),
+            *(f"{one[name]:,}" for name in PASSED_ON),
             percent(ended / s["mated"]["searches"]),
         ]
         for s in results["speed"]
@@ -103,11 +103,6 @@ def _prints(row: Mapping[str, Any]) -> str:
     """Return the size of a gallery, and how many of its prints are different."""
     repeated = row["different"] < row["prints"]
     return f"{row['prints']:,}" + (f" ({row['different']:,} different)" if repeated else "")
-
-
-def _passed_on(plan: Mapping[str, Any]) -> list[str]:
-    """Return what each stage passes on; plans of earlier versions have no stage of ridges."""
-    return [f"{plan[name]:,}" if name in plan else "-" for name in PASSED_ON]
 
 
 def _threshold(least: float) -> str:

@@ -202,7 +202,7 @@ def with_votes(normalized: NDArray[np.float64], votes: NDArray[np.uint16]) -> ND
 
 
 def with_ridges(scores: NDArray[np.float64], agreement: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the scores of the third stage: those of the second and how well ridges agree.
+    """Return the scores of the third stage: second-stage scores plus the agreement of ridges.
 
     The agreement is normalized by that of all prints that the second stage passed on. Where it is
     not known (NaN), the score is infinite.

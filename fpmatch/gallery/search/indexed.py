@@ -252,7 +252,7 @@ def _by_descriptors(
 
 
 def _ridge_agreement(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:
-    """Return how well the ridges of prints of a segment agree with those of a probe."""
+    """Return the agreement of the ridges of a probe and of prints of a segment."""
     return ridge_agreement(probe, piece.segment.descriptors, piece.segment.templates, local)
 
 

@@ -38,8 +38,8 @@ NO_PLACES: Final = np.empty(0, np.intp)
 class Listed:
     """What the stages have found for a probe so far.
 
-    `places` are those of the prints that the next stage scores, ascending (None: all), and `scores`
-    those by which the last stage listed them. `passed_on` is how many prints each stage passed on;
+    `places` are the prints that the next stage scores, ascending (None: all), and `scores` the ones
+    by which the last stage listed them. `passed_on` is how many prints each stage passed on;
     `ended` states that no further round of stages is needed.
     """
 

@@ -281,7 +281,7 @@ def _shown(value: object) -> str:
 
 
 def is_damaged_copy(copy: bytes, original: bytes) -> bool:
-    """Return whether bytes are those of a file that was cut short or partly overwritten."""
+    """Return whether bytes come from a file that was cut short or partly overwritten."""
     if not any(copy):
         return True
     common = min(len(copy), len(original))

@@ -118,10 +118,10 @@ class PreparedView:
         return 0
 
     def compare_ridges(self, reader, which, tables, probe, reference, correlator, agreement):
-        """Fill how well the ridges of all prints agree with those of a probe, each in one place.
+        """Fill the agreement of the ridges of each print with a probe's, under one transform.
 
-        The place is where most of the bit descriptors agree: print k has those of number
-        ``which[k]`` of a reader, and `tables` have the probe's. `reference` is room for a print.
+        The transform is the one in which most bit descriptors agree: a reader has them for print k
+        under number ``which[k]``, and `tables` have the probe's. `reference` is room for a print.
         The agreement is the mean correlation, times the root of the number of cells; NaN where
         ridges are not known or nothing agrees.
         """

@@ -78,14 +78,13 @@ def ridge_agreement(
     templates: CompactTemplates,
     which: NDArray[np.integer],
 ) -> NDArray[np.float64]:
-    """Return how well the ridges of a probe agree with those of some prints, by their numbers.
+    """Return the agreement of the ridges of a probe and of some prints, by their numbers.
 
     The prints are aligned rigidly, by the bit descriptors that agree in one rotation and shift. The
     agreement is the mean correlation of the ridges, times the root of the number of cells; NaN
     where one of the two prints has no ridges, or no descriptors agree.
     """
     agreement = np.full(len(which), np.nan)
-    own = view_of(probe)
     if probe.region.ridges is None or not len(which):
         return agreement
     small = probe.region.area <= SMALL_AREA_PX2
@@ -93,7 +92,7 @@ def ridge_agreement(
     arrays = np.empty((4, 0)), np.empty(0), np.empty(0, np.int32), np.empty((0, 6, 0), np.float32)
     correlator = workspace_for(len(probe)).scorer.correlator
     tables, reader = prefilter_of(probe.bit_descriptors), DescriptorReader(descriptors)
-    numbers = np.ascontiguousarray(which, np.int64)
+    numbers, own = np.ascontiguousarray(which, np.int64), view_of(probe)
     prints.view.compare_ridges(
         reader, numbers, tables, own, TemplateView(*arrays), correlator, agreement
     )

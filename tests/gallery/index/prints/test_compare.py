@@ -267,7 +267,7 @@ def test_a_matcher_that_compares_in_its_own_way_does_so_with_many():
 
 @pytest.fixture(scope="module")
 def fingers():
-    """Return two impressions each of three synthetic fingers, those of the first small."""
+    """Return two impressions each of three synthetic fingers; the first two are small."""
     first, second, *others = make_templates(8, range(3), 2, preset="clean")
     small = [fragment(first, 8), fragment(second, 8)]
     assert max(prepare(one).region.area for one in small) <= SMALL_AREA_PX2
@@ -275,7 +275,7 @@ def fingers():
 
 
 def agreement_with(probe, templates):
-    """Return how well the ridges of a probe agree with those of templates, in reverse order."""
+    """Return the agreement of the ridges of a probe and of templates, compared in reverse order."""
     descriptors = StoredDescriptors.pack(map(prepare, templates))
     which = np.arange(len(templates))[::-1]
     return ridge_agreement(probe, descriptors, CompactTemplates.pack(templates), which)[::-1]

@@ -10,7 +10,6 @@ import numpy as np
 
 import fpmatch
 from fpmatch.base.output import check_writable
-from fpmatch.base.parsing import parse_json
 from fpmatch.gallery.index.loss import LossTable, cost, with_votes
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
 from fpmatch.gallery.index.prints.candidate_list import SizeNormalization, prefilter_scores
@@ -19,90 +18,79 @@ from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.index.terms import print_terms, probe_terms
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.calibration import Calibration, load_calibration
+from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json
-from research.training.tail import similarity_of
+from research.databases import extract_folders, prints_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
 PRESETS: Final = ("clean", "easy", "normal", "stretched")  # which lose as many mates as FVC
 SEED: Final = 901
 GALLERY_SEED: Final = 931
 # of galleries
-PRINTS: Final = tuple(int(k * 10**power) for power in range(4, 8) for k in (1, 3))
-BUDGETS: Final = (0.1, 0.15, 0.2, 0.3, 0.45)
+PRINTS: Final = tuple(int(k * 10**power) for power in range(4, 9) for k in (1, 3))
+BUDGETS: Final = (0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1.0)
 LOSSES: Final = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 PASSED_ON: Final = 0.2  # about the share of prints to whose scores those of a probe are normalized
 TAIL: Final = 0.01  # share of the prints whose scores make the tail
 SHARES: Final = 400  # that the first stage may pass on, among which the fastest is chosen
 LEAST_MATES: Final = 100  # that count, for a row of the table of its own
+PROBES: Final = 80  # of a database, at most,
+MATES: Final = 7  # and mates of each
 
 
 @click.command(
     cls=Command,
     epilog="""\b
 Example:
-  python -m research train index
+  python -m research train index prints/db1 prints/db2
 """,
 )
+@click.argument("folders", metavar="[DIR]...", nargs=-1, type=PATH)
 @click.option("--into", type=PATH, default=MODEL_FILE, help="File to write.")
 @click.option("--mates", default=6000, show_default=True, help="Pairs of prints of one finger.")
 @click.option("--others", default=8000, show_default=True, help="Prints they are ranked among.")
-@click.option(
-    "--learned-with",
-    metavar="CALIBRATION",
-    type=PATH,
-    help="Train nothing: convert the scores of the file, learned with this former calibration.",
-)
-def command(into: Path, mates: int, others: int, learned_with: Path | None) -> None:
-    """Train the index of large galleries on synthetic prints.
+def command(folders: tuple[Path, ...], into: Path, mates: int, others: int) -> None:
+    """Train the index of large galleries on synthetic prints, and on the mates of databases.
 
-    The shares of the terms are counted in the prints of other fingers. Then each mate is ranked
-    among these prints, by its votes with each budget of postings, and by votes and bit descriptors.
-    In a gallery a mate counts by the probability that a comparison with all prints finds it: that
-    none of them, of its FMR, scores higher. The same package writes the same file.
+    The shares of the terms are counted in synthetic prints of other fingers. Then each mate is
+    ranked among these prints, by its votes with each budget of postings, and by votes and bit
+    descriptors. In a gallery a mate counts by the probability that a comparison with all prints
+    finds it: that none of them, of its FMR, scores higher. The mates are those of FVC-style
+    databases DIR, where some are given, else synthetic ones. The same package writes the same file.
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)
-    if learned_with:
-        write_json(into, _with_scores(parse_json(into.read_bytes()), learned_with))
-        click.echo(into)
-        return
     if not 0 < others <= MAX_PRINTS:
         raise click.BadParameter(f"between 1 and {MAX_PRINTS} prints", param_hint="--others")
     with click.progressbar(gallery_prints(others), length=others, label="prints") as counted:
         prints = list(counted)
     terms = np.concatenate([print_terms(print_)[0] for print_ in prints])
     model = model_of_edges(terms, len(prints))
-    with click.progressbar(mated_prints(mates), length=mates, label="mates") as pairs:
-        table = measure(model, prints, pairs)
+    databases = extract_folders(folders)
+    probes = database_probes(databases) if databases else synthetic_probes(mates)
+    of_all = None if databases else mates
+    with click.progressbar(probes, length=of_all, label="mates") as counted_probes:
+        table = measure(model, prints, counted_probes)
+    names = [extracted.dataset.name for extracted in databases]
     provenance = {
         "presets": PRESETS,
-        "mates": mates,
+        **({"databases": names} if names else {"mates": mates}),
         "others": others,
         "seeds": [SEED, GALLERY_SEED],
         "version": fpmatch.__version__,
-        "command": "python -m research train index",
+        "command": "python -m research train index" + " DIR..." * bool(names),
     }
     write_json(into, {"provenance": provenance, **document_of(model, table)})
     click.echo(into)
-
-
-def _with_scores(document: dict[str, Any], learned_with: Path) -> dict[str, Any]:
-    """Return the document with the scores that mates of the same similarity have now."""
-    before = Calibration.from_json(learned_with.read_text(encoding="utf-8"), str(learned_with))
-    now, loss = load_calibration(MATCHER.name), document["loss"]
-    similar = [similarity_of(before, 10 * np.log10(prints)) for prints in loss["prints"]]
-    provenance = {**document["provenance"], "scores": "converted by --learned-with"}
-    converted = {**loss, "scores": _rounded(now.scores(similar), 3)}
-    return {**document, "provenance": provenance, "loss": converted}
 
 
 def document_of(model: IndexModel, table: LossTable) -> dict[str, Any]:
@@ -137,9 +125,23 @@ def gallery_prints(count: int) -> Iterator[PreparedTemplate]:
     return (print_ for (print_,) in _impressions(GALLERY_SEED, count, 1))
 
 
-def mated_prints(count: int) -> Iterator[tuple[PreparedTemplate, ...]]:
-    """Yield two prints each of synthetic fingers."""
-    return _impressions(SEED, count, 2)
+def synthetic_probes(count: int) -> Iterator[tuple[PreparedTemplate, list[PreparedTemplate]]]:
+    """Yield prints of synthetic fingers, and of each another print, its mate."""
+    return ((probe, [mate]) for mate, probe in _impressions(SEED, count, 2))
+
+
+def database_probes(
+    databases: Sequence[ExtractedSet],
+) -> Iterator[tuple[PreparedTemplate, list[PreparedTemplate]]]:
+    """Yield prints of FVC-style databases, evenly chosen, and of each some mates."""
+    for extracted in databases:
+        kept = prints_of(extracted)
+        prints = [MATCHER.prepare(template) for _, template in kept]
+        for probe in range(0, len(kept), -(-len(kept) // PROBES)):
+            finger = kept[probe][0].finger
+            mates = [k for k, (shown, _) in enumerate(kept) if shown.finger == finger]
+            mates.remove(probe)
+            yield prints[probe], [prints[k] for k in mates[:: -(-len(mates) // MATES) or 1]]
 
 
 def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[PreparedTemplate, ...]]:
@@ -156,16 +158,19 @@ def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[Prep
 
 
 def measure(
-    model: IndexModel, prints: list[PreparedTemplate], pairs: Iterable[tuple[PreparedTemplate, ...]]
+    model: IndexModel,
+    prints: list[PreparedTemplate],
+    probes: Iterable[tuple[PreparedTemplate, list[PreparedTemplate]]],
 ) -> LossTable:
-    """Return the shares of `prints` that rank before mates."""
+    """Return the shares of `prints` that rank before the mates of probes."""
     several = PreparedPrints.pack(prints)
     gallery = segment_of(prints)
     calibration = load_calibration(MATCHER.name)
-    score, rank = [], []
-    for mate, probe in pairs:
-        score.append(calibration.score(MATCHER.compare(probe, mate).similarity))
-        rank.append(ranks(model, gallery, several, probe, mate))
+    score: list[float] = []
+    rank: list[NDArray[np.float64]] = []
+    for probe, mates in probes:
+        score += [calibration.score(MATCHER.compare(probe, mate).similarity) for mate in mates]
+        rank += [*ranks(model, gallery, several, probe, mates)]
     return table_of(np.array(score), np.array(rank))
 
 
@@ -174,21 +179,22 @@ def ranks(
     gallery: Segment,
     several: PreparedPrints,
     probe: PreparedTemplate,
-    mate: PreparedTemplate,
+    mates: list[PreparedTemplate],
 ) -> NDArray[np.float64]:
-    """Return the shares of the gallery that rank before a mate, (2, B), by stage and budget."""
-    alone, packed = segment_of([mate]), PreparedPrints.pack([mate])
+    """Return the shares of the gallery that rank before mates, (M, 2, B), by stage and budget."""
+    alone, packed = segment_of(mates), PreparedPrints.pack(mates)
     scores, sizes = prefilter_scores(probe, several), np.diff(several.minutiae_start)
-    score_of_mate, size_of_mate = prefilter_scores(probe, packed), np.diff(packed.minutiae_start)
-    found = np.empty((2, len(BUDGETS)))
+    own_scores, own_sizes = prefilter_scores(probe, packed), np.diff(packed.minutiae_start)
+    found = np.empty((len(mates), 2, len(BUDGETS)))
     for k, budget in enumerate(BUDGETS):
         terms = probe_terms(probe, budget, model)
         votes, own = gallery.votes(terms), alone.votes(terms)
         passed = votes >= np.quantile(votes, 1 - PASSED_ON)
         by_size = SizeNormalization.fit(scores[passed], sizes[passed], len(probe))
         others = with_votes(by_size.of(scores, sizes), votes)
-        of_mate = with_votes(by_size.of(score_of_mate, size_of_mate), own)
-        found[:, k] = share_before(votes, own[0]), share_before(others, of_mate[0])
+        of_mates = with_votes(by_size.of(own_scores, own_sizes), own)
+        found[:, 0, k] = [share_before(votes, one) for one in own]
+        found[:, 1, k] = [share_before(others, one) for one in of_mates]
     return found
 
 
@@ -213,8 +219,7 @@ def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable
         for b, budget in enumerate(BUDGETS):
             found[k, b] = shares_to_pass_on(rank[:, :, b], weight, budget)
     prints_, budgets, losses = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
-    scores = 10 * np.log10(prints_)
-    return LossTable(prints_, scores, budgets, losses, found[..., 0], found[..., 1])
+    return LossTable(prints_, budgets, losses, found[..., 0], found[..., 1])
 
 
 def shares_to_pass_on(

@@ -1,12 +1,12 @@
 """How many prints each stage of a search passes on, for a wanted loss.
 
 The loss is the share of the mates that comparing all prints would find and a search in stages does
-not. What it takes is measured on synthetic mates by ``python -m research train index``: with each
-budget of postings, the share of other prints that the first stage ranks before a mate, by its
+not. What it takes is measured on mates of databases by ``python -m research train index``: with
+each budget of postings, the share of other prints that the first stage ranks before a mate, by its
 votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
 fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
-reach a threshold. So a search looks in rounds, for clear mates first, and ends with a round that
-finds one.
+reach a threshold. So a search looks for clear mates in a first round, and ends with it if it finds
+one.
 """
 
 from __future__ import annotations
@@ -38,13 +38,15 @@ RIDGE_WEIGHT: Final = 1.25
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
 # more by the budget; of one in the second stage, and in the third and fourth.
-COST: Final = (0.02, 0.14, 3.2, 52.0)
-LEAST_PASSED_ON: Final = (1000, 20)
+COST: Final = (0.02, 0.14, 2.4, 52.0)
+LEAST_PASSED_ON: Final = (500, 10)
 BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
 LEAST_BY_RIDGES: Final = 500
-TIMES: Final = (10, 100)
-"""How much larger the galleries are whose searches the first rounds follow, latest round first."""
-WORTHWHILE: Final = 1 / 2  # of the cost of the next round: a round that costs more is left out
+FIRST_LOSS: Final = 0.05  # of the first round, in a gallery so many times as large
+TIMES: Final = 10
+WORTHWHILE: Final = (
+    1 / 2
+)  # of the cost of the last round: a first round that costs more is left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +72,12 @@ class SearchPlan:
 class LossTable:
     """The shares of a gallery that have to be passed on.
 
-    `scores` are those from which a mate ranks first in a gallery of a size as often as not.
     `by_terms` and `by_descriptors`, shape (N, B, L), are the shares of the prints that the first
     and the second stage pass on, in a gallery of a size and with a budget, so that both together
     lose a share of the mates.
     """
 
     prints: NDArray[np.float64]  # (N,): sizes of galleries, ascending
-    scores: NDArray[np.float64]  # (N,): of their mates, ascending
     budgets: NDArray[np.float64]  # (B,): postings a print, for each minutia of the probe
     losses: NDArray[np.float64]  # (L,): shares of mates, ascending
     by_terms: NDArray[np.float64]
@@ -91,11 +91,10 @@ class LossTable:
             made = cls(**{name: np.array(table[name], np.float64) for name in cls.__slots__})
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("no table of losses", code="malformed") from error
-        axes = made.prints, made.scores, made.budgets, made.losses
+        axes = made.prints, made.budgets, made.losses
         shares = made.by_terms, made.by_descriptors
         rise = all(a.ndim == 1 and a.size and (np.diff(a, prepend=0) > 0).all() for a in axes)
         shape = made.prints.size, made.budgets.size, made.losses.size
-        rise = rise and made.scores.shape == made.prints.shape
         if not (rise and all(s.shape == shape and (np.abs(s - 0.5) <= 0.5).all() for s in shares)):
             raise MatcherError("no table of losses", code="malformed")
         return made
@@ -104,9 +103,9 @@ class LossTable:
         """Return the fastest plan of a loss; see `search_plan`."""
         if not 0 < loss < 1:
             raise MatcherError(f"a loss is between 0 and 1, not {number_text(loss)}")
-        by_size = np.searchsorted(self.prints, times * prints, "right")
-        by_score = np.searchsorted(self.scores, threshold, "right")
-        row = max(int(by_size), int(by_score), 1) - 1
+        # mates of a score rank first in a gallery of a size
+        size = max(times * prints, 10 ** (0.1 * threshold))
+        row = max(int(np.searchsorted(self.prints, size, "right")), 1) - 1
         plans = []
         for budget, *stages in zip(
             self.budgets.tolist(), self.by_terms[row], self.by_descriptors[row], strict=True
@@ -161,23 +160,21 @@ def search_rounds(
     """Return the plans of the rounds of a search, and the score of a print that ends it after each.
 
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
-    first passes on the share of the prints that a gallery of a hundred times as many demands for a
-    loss of 1 %, where only clear mates rank first, and ends the search at a score that a print
-    reaches by chance in one search of a hundred, or at the threshold; the second likewise, of ten.
-    Mates that they miss are left to the last.
+    first passes on the share of the prints that a gallery of ten times as many demands for a loss
+    of 5 %, and ends the search at a score that a print reaches by chance in one search of ten, or
+    at the threshold. Mates that it misses are left to the last.
 
     Examples
     --------
-    >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
-    [(5051, 70.0), (336001, inf)]
+    >>> (first, score), (last, _) = search_rounds(0.005, 10**6)
+    >>> score, first.by_terms < last.by_terms / 10
+    (70.0, True)
     """
-    rounds = [(search_plan(loss, prints, threshold), inf)]
-    for times in () if all_mates else TIMES:
-        decisive = max(10 * log10(times * max(prints, 1)), threshold)
-        plan = search_plan(max(loss, DEFAULT_LOSS), prints, threshold, times)
-        if plan.cost(prints) < WORTHWHILE * rounds[0][0].cost(prints):
-            rounds.insert(0, (plan, decisive))
-    return rounds
+    last = search_plan(loss, prints, threshold)
+    first = search_plan(max(loss, FIRST_LOSS), prints, threshold, TIMES)
+    if all_mates or first.cost(prints) > WORTHWHILE * last.cost(prints):
+        return [(last, inf)]
+    return [(first, max(10 * log10(TIMES * max(prints, 1)), threshold)), (last, inf)]
 
 
 def combined_scores(

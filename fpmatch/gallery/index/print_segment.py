@@ -123,9 +123,8 @@ def prepare_prints(
     order = np.argsort(segment, kind="stable")
     bounds = np.searchsorted(segment[order], np.arange(len(segments) + 1)).tolist()
     of_each = zip(segments, pairwise(bounds), strict=True)
-    parts = [prepare_compact(one.templates, place[order[a:b]]) for one, (a, b) in of_each if a < b]
-    prints = prepared_prints.PreparedPrints.concatenate(parts)
-    return prints if (order[1:] > order[:-1]).all() else prints.take(np.argsort(order))
+    parts = [one.templates.take(place[order[a:b]]) for one, (a, b) in of_each if a < b]
+    return prepare_compact(CompactTemplates.concatenate(parts), np.argsort(order))
 
 
 _PARTS: Final[dict[str, tuple[Any, Mapping[str, Column]]]] = {

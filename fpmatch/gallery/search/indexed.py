@@ -174,17 +174,22 @@ class IndexedSearch(Search):
                 Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
                 Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
                 Stage(_ridge_agreement, partial(_by_ridges, by_ridges), AREAS_AT_ONCE),
-                Stage(_similarities, end, PREPARED_AT_ONCE),
+                self.comparison()._replace(choose=end),
             ]
             if by_ridges >= by_descriptors:  # all are compared
                 del of_round[2]
             stages += [stage._replace(of_round=True) for stage in of_round]
         others = partial(self._other_impressions, options.count)
-        return [*stages, Stage(_similarities, others), self.comparison()]
+        return [*stages, self.comparison()._replace(choose=others), self.comparison()]
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
-        return Stage(_similarities, add_compared, PREPARED_AT_ONCE)
+        return Stage(_similarities, add_compared, PREPARED_AT_ONCE, across=self._similarities)
+
+    def _similarities(self, probe: Any, places: Indices) -> NDArray[np.float64]:
+        """Return the similarities of a probe to prints, prepared together."""
+        prints = prepare_prints(self.state.segments, *self.state.places(places))
+        return similarities(self.matcher, probe, prints)
 
     def _by_votes(
         self, most: int, _: Any, listed: Listed, voted: list[tuple[int, Indices, NDArray[Any]]]

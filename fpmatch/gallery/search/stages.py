@@ -71,7 +71,8 @@ class Stage(NamedTuple):
     """One stage of a search.
 
     ``score(piece, asked, places)`` returns the result for prints of a piece, given their places in
-    it: of a function at the top of a module, with what `ask` makes of the probe. ``choose(probe,
+    it: of a function at the top of a module, with what `ask` makes of the probe. Threads call
+    ``across(asked, places)`` instead, if there is one, with places of all pieces. ``choose(probe,
     listed, results)`` gets the results of all pieces, in order. A thread takes `at_once` prints
     before it takes others (None: a piece). A probe whose rounds have ended skips stages `of_round`.
     """
@@ -81,6 +82,7 @@ class Stage(NamedTuple):
     at_once: int | None = None
     ask: Callable[[Any], Any] = lambda probe: probe
     of_round: bool = False
+    across: Callable[[Any, Indices], Any] | None = None
 
 
 class Division(NamedTuple):
@@ -134,6 +136,8 @@ def _round(
 ) -> Generator[_Batch, None, None]:
     """Yield batches after a stage. They take turns on the `copies` of the pieces."""
     turns = count()
+    across = stage.across if apart else None
+    work: Any = _score_across if across else _score
 
     def tasks_of(batch: _Batch) -> Iterator[tuple[int, list[Any]]]:
         first = next(turns) % copies * len(divided.pieces)
@@ -142,7 +146,7 @@ def _round(
 
     with (
         closing(batches),
-        closing(map_batches(held, _score, stage.score, batches, tasks_of)) as scored,
+        closing(map_batches(held, work, across or stage.score, batches, tasks_of)) as scored,
     ):
         for batch, results in scored:
             of_probe: list[list[Any]] = [[] for _ in batch]
@@ -172,6 +176,10 @@ def _tasks(
         if listed.places is not None and not len(listed.places):
             continue
         asked = stage.ask(probe)
+        if apart and stage.across:
+            every = np.arange(sum(divided.sizes)) if listed.places is None else listed.places
+            yield from ((0, [(i, asked, part)]) for part in _parts(every, stage.at_once))
+            continue
         for piece, places in _within_pieces(divided, listed.places):
             if not apart:
                 by_piece[piece].append((i, asked, places))
@@ -206,3 +214,8 @@ def _parts(places: Places, at_once: int | None) -> Iterator[Places]:
 def _score(score: Callable[..., Any], piece: Any, chunk: list[Any]) -> list[tuple[int, Any]]:
     """Return for each probe, by number, the result of a stage for prints of a piece."""
     return [(i, score(piece, asked, places)) for i, asked, places in chunk]
+
+
+def _score_across(score: Callable[..., Any], _: Any, chunk: list[Any]) -> list[tuple[int, Any]]:
+    """Return for each probe, by number, the result of a stage for prints of all pieces."""
+    return [(i, score(asked, places)) for i, asked, places in chunk]

@@ -5,8 +5,8 @@ not. What it takes is measured on mates of databases by ``python -m research tra
 each budget of postings, the share of other prints that the first stage ranks before a mate, by its
 votes, and the second one, by votes and bit descriptors. In larger galleries, comparing all finds
 fewer of the faint mates, so that smaller shares suffice. The same holds where candidates have to
-reach a threshold. So a search looks for clear mates in a first round, and ends with it if it finds
-one.
+reach a threshold. So a search looks in rounds, for clear mates first, and ends with a round that
+finds one.
 """
 
 from __future__ import annotations
@@ -41,12 +41,10 @@ RIDGE_WEIGHT: Final = 1.25
 COST: Final = (0.02, 0.14, 2.4, 52.0)
 LEAST_PASSED_ON: Final = (500, 10)
 BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
-LEAST_BY_RIDGES: Final = 500
-FIRST_LOSS: Final = 0.05  # of the first round, in a gallery so many times as large
-TIMES: Final = 10
-WORTHWHILE: Final = (
-    1 / 2
-)  # of the cost of the last round: a first round that costs more is left out
+LEAST_BY_RIDGES: Final = 400
+EARLY_LOSSES: Final = (0.05, 0.02)  # of the rounds before the last one, in a gallery
+TIMES: Final = 10  # so many times as large
+WORTHWHILE: Final = 1 / 4  # of the cost of the last round: a round that costs more is left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,19 +160,19 @@ def search_rounds(
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
     first passes on the share of the prints that a gallery of ten times as many demands for a loss
     of 5 %, and ends the search at a score that a print reaches by chance in one search of ten, or
-    at the threshold. Mates that it misses are left to the last.
+    at the threshold; the second likewise, with a loss of 2 %. Mates that they miss are left to the
+    last.
 
     Examples
     --------
-    >>> (first, score), (last, _) = search_rounds(0.005, 10**6)
-    >>> score, first.by_terms < last.by_terms / 10
-    (70.0, True)
+    >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
+    [(1751, 70.0), (6861, 70.0), (125001, inf)]
     """
     last = search_plan(loss, prints, threshold)
-    first = search_plan(max(loss, FIRST_LOSS), prints, threshold, TIMES)
-    if all_mates or first.cost(prints) > WORTHWHILE * last.cost(prints):
-        return [(last, inf)]
-    return [(first, max(10 * log10(TIMES * max(prints, 1)), threshold)), (last, inf)]
+    early = [search_plan(each, prints, threshold, TIMES) for each in EARLY_LOSSES]
+    least, most = max(10 * log10(TIMES * max(prints, 1)), threshold), WORTHWHILE * last.cost(prints)
+    rounds = [(plan, least) for plan in early if plan.cost(prints) < most and not all_mates]
+    return [*rounds, (last, inf)]
 
 
 def combined_scores(
@@ -209,3 +207,19 @@ def with_ridges(scores: NDArray[np.float64], agreement: NDArray[np.float64]) -> 
     normalized = (agreement - known.mean()) / (spread or 1.0) if len(known) else agreement
     combined: NDArray[np.float64] = scores + RIDGE_WEIGHT * normalized
     return np.where(np.isnan(agreement), np.inf, combined)
+
+
+def chosen_by_ridges(
+    scores: NDArray[np.float64], agreement: NDArray[np.float64], most: int
+) -> NDArray[np.intp]:
+    """Return the places, ascending, of the prints that the third stage passes on.
+
+    All whose ridges are not known, and of the others so many at `most`: one half ranks first with
+    ridges, the other without, because where few descriptors agree they may misplace the ridges.
+    """
+    unknown, half = int(np.isnan(agreement).sum()), most // 2
+    chosen = np.zeros(len(scores), bool)
+    chosen[np.argsort(-with_ridges(scores, agreement), kind="stable")[: unknown + most - half]] = 1
+    left = np.flatnonzero(~chosen)
+    chosen[left[np.argsort(-scores[left], kind="stable")[:half]]] = True
+    return np.flatnonzero(chosen)

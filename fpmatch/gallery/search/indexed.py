@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.index.loss import combined_scores, search_rounds, with_ridges
+from fpmatch.gallery.index.loss import chosen_by_ridges, combined_scores, search_rounds
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
 from fpmatch.gallery.index.prints.compact_template import PRINTS_AT_ONCE as AREAS_AT_ONCE
@@ -262,11 +262,9 @@ def _ridge_agreement(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray
 
 
 def _by_ridges(most: int, _: Any, listed: Listed, parts: list[NDArray[np.float64]]) -> Listed:
-    """List the prints whose ridges agree best, or are not known; of equals, the first."""
+    """List the prints of `chosen_by_ridges`."""
     agreement = np.concatenate([np.empty(0), *parts])
-    unknown = int(np.isnan(agreement).sum())
-    order = np.argsort(-with_ridges(listed.scores, agreement), kind="stable")
-    kept = np.sort(order[: unknown + most])
+    kept = chosen_by_ridges(listed.scores, agreement, most)
     assert listed.places is not None
     passed_on = *listed.passed_on[:2], len(kept)
     return replace(listed, places=listed.places[kept], passed_on=passed_on)

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import (
-    FIRST_LOSS,
+    EARLY_LOSSES,
     RIDGE_WEIGHT,
     TIMES,
     LossTable,
+    chosen_by_ridges,
     combined_scores,
     loss_table,
     search_plan,
@@ -31,7 +32,7 @@ def test_a_plan_is_of_the_loss_and_within_the_gallery(loss, prints):
     assert plan.loss == loss
     assert plan.budget in loss_table().budgets
     assert min(prints, 10) <= plan.by_descriptors <= plan.by_terms <= prints
-    assert min(plan.by_descriptors, 500) <= plan.by_ridges <= plan.by_descriptors
+    assert min(plan.by_descriptors, 400) <= plan.by_ridges <= plan.by_descriptors
 
 
 @pytest.mark.parametrize("prints", [30_000, 1_000_000, 10_000_000])
@@ -51,15 +52,15 @@ def test_a_threshold_makes_a_search_cost_less(loss):
 
 
 @given(st.floats(1e-3, 0.3), st.integers(0, 10**8), st.sampled_from([0.0, 50.0, 75.0, 100.0]))
-def test_a_first_round_looks_for_clear_mates_at_half_the_cost(loss, prints, threshold):
-    *first, (last, never) = search_rounds(loss, prints, threshold)
+def test_early_rounds_look_for_clear_mates_at_a_quarter_of_the_cost(loss, prints, threshold):
+    *early, (last, never) = search_rounds(loss, prints, threshold)
     assert (last, never) == (search_plan(loss, prints, threshold), np.inf)
     assert [(last, never)] == search_rounds(loss, prints, threshold, all_mates=True)
-    clear = search_plan(max(loss, FIRST_LOSS), prints, threshold, TIMES)
-    if clear.cost(prints) > 0.5 * last.cost(prints):
-        assert first == []
-    else:
-        assert first == [(clear, max(threshold, 10 * np.log10(TIMES * max(prints, 1))))]
+    plans = [search_plan(each, prints, threshold, TIMES) for each in EARLY_LOSSES]
+    decisive = max(threshold, 10 * np.log10(TIMES * max(prints, 1)))
+    assert early == [
+        (plan, decisive) for plan in plans if plan.cost(prints) < 0.25 * last.cost(prints)
+    ]
 
 
 def test_without_a_measured_loss_all_prints_are_passed_on():
@@ -106,6 +107,19 @@ def test_ridges_count_by_their_standard_deviations_and_unknown_ones_come_first()
     assert combined[1] == np.inf
     assert with_ridges(scores, np.full(4, 2.0)).tolist() == scores.tolist()
     assert (with_ridges(scores, np.full(4, np.nan)) == np.inf).all()
+
+
+@given(st.integers(0, 9), st.lists(st.sampled_from([0.0, 1.0, 2.0, np.nan]), max_size=12))
+def test_half_of_the_prints_are_passed_on_by_ridges_and_half_without(most, agreement):
+    scores = np.arange(float(len(agreement)))
+    agreement = np.array(agreement, float)
+    chosen = chosen_by_ridges(scores, agreement, most)
+    unknown = np.flatnonzero(np.isnan(agreement))
+    assert np.isin(unknown, chosen).all()
+    assert len(chosen) == min(len(scores), len(unknown) + most)
+    first = np.argsort(-with_ridges(scores, agreement), kind="stable")
+    assert np.isin(first[: len(unknown) + most - most // 2], chosen).all()
+    assert np.isin(np.setdiff1d(np.arange(len(scores)), unknown)[::-1][: most // 2], chosen).all()
 
 
 @pytest.mark.skipif(not _local_kernel.COMPILED, reason="takes minutes")

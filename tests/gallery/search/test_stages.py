@@ -22,7 +22,7 @@ from fpmatch.gallery.engine.engine import dask, processes, serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import loss
-from fpmatch.gallery.index.loss import SearchPlan, combined_scores, with_ridges
+from fpmatch.gallery.index.loss import SearchPlan, chosen_by_ridges, combined_scores
 from fpmatch.gallery.index.prints.candidate_list import greatest, prefilter_scores
 from fpmatch.gallery.index.prints.compare import ridge_agreement
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
@@ -227,15 +227,15 @@ def test_the_index_passes_on_what_a_loop_over_all_its_prints_does(filled, probe,
     number, votes, scores, sizes = (np.array(column) for column in zip(*rows, strict=True))
     combined = combined_scores(scores, sizes, votes, len(prepared))
     best = np.lexsort((number, -combined))[: max(plan.by_descriptors, count)]
+    best = best[np.argsort(number[best])]
     agreement = np.full(len(number), np.nan)
     for segment in search.state.segments:
         inside = np.flatnonzero(np.isin(segment.numbers, number[best]))
         of = ridge_agreement(prepared, segment.descriptors, segment.templates, inside)
         for n, one in zip(segment.numbers[inside], of, strict=True):
             agreement[number == n] = one
-    fused, agreement = with_ridges(combined[best], agreement[best]), agreement[best]
-    order = np.lexsort((number[best], -fused))
-    passed_on = number[best[order[: max(plan.by_ridges, count) + np.isnan(agreement).sum()]]]
+    most = max(plan.by_ridges, count)
+    passed_on = number[best[chosen_by_ridges(combined[best], agreement[best], most)]]
     listed = compared(search, probe, Threads(1), count=count)
     assert listed.passed_on == (25, len(best), len(passed_on))
     first = np.isin(search.numbers[listed.compared], passed_on)

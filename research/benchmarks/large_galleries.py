@@ -431,10 +431,10 @@ def main(
     The loss is measured on synthetic fingers and on each FVC-style database DIR: each probe is
     searched for in the gallery, once for each of its mates. A mate counts where it is more similar
     than the 300 likeliest other prints, one that is lost than the 4,000 likeliest: so do all that
-    comparing all would find, and some that it would not. In a gallery of 65,536, all prints are compared, which shows what that changes. The
-    exit status is 1 where a search for a mate in a million prints with a loss of 0.5 % takes more
-    than 1,300 calls, a print more than 2,200 bytes, or more than 1 % of the mates of a database are
-    lost.
+    comparing all would find, and some that it would not. In a gallery of 65,536, all prints are
+    compared, which shows what that changes. The exit status is 1 where a search for a mate in a
+    million prints with a loss of 0.5 % takes more than 1,300 calls, a print more than 2,200 bytes,
+    or more than 1 % of the mates of a database are lost.
     """
     given = kinds(folders)
     speed, lost = [], []

@@ -42,9 +42,10 @@ COST: Final = (0.02, 0.14, 2.4, 52.0)
 LEAST_PASSED_ON: Final = (500, 10)
 BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
 LEAST_BY_RIDGES: Final = 400
-EARLY_LOSSES: Final = (0.05, 0.02)  # of the rounds before the last one, in a gallery
-TIMES: Final = 10  # so many times as large
-WORTHWHILE: Final = 1 / 4  # of the cost of the last round: a round that costs more is left out
+# Losses of the rounds before the last one, in a gallery so many times as large; a round that costs
+# more than a share of the last one is left out.
+TIMES: Final = 10
+EARLY_LOSSES: Final = {0.05: 1 / 2, 0.02: 1 / 4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,9 +170,12 @@ def search_rounds(
     [(1751, 70.0), (6861, 70.0), (125001, inf)]
     """
     last = search_plan(loss, prints, threshold)
-    early = [search_plan(each, prints, threshold, TIMES) for each in EARLY_LOSSES]
-    least, most = max(10 * log10(TIMES * max(prints, 1)), threshold), WORTHWHILE * last.cost(prints)
-    rounds = [(plan, least) for plan in early if plan.cost(prints) < most and not all_mates]
+    decisive = max(10 * log10(TIMES * max(prints, 1)), threshold)
+    rounds = []
+    for early, share in EARLY_LOSSES.items():
+        plan = search_plan(early, prints, threshold, TIMES)
+        if not all_mates and plan.cost(prints) < share * last.cost(prints):
+            rounds.append((plan, decisive))
     return [*rounds, (last, inf)]
 
 

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import (
-    EARLY_LOSSES,
     RIDGE_WEIGHT,
     TIMES,
     LossTable,
@@ -52,14 +51,17 @@ def test_a_threshold_makes_a_search_cost_less(loss):
 
 
 @given(st.floats(1e-3, 0.3), st.integers(0, 10**8), st.sampled_from([0.0, 50.0, 75.0, 100.0]))
-def test_early_rounds_look_for_clear_mates_at_a_quarter_of_the_cost(loss, prints, threshold):
+def test_early_rounds_look_for_clear_mates_at_a_share_of_the_cost(loss, prints, threshold):
     *early, (last, never) = search_rounds(loss, prints, threshold)
     assert (last, never) == (search_plan(loss, prints, threshold), np.inf)
     assert [(last, never)] == search_rounds(loss, prints, threshold, all_mates=True)
-    plans = [search_plan(each, prints, threshold, TIMES) for each in EARLY_LOSSES]
     decisive = max(threshold, 10 * np.log10(TIMES * max(prints, 1)))
-    assert early == [
-        (plan, decisive) for plan in plans if plan.cost(prints) < 0.25 * last.cost(prints)
+    assert all(score == decisive for _, score in early)
+    plans = [search_plan(each, prints, threshold, TIMES) for each in (0.05, 0.02)]
+    most = last.cost(prints)
+    worthwhile = [plans[0].cost(prints) < most / 2, plans[1].cost(prints) < most / 4]
+    assert [plan for plan, _ in early] == [
+        p for p, yes in zip(plans, worthwhile, strict=True) if yes
     ]
 
 

@@ -3,6 +3,7 @@
 import struct
 import zlib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from matching_prints import (
 )
 
 from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.gallery.index.print_segment import prepare_prints
 from fpmatch.gallery.index.prints import compact_template as module
 from fpmatch.gallery.index.prints.compact_template import (
     CompactTemplates,
@@ -66,6 +68,16 @@ def some_templates():
     crowd = spread_points(np.random.default_rng(1), 203, 4.0)
     made.append(template_of(crowd, quality=np.arange(203) % 100, field=striped_field(side=20)))
     return made
+
+
+@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 5)), max_size=9))
+def test_prints_of_several_segments_are_prepared_in_their_order(which):
+    packed = [compact(template) for template in some_templates()[:18]]
+    parts = [CompactTemplates.of_bytes(packed[k : k + 6]) for k in (0, 6, 12)]
+    segments = [SimpleNamespace(templates=part) for part in parts]
+    segment, place = np.array(which, int).reshape(-1, 2).T
+    found = prepare_prints(segments, segment, place)
+    assert_same(found, one_by_one([packed[6 * a + b] for a, b in which]))
 
 
 def test_templates_of_all_kinds_are_prepared_alike(monkeypatch):

@@ -54,16 +54,16 @@ def measure(
     folders: tuple[Path, ...], searching: Path, workers: int | None, json_file: Path | None
 ) -> None:
     """Measure the constants of a plan on the prints of FVC-style databases DIR."""
-    times = search_times(read_json(searching))
-    found = measured_constants(extract_folders(folders, workers), times)
+    calls = search_calls(read_json(searching))
+    found = measured_constants(extract_folders(folders, workers), calls)
     print_and_write(format_constants(Constants.from_dict(found)), found, json_file)
 
 
-def search_times(results: Any) -> list[tuple[int, float]]:
-    """Return prints and seconds of a search by default, from what `large_galleries.py` wrote."""
+def search_calls(results: Any) -> list[tuple[int, float]]:
+    """Return prints and calls of Delaunay of a search by default, as `large_galleries.py` wrote."""
     try:
         rows = [
-            (int(row["prints"]), sum(row["ms"].values()) / 1e3)
+            (int(row["prints"]), float(row["calls"]))
             for row in results["speed"]
             if row["plan"]["loss"] == DEFAULT_LOSS and not row["threshold"]
         ]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from research.commands import research
-from research.scale.command import search_times
+from research.scale.command import search_calls
 from research.scale.constants import STAGES, Assumptions, Constants
 from research.scale.plan import found_shares, limits, make_plan, threshold
 from research.scale.simulate import loss_row, simulate
@@ -134,25 +134,25 @@ def test_impossible_constants_are_refused(change, message):
         Constants.from_dict({**document(), **change})
 
 
-def test_times_of_searches_are_the_sums_of_the_stages():
+def test_searches_without_a_mate_count_by_their_calls_of_delaunay():
     by_default = {"plan": {"loss": DEFAULT_LOSS}, "threshold": 0.0}
     rows = [
-        {"prints": 100, "ms": {"terms": 3.0, "comparison": 2.0}, **by_default},
-        {"prints": 10, "ms": {"a": 1.0}, **by_default},
-        {"prints": 10, "ms": {"a": 7.0}, **by_default, "threshold": 70.0},
-        {"prints": 10, "ms": {"a": 9.0}, **by_default, "plan": {"loss": DEFAULT_LOSS / 2}},
+        {"prints": 100, "calls": 5, **by_default},
+        {"prints": 10, "calls": 1.5, **by_default},
+        {"prints": 10, "calls": 7, **by_default, "threshold": 70.0},
+        {"prints": 10, "calls": 9, **by_default, "plan": {"loss": DEFAULT_LOSS / 2}},
     ]
-    assert search_times({"speed": rows}) == [(10, 0.001), (100, 0.005)]
+    assert search_calls({"speed": rows}) == [(10, 1.5), (100, 5.0)]
 
 
 @pytest.mark.parametrize(
-    "wrong", [None, [], {}, {"speed": [{}]}, {"speed": 3}, {"speed": [{"prints": 1, "ms": []}]}]
+    "wrong", [None, [], {}, {"speed": [{}]}, {"speed": 3}, {"speed": [{"prints": 1, "calls": []}]}]
 )
 def test_documents_of_another_kind_are_refused(wrong, tmp_path):
     with pytest.raises(FpmatchError):
         Constants.from_dict(wrong)
     with pytest.raises(FpmatchError):
-        search_times(wrong)
+        search_calls(wrong)
     path = tmp_path / "wrong.json"
     path.write_text(json.dumps(wrong))
     result = CliRunner().invoke(research, ["scale", "plan", str(path)])

@@ -124,6 +124,7 @@ class _Gallery:
         self.calibration = calibration
         others = len(presentations) if len(self.search) <= EXHAUSTIVE_UP_TO else LIST_LENGTH
         self.options = options | {"calibration": calibration, "count": LIST_LENGTH + others}
+        self.options["all_mates"] = True  # all impressions are searched at once
         self.options["workers"] = 1  # the engine uses all cores already
 
     def candidates(self, presentation: int) -> tuple[NDArray[np.intp], Scores, bool]:

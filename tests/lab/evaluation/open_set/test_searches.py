@@ -8,6 +8,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.lab.evaluation.open_set import searches
 from fpmatch.lab.evaluation.open_set.background import load_background, no_background
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles
 from fpmatch.lab.evaluation.open_set.run import (
@@ -88,6 +89,25 @@ def test_every_round_is_a_search_of_its_own_gallery(made):
     np.testing.assert_array_equal(found.direct, found.score)  # all prints were compared
     assert set(found.enrolled.tolist()) == {12, 13}
     assert not found.preselected
+
+
+@pytest.mark.parametrize(("fingers", "function"), [(1, "identify"), (2, "identify_fused")])
+def test_all_mates_are_looked_for_because_all_impressions_are_in_one_gallery(
+    fingers, function, made, monkeypatch
+):
+    asked = []
+
+    def noted(*args, **options):
+        asked.append(options["all_mates"])
+        return original(*args, **options)
+
+    original = getattr(searches, function)
+    monkeypatch.setattr(searches, function, noted)
+    presentations = [one for subject in load_subjects(made, fingers) for one in subject]
+    roles = Roles.draw([[3] * (7 // fingers)])
+    search_all(presentations, roles, no_background(MATCHER), CALIBRATION)
+    assert asked
+    assert all(asked)
 
 
 def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
-PRESETS: Final = ("clean", "easy", "normal", "stretched")  # which lose as many mates as FVC
+PRESETS: Final = ("clean", "easy", "normal", "stretched")  # of synthetic prints
 SEED: Final = 901
 GALLERY_SEED: Final = 931
 # of galleries
@@ -64,8 +64,9 @@ def command(folders: tuple[Path, ...], into: Path, mates: int, others: int) -> N
     The shares of the terms are counted in synthetic prints of other fingers. Then each mate is
     ranked among these prints, by its votes with each budget of postings, and by votes and bit
     descriptors. In a gallery a mate counts by the probability that a comparison with all prints
-    finds it: that none of them, of its FMR, scores higher. The mates are those of FVC-style
-    databases DIR, where some are given, else synthetic ones. The same package writes the same file.
+    ranks it first. Each print has a higher score with the FMR of the mate's score. The mates are
+    prints of the FVC-style databases DIR, where some are given, else synthetic. The same package
+    writes the same file.
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)

@@ -184,9 +184,11 @@ class IndexedSearch(Search):
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
-        return Stage(_similarities, add_compared, PREPARED_AT_ONCE, across=self._similarities)
+        return Stage(
+            _similarities, add_compared, PREPARED_AT_ONCE, across=self._similarities_across
+        )
 
-    def _similarities(self, probe: Any, places: Indices) -> NDArray[np.float64]:
+    def _similarities_across(self, _: Any, probe: Any, places: Indices) -> NDArray[np.float64]:
         """Return the similarities of a probe to prints, prepared together."""
         prints = prepare_prints(self.state.segments, *self.state.places(places))
         return similarities(self.matcher, probe, prints)

@@ -72,7 +72,7 @@ class Stage(NamedTuple):
 
     ``score(piece, asked, places)`` returns the result for prints of a piece, given their places in
     it: of a function at the top of a module, with what `ask` makes of the probe. Threads call
-    ``across(asked, places)`` instead, if there is one, with places of all pieces. ``choose(probe,
+    `across` alike instead, if there is one, with places among all pieces. ``choose(probe,
     listed, results)`` gets the results of all pieces, in order. A thread takes `at_once` prints
     before it takes others (None: a piece). A probe whose rounds have ended skips stages `of_round`.
     """
@@ -82,7 +82,7 @@ class Stage(NamedTuple):
     at_once: int | None = None
     ask: Callable[[Any], Any] = lambda probe: probe
     of_round: bool = False
-    across: Callable[[Any, Indices], Any] | None = None
+    across: Callable[[Any, Any, Any], Any] | None = None
 
 
 class Division(NamedTuple):
@@ -136,8 +136,7 @@ def _round(
 ) -> Generator[_Batch, None, None]:
     """Yield batches after a stage. They take turns on the `copies` of the pieces."""
     turns = count()
-    across = stage.across if apart else None
-    work: Any = _score_across if across else _score
+    score = (stage.across if apart else None) or stage.score
 
     def tasks_of(batch: _Batch) -> Iterator[tuple[int, list[Any]]]:
         first = next(turns) % copies * len(divided.pieces)
@@ -146,7 +145,7 @@ def _round(
 
     with (
         closing(batches),
-        closing(map_batches(held, work, across or stage.score, batches, tasks_of)) as scored,
+        closing(map_batches(held, _score, score, batches, tasks_of)) as scored,
     ):
         for batch, results in scored:
             of_probe: list[list[Any]] = [[] for _ in batch]
@@ -214,8 +213,3 @@ def _parts(places: Places, at_once: int | None) -> Iterator[Places]:
 def _score(score: Callable[..., Any], piece: Any, chunk: list[Any]) -> list[tuple[int, Any]]:
     """Return for each probe, by number, the result of a stage for prints of a piece."""
     return [(i, score(piece, asked, places)) for i, asked, places in chunk]
-
-
-def _score_across(score: Callable[..., Any], _: Any, chunk: list[Any]) -> list[tuple[int, Any]]:
-    """Return for each probe, by number, the result of a stage for prints of all pieces."""
-    return [(i, score(asked, places)) for i, asked, places in chunk]

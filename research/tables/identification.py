@@ -22,6 +22,17 @@ if TYPE_CHECKING:
     from research.training.tail import ImpostorKind
 
 
+SEARCHED: Final = {
+    "alone": "",
+    "background": "in a background of 10,000 fingers",
+    "hundred_thousand": "in a background of 131,072 fingers",
+    "million": "in a background of a million fingers",
+    "rolled_hundred_thousand": "of rolled prints, in a background of 131,072 fingers",
+    "rolled_million": "of rolled prints, in a background of a million fingers",
+}
+"""The parts of the page: which prints are searched for, and where."""
+
+
 def tests_kept(document: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return what the page shows of ``fpmatch evaluate-identification --json``."""
     return [
@@ -43,47 +54,50 @@ def _rates_kept(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def format_identification(results: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """Format kept tests as Markdown: alone, and in backgrounds."""
-    parts = ("alone", "background", "million")
-    tests = [test for part in parts for test in results.get(part, ())]
-    return "\n\n".join(
-        f"{_caption(test)}\n\n{_rates(test)}\n\n{_predictions(test['pooled'])}" for test in tests
-    )
-
-
-def _caption(test: Mapping[str, Any]) -> str:
-    low, high = test["enrolled"]
-    enrolled = f"{high:,}" if low == high else f"{low:,} to {high:,}"
-    of = f", {test['background']:,} of them synthetic" if test["background"] else ""
-    return f"**{count(test['fingers'], 'finger')}**, {enrolled} subjects in the gallery{of}:"
-
-
-def _rates(test: Mapping[str, Any]) -> str:
-    points = test["pooled"]["fnir_at_fpir"]
+    """Format kept tests as Markdown: all databases of each, single databases, and predictions."""
+    tests = [(part, test) for part in SEARCHED for test in results.get(part, ())]
+    points = tests[0][1]["pooled"]["fnir_at_fpir"]
     fpirs = [f"FPIR {100 * point['fpir']:.6g} %" for point in points]
-    head = ["FNIR at", "rank 1", *fpirs, f"95 % interval at {fpirs[-1]}"]
-    rows, bounds = [], []
-    for row in (*test["sets"], test["pooled"]):
-        last, bound = (row["fnir_at_fpir"][-1][key] for key in ("interval", "bound"))
+    rows = [["FNIR at", "rank 1", *fpirs, f"95 % interval at {fpirs[-1]}"]]
+    predictions, bounds = [], []
+    for part, test in tests:
+        pooled = test["pooled"]
+        last, bound = (pooled["fnir_at_fpir"][-1][key] for key in ("interval", "bound"))
         bounds.append(bound and ExactBound(**bound))
         rows.append(
             [
-                row["name"],
-                percent(row["rank"]["1"]),
-                *(percent(point["fnir"]) for point in row["fnir_at_fpir"]),
+                _gallery(part, test),
+                percent(pooled["rank"]["1"]),
+                *(percent(point["fnir"]) for point in pooled["fnir_at_fpir"]),
                 limits(None if last is None else Interval(*last), bounds[-1]),
             ]
         )
-    return "\n\n".join(filter(None, [markdown_table([head, *rows]), bounds_note(bounds)]))
+        head, cells = prediction_table(fpirs[-1], [_point(pooled["fnir_at_fpir"][-1])])
+        predictions.append((_gallery(part, test), *cells[1:]))
+    shown = [markdown_table(rows), bounds_note(bounds), _by_database(tests, fpirs[-1])]
+    return "\n\n".join(filter(None, [*shown, markdown_table([head, *predictions])]))
 
 
-def _predictions(pooled: Mapping[str, Any]) -> str:
-    names = [field.name for field in fields(IdentificationPoint)]
-    points = [
-        IdentificationPoint(**{name: point[name] for name in names})
-        for point in pooled["fnir_at_fpir"]
-    ]
-    return markdown_table(prediction_table("all databases", points))
+def _gallery(part: str, test: Mapping[str, Any]) -> str:
+    """Return what is searched for, and in what gallery."""
+    kind = "rolled, " if part.startswith("rolled") else ""
+    low, high = test["enrolled"]
+    enrolled = f"{high:,}" if low == high else f"{low:,} to {high:,}"
+    return f"{kind}{count(test['fingers'], 'finger')}, {enrolled} subjects"
+
+
+def _by_database(tests: Sequence[tuple[str, Mapping[str, Any]]], fpir: str) -> str:
+    """Format the FNIR of each database of flat prints at the highest FPIR, in each gallery."""
+    flat = [(part, test) for part, test in tests if not part.startswith("rolled")]
+    rows = [[f"FNIR at {fpir}", *(_gallery(*one) for one in flat)]]
+    for sets in zip(*(test["sets"] for _, test in flat), strict=True):
+        fnirs = (percent(row["fnir_at_fpir"][-1]["fnir"]) for row in sets)
+        rows.append([sets[0]["name"], *fnirs])
+    return markdown_table(rows)
+
+
+def _point(kept: Mapping[str, Any]) -> IdentificationPoint:
+    return IdentificationPoint(**{f.name: kept[f.name] for f in fields(IdentificationPoint)})
 
 
 def format_fusion(results: Sequence[Mapping[str, Any]]) -> str:

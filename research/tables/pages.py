@@ -21,6 +21,7 @@ from research.points.table import format_bench
 from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import (
+    SEARCHED,
     format_fusion,
     format_identification,
     format_tail,
@@ -171,12 +172,13 @@ PAGES: Final = {
     ),
     "identification": Page(
         {
-            "alone": _SEARCHES,
+            **{
+                part: replace(_SEARCHES, help=", ".join(filter(None, [_SEARCHES.help, where])))
+                for part, where in SEARCHED.items()
+            },
             "fusion": Part(
                 "python -m research measure fused-fingers --json", "identification.json"
             ),
-            "background": replace(_SEARCHES, help=f"{_SEARCHES.help}, with --background GALLERY"),
-            "million": replace(_SEARCHES, help="The same, in a background of a million fingers"),
             "tail": Part(
                 "research/benchmarks/impostor_tail.py --json", "impostor_tail.json", alone=True
             ),

@@ -148,6 +148,8 @@ def test_identification_without_a_miss_shows_its_limit_and_names_the_method():
     row = {"name": "one", "mated": 80, "rank": {"1": 0.0}}
     row |= {"fnir_at_fpir": [point | {"extrapolated": False}]}
     test = {"fingers": 1, "enrolled": [4, 4], "background": 0, "sets": [row], "pooled": row}
-    text = format_identification({"alone": [test]})
-    assert text.count("| one | 0.00 % | 0.00 % | at most 25.89 % (0 of 10) |") == 2
+    text = format_identification({"alone": [test], "rolled_million": [test | {"background": 9}]})
+    assert "| 1 finger, 4 subjects | 0.00 % | 0.00 % | at most 25.89 % (0 of 10) |" in text
+    assert "| rolled, 1 finger, 4 subjects | 0.00 % |" in text
+    assert "| one | 0.00 % |" in text
     assert "by Clopper-Pearson, one-sided; n counts subjects" in text

@@ -115,9 +115,18 @@ class GalleryIndex:
         raise self.gallery.error("its index cannot be read", "index")
 
     def _replaced_by_another(self) -> bool:
-        """Return whether another program has replaced the segments; they are read then."""
+        """Return whether another program has replaced the segments; they are read then.
+
+        The folder is locked meanwhile: a program that goes on removing entries could replace some
+        segments while the others are read.
+        """
         before, self._state = self._state, None
-        names = {part.listed.name for part in self.refresh().parts}
+        now = self.refresh()
+        if now.folder is not None:
+            with suppress(OSError), folder_lock(now.folder.path):
+                for part in now.parts:
+                    _fault(part)
+        names = {part.listed.name for part in now.parts}
         return before is not None and names != {part.listed.name for part in before.parts}
 
     def _base(self, revision: Revision) -> IndexState:

@@ -7,7 +7,7 @@ import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -249,6 +249,38 @@ def test_what_is_damaged_is_built_again_with_a_note(gallery, damage, which):
     assert notes == [f"{what} of the index of {gallery.name} are damaged: built again"]
     if which == "segment":
         assert set(whole) < set(segment_files(gallery))
+
+
+def test_segments_that_are_replaced_whenever_they_are_read_are_read_once_they_are_locked(
+    gallery, monkeypatch
+):
+    """A program that removes one entry after the other replaces what is being read."""
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
+    gallery.add([new_entry(number) for number in range(60)])
+    contents(index_of(gallery))
+    read_segment, locked = index_files.IndexFolder.read_segment, []
+    left = np.random.default_rng(5).permutation(np.arange(1, 61)).tolist()
+
+    @contextmanager
+    def noted_lock(path):
+        with folder_lock(path):
+            locked.append(path)
+            yield
+            locked.pop()
+
+    def read_slowly(folder, listed):
+        if not locked:
+            with open_gallery(gallery.file) as other, monkeypatch.context() as patch:
+                patch.setattr(index_files.IndexFolder, "read_segment", read_segment)
+                other.remove([left.pop()])
+        return read_segment(folder, listed)
+
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.folder_lock", noted_lock)
+    monkeypatch.setattr(index_files.IndexFolder, "read_segment", read_slowly)
+    index = index_of(gallery)
+    assert len(index.loaded()) >= len(gallery) == len(left) > 20
+    monkeypatch.undo()
+    assert contents(index) == afresh(gallery)
 
 
 def test_missing_files_are_built_again(gallery):

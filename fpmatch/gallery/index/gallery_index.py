@@ -123,9 +123,14 @@ class GalleryIndex:
         before, self._state = self._state, None
         now = self.refresh()
         if now.folder is not None:
-            with suppress(OSError), folder_lock(now.folder.path):
+            with suppress(OSError, FpmatchError), folder_lock(now.folder.path):
+                now = IndexState.of_list(now.folder.read_list(), now.folder, now.parts)
                 for part in now.parts:
                     _fault(part)
+            revision = self.gallery.revision()
+            removals = removals_between(self.gallery, now.revision, revision)
+            if removals is not None:
+                now = self._state = now.after(removals, revision) if removals else now
         names = {part.listed.name for part in now.parts}
         return before is not None and names != {part.listed.name for part in before.parts}
 

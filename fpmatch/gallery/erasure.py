@@ -14,7 +14,7 @@ from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
 from fpmatch.gallery.index.print_segment import PrintSegment
-from fpmatch.gallery.index.state import IndexState, removals_between
+from fpmatch.gallery.index.state import read_present
 from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.store.tables import TABLES
 from fpmatch.matching.registry import get_matcher
@@ -106,7 +106,7 @@ def _rewrite(gallery: GalleryReader, folder: IndexFolder) -> None:
     while True:
         with folder_lock(folder.path):
             try:
-                state = _present(gallery, folder)
+                state = read_present(gallery, folder)
                 for part in state.parts:
                     if old is not None and part.listed == old.listed:
                         state = state.erased(part, new)
@@ -122,15 +122,6 @@ def _rewrite(gallery: GalleryReader, folder: IndexFolder) -> None:
         if old is None:
             return
         new = old.without(state.removed)
-
-
-def _present(gallery: GalleryReader, folder: IndexFolder) -> IndexState:
-    """Return the index in a folder, less what was removed; FpmatchError if it cannot be used."""
-    now, listed = gallery.revision(), folder.read_list()
-    removals = removals_between(gallery, listed.revision, now)
-    if removals is None:
-        raise FpmatchError("of another gallery", code="other")
-    return IndexState.of_list(listed, folder).after(removals, now)
 
 
 def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Iterator[Path]:

@@ -23,7 +23,7 @@ from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
-from fpmatch.gallery.index.state import IndexState, Part, removals_between
+from fpmatch.gallery.index.state import IndexState, Part, read_present, removals_between
 from fpmatch.gallery.store.kept_files import FAULTS, kept_folders
 from fpmatch.gallery.store.stored_template import unpack_template
 
@@ -118,21 +118,21 @@ class GalleryIndex:
         """Return whether another program has replaced the segments; they are read then.
 
         The folder is locked meanwhile: a program that goes on removing entries could replace some
-        segments while the others are read.
+        segments while the others are read. Those that are read already are kept.
         """
-        before, self._state = self._state, None
-        now = self.refresh()
-        if now.folder is not None:
-            with suppress(OSError, FpmatchError), folder_lock(now.folder.path):
-                now = IndexState.of_list(now.folder.read_list(), now.folder, now.parts)
-                for part in now.parts:
-                    _fault(part)
-            revision = self.gallery.revision()
-            removals = removals_between(self.gallery, now.revision, revision)
-            if removals is not None:
-                now = self._state = now.after(removals, revision) if removals else now
+        before, now = self._state, None
+        if before is None or before.folder is None:
+            return False
+        with suppress(OSError, FpmatchError), folder_lock(before.folder.path):
+            now = read_present(self.gallery, before.folder, before.parts)
+            for part in now.parts:
+                _fault(part)
+        self._state = now
+        if now is None or now.revision.last < before.revision.last:
+            self._state = None
+            now = self.refresh()
         names = {part.listed.name for part in now.parts}
-        return before is not None and names != {part.listed.name for part in before.parts}
+        return names != {part.listed.name for part in before.parts}
 
     def _base(self, revision: Revision) -> IndexState:
         """Return the newest index there is, in memory or in a file, without what was removed."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.files import IndexList, listed_as
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
 from fpmatch.gallery.store.history import UNKNOWN, Revision
@@ -249,6 +250,20 @@ class IndexState:
         starts = np.cumsum([0, *(part.listed.prints for part in self.parts)])
         stored: NDArray[np.intp] = starts[segment] + place
         return stored if self._stored is None else np.searchsorted(self._stored, stored)
+
+
+def read_present(
+    gallery: GalleryReader, folder: IndexFolder, known: Iterable[Part] = ()
+) -> IndexState:
+    """Return the index in a folder, less what was removed since; `known` segments are kept.
+
+    Raises FpmatchError if it cannot be used.
+    """
+    now, listed = gallery.revision(), folder.read_list()
+    removals = removals_between(gallery, listed.revision, now)
+    if removals is None:
+        raise FpmatchError("of another gallery", code="other")
+    return IndexState.of_list(listed, folder, known).after(removals, now)
 
 
 def removals_between(

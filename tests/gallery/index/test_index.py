@@ -419,8 +419,8 @@ from test_index import GalleryIndex, MATCHER, new_entry, open_gallery, serial
 platformdirs.user_cache_path = lambda name: Path(sys.argv[2], name)
 with open_gallery(sys.argv[1]) as gallery:
     index = GalleryIndex(gallery, MATCHER, engine=serial())
-    print("now", flush=True)
     for number in range(int(sys.argv[3]), 10**6):
+        print("now", flush=True)
         gallery.add([new_entry(number, number // 3)])
         index.refresh()
         if number % 5 == 0:
@@ -442,8 +442,8 @@ def test_killed_at_30_random_moments_the_index_is_that_of_the_gallery(tmp_path):
     script = [sys.executable, "-c", WORK, *map(str, words)]
     copies = [tmp_path / f"copy {attempt}" for attempt in range(30)]
     with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as worker:
-        assert worker.stdout.readline() == "now\n"
         for copy in copies:
+            assert worker.stdout.readline() == "now\n"
             time.sleep(float(rng.uniform(0.0, 0.05)))
             worker.send_signal(signal.SIGSTOP)
             os.waitpid(worker.pid, os.WUNTRACED)

@@ -15,8 +15,11 @@ if cython.compiled:
         AHEAD,
         CELLS,
         MOST,
+        MOST_VOTES,
+        OPPOSITE,
         PRINT_BITS,
         PRINTS,
+        PRODUCT_BITS,
         TURN,
         WORDS,
         most_votes,
@@ -79,6 +82,24 @@ def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, t
 
 
 @cython.locals(k=cython.Py_ssize_t)
+def add_similarity(embedding, probe, votes):
+    """Add to the `votes` of each print how similar its embedding (N, L) is to the probe's (L,).
+
+    Other threads may run meanwhile.
+    """
+    with cython.nogil:
+        for p in range(embedding.shape[0]):
+            product: cython.int = 0
+            for k in range(probe.shape[0]):
+                product += cython.cast(cython.int, embedding[p, k]) * probe[k]
+            # a product of any bytes; it is shifted as a positive number
+            product = product + OPPOSITE if product > -OPPOSITE else 0
+            total: cython.int = votes[p] + (product >> PRODUCT_BITS)
+            votes[p] = total if total < MOST_VOTES else MOST_VOTES
+    return 0
+
+
+@cython.locals(k=cython.Py_ssize_t)
 def lists_ascend(start, posting, prints):
     """Return whether the prints of each list ascend, and are among so many; `start` ascends."""
     for t in range(start.shape[0] - 1):
@@ -94,5 +115,6 @@ def lists_ascend(start, posting, prints):
 if not cython.compiled:
     from fpmatch.gallery.index import numpy_forms
 
+    add_similarity = numpy_forms.add_similarity
     count_votes = numpy_forms.count_votes
     lists_ascend = numpy_forms.lists_ascend

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index._vote_kernel import count_votes, lists_ascend
+from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
+from fpmatch.gallery.index.embedding import LENGTH, embeddings
 from fpmatch.gallery.index.model import CURVATURES, TERMS
 from fpmatch.gallery.index.terms import print_terms
 from fpmatch.gallery.store.array_file import Column
@@ -61,6 +62,7 @@ class Segment:
     size: NDArray[np.uint8] = field(metadata=_of("|u1", PRINT))  # minutiae, 255 at most
     term_start: NDArray[np.uint32] = field(metadata=_of("<u4", TERMS + 1))
     posting: NDArray[np.uint32] = field(metadata=_of("<u4", POSTING))
+    embedding: NDArray[np.int8] = field(metadata={"column": Column("|i1", (PRINT, LENGTH))})
 
     @classmethod
     def build(
@@ -78,7 +80,8 @@ class Segment:
         sizes: list[int] = []
         terms: list[NDArray[np.uint16]] = []
         poses: list[NDArray[np.uint16]] = []
-        for print_ in prints:
+        given = list(prints)
+        for print_ in given:
             term, pose = print_terms(print_)
             sizes.append(min(len(print_), len(_SIZES) - 1))
             terms.append(term)
@@ -91,7 +94,8 @@ class Segment:
             raise MatcherError("the numbers of a segment's prints do not ascend")
         of = np.repeat(np.arange(len(terms), dtype=np.uint32), [len(t) for t in terms])
         posting = of << np.uint32(_NUMBER_BITS) | np.concatenate([*poses, np.empty(0, np.uint16)])
-        return cls(numbers, fingers, np.array(sizes, np.uint8), *_by_term(terms, [posting]))
+        lists = _by_term(terms, [posting])
+        return cls(numbers, fingers, np.array(sizes, np.uint8), *lists, embeddings(given))
 
     @classmethod
     def concatenate(cls, parts: Sequence[Segment]) -> Segment:
@@ -111,7 +115,9 @@ class Segment:
             np.concatenate([*(getattr(part, name) for part in parts), np.empty(0, dtype)])
             for name, dtype in (("number", np.int64), ("finger", np.int64), ("size", np.uint8))
         )
-        return cls(number, finger, size, *_by_term(term, moved))
+        none = np.empty((0, LENGTH), np.int8)
+        embedding = np.concatenate([*(part.embedding for part in parts), none])
+        return cls(number, finger, size, *_by_term(term, moved), embedding)
 
     def take(self, which: NDArray[np.integer]) -> Segment:
         """Return a copy of the prints with the places `which`, ascending."""
@@ -124,7 +130,8 @@ class Segment:
         posting = self.posting[kept]
         now = place[posting >> np.uint32(_NUMBER_BITS)]
         posting = now << np.uint32(_NUMBER_BITS) | posting & np.uint32(_POSE)
-        return Segment(self.number[which], self.finger[which], self.size[which], start, posting)
+        own = self.number[which], self.finger[which], self.size[which]
+        return Segment(*own, start, posting, self.embedding[which])
 
     def __len__(self) -> int:
         return len(self.number)
@@ -160,7 +167,8 @@ class Segment:
     def votes(self, probe: ProbeTerms) -> NDArray[np.uint16]:
         """Return how much of a probe's terms each print has in one place and rotation, (N,).
 
-        Votes are divided by the square root of the print's size.
+        Votes are divided by the square root of the print's size; the similarity of the embeddings
+        is added to them.
         """
         counted = np.zeros(len(self), np.uint16)
         cursor = np.empty(len(probe.term), np.uint32)
@@ -168,6 +176,7 @@ class Segment:
         p = probe
         looked_up = p.term, p.weight, p.reading, p.shift
         count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, counted)
+        add_similarity(self.embedding, p.embedding, counted)
         return counted
 
 
@@ -189,7 +198,9 @@ def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
     """Return whether every number in the arrays of a segment leads to where there is something."""
     number, start, posting = (arrays[name] for name in ("number", "term_start", "posting"))
     prints = len(number)
-    if not prints == len(arrays["finger"]) == len(arrays["size"]) <= MAX_PRINTS:
+    if {len(arrays[name]) for name in ("finger", "size", "embedding")} != {prints}:
+        return False
+    if prints > MAX_PRINTS:
         return False
     if len(start) != TERMS + 1 or start[0] or start[-1] != len(posting):
         return False

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
+from fpmatch.gallery.index.embedding import embeddings
 from fpmatch.gallery.index.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
 from fpmatch.gallery.index.numpy_forms import (
     GROWTH,
@@ -116,6 +117,7 @@ class ProbeTerms:
     reading: NDArray[np.int32]  # (T,)
     shift: NDArray[np.uint16]  # (R, ROTATIONS): place and rotation, by a print's direction
     minutiae: int  # of the probe
+    embedding: NDArray[np.int8]  # (128,)
 
 
 def probe_terms(
@@ -169,6 +171,7 @@ def probe_terms(
         reading=(kept // ((2 * REACH + 1) ** 3 * CURVATURES)).astype(np.int32),
         shift=_turned(middle, np.rint(_share(along) * ROTATIONS).astype(np.int64)),
         minutiae=len(probe),
+        embedding=embeddings([probe])[0],
     )
 
 

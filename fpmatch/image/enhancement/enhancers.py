@@ -11,7 +11,6 @@ their ideal ridges; OpenCV runs it.
 
 from __future__ import annotations
 
-import hashlib
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
-from fpmatch.errors import FpmatchError
+from fpmatch.base.network import read_network
 from fpmatch.image.preprocess.arrays import (
     OrientationField,
     block_mean_product,
@@ -50,9 +49,6 @@ NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
 NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
 PATCH_PX: Final = 4  # side of a patch, one position of the network
 SIDE_STEP_PX: Final = 16  # the sides of its input are multiples of this
-# Of the two engines of OpenCV 5, the older one, which is that of OpenCV 4, is faster here. OpenCV
-# 5.0 obeys the choice where it reads a file, and not where it is given the file's content.
-_ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC") else ()
 _own = threading.local()  # a network of OpenCV serves one thread
 
 
@@ -177,7 +173,7 @@ def enhance_by_network(pixels: Floats) -> Floats:
     padded = np.zeros((rows, columns), np.float32)
     padded[:height, :width] = pixels
     if not hasattr(_own, "network"):
-        _own.network = _read_network(NETWORK_FILE)
+        _own.network = read_network(NETWORK_FILE, NETWORK_SHA256)
     _own.network.setInput(_to_channels(padded))
     logits = _from_channels(np.asarray(_own.network.forward(), np.float32))
     return np.ascontiguousarray(np.tanh(0.5 * logits[:height, :width]), np.float32)
@@ -195,21 +191,3 @@ def _from_channels(channels: Floats) -> Floats:
     rows, columns = channels.shape[2:]
     patches = channels.reshape(PATCH_PX, PATCH_PX, rows, columns).transpose(2, 0, 3, 1)
     return np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
-
-
-def _read_network(path: Path) -> cv2.dnn.Net:
-    """Read a network after checking its file, because OpenCV may crash on a damaged one."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise FpmatchError(f"{path}: cannot be read ({error.strerror or error})") from error
-    digest = hashlib.sha256(content).hexdigest()
-    if digest != NETWORK_SHA256:
-        raise FpmatchError(
-            f"{path}: damaged, or the network of another version (its SHA-256 is {digest})"
-        )
-    try:
-        return cv2.dnn.readNetFromONNX(str(path), *_ENGINE)
-    except cv2.error as error:
-        version = cv2.__version__
-        raise FpmatchError(f"{path}: OpenCV {version} cannot use it ({error.err})") from error

@@ -1,0 +1,107 @@
+"""Embeddings of prints: 128 small numbers each, which a network makes of minutiae and orientation.
+
+The network has learned on synthetic prints that the embeddings of two prints of one finger point in
+nearly the same direction, and those of different fingers in any (``python -m research train
+embedding``). It sees a print as a picture of 32 by 32 cells of 16 pixels, around the middle of the
+print's area: ridge orientation, area, and minutiae with their directions. No minutia of one print
+has to be found in the other, so that mates with few edges in common are found, too.
+"""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.base.network import read_network
+from fpmatch.matching.prints.print_area import ORIENTATIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prints.prepare import PreparedTemplate
+
+LENGTH: Final = 128
+SIDE: Final = 32  # cells of a picture
+CELL_PX: Final = 16.0
+CHANNELS: Final = 6
+STEPS: Final = 300.0  # of a unit vector, in which its numbers are rounded
+AT_ONCE: Final = 64  # prints
+NETWORK_FILE: Final = Path(__file__).with_name("embedding.onnx")
+NETWORK_SHA256: Final = ""
+_own = threading.local()  # a network of OpenCV serves one thread
+
+
+def _unit_vectors() -> NDArray[np.float32]:
+    """Return for each code of orientation the unit vector at twice its angle, and 1 in the area."""
+    angle = 2.0 * np.pi / ORIENTATIONS * (np.arange(256) - 1.0)
+    vectors = np.stack([np.cos(angle), np.sin(angle), np.ones(256)], axis=1)
+    vectors[0] = 0.0
+    return np.asarray(vectors, np.float32)
+
+
+_VECTORS: Final = _unit_vectors()
+
+
+def picture(print_: PreparedTemplate, side: int = SIDE) -> NDArray[np.float32]:
+    """Return a print as the network sees it, (6, `side`, `side`).
+
+    The channels are the ridge orientation as a unit vector at twice its angle, the area, the sums
+    of the minutiae's directions as unit vectors, and their number. Of what lies between cells, each
+    gets a share.
+    """
+    region = print_.region
+    vectors = _VECTORS[region.code]
+    if not region.has_flow:
+        vectors[..., :2] = 0.0
+    x, y, c, s = print_.points
+    rows, columns = np.nonzero(region.code)
+    if len(rows):
+        middle = np.array([columns.mean() + 0.5, rows.mean() + 0.5])
+    else:
+        middle = np.zeros(2)
+    # from a place in the picture to one among the cells of the area
+    scale = CELL_PX / region.step
+    offset = middle - 0.5 - scale * (0.5 * side - 0.5)
+    matrix = np.array([[scale, 0.0, offset[0]], [0.0, scale, offset[1]]])
+    shown = np.zeros((CHANNELS, side, side), np.float32)
+    if vectors.size:
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        shown[:3] = cv2.warpAffine(vectors, matrix, (side, side), flags=flags).transpose(2, 0, 1)
+    u = ((x / region.step - region.first_column) - 0.5 - offset[0]) / scale
+    v = ((-y / region.step - region.first_row) - 0.5 - offset[1]) / scale
+    column, row = np.floor(u), np.floor(v)
+    for right, down in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        at_u, at_v = column + right, row + down
+        inside = (at_u >= 0) & (at_u < side) & (at_v >= 0) & (at_v < side)
+        share = ((1.0 - np.abs(u - at_u)) * (1.0 - np.abs(v - at_v)))[inside]
+        cell = (at_v * side + at_u)[inside].astype(np.intp)
+        for channel, weight in enumerate((c, s, None), start=3):
+            values = share if weight is None else share * weight[inside]
+            counted = np.bincount(cell, values, side * side)
+            shown[channel] += counted.reshape(side, side).astype(np.float32)
+    return shown
+
+
+def embeddings(prints: Iterable[PreparedTemplate]) -> NDArray[np.int8]:
+    """Return the embeddings of prints, (N, 128): unit vectors in steps of 1/300.
+
+    Raises FpmatchError if the file of the network is missing, damaged or of another version.
+    """
+    pictures = [picture(print_) for print_ in prints]
+    parts = [_embedded(pictures[k : k + AT_ONCE]) for k in range(0, len(pictures), AT_ONCE)]
+    return np.concatenate([np.zeros((0, LENGTH), np.int8), *parts])
+
+
+def _embedded(pictures: Sequence[NDArray[np.float32]]) -> NDArray[np.int8]:
+    if not hasattr(_own, "network"):
+        _own.network = read_network(NETWORK_FILE, NETWORK_SHA256)
+    _own.network.setInput(np.stack(pictures))
+    made = np.asarray(_own.network.forward(), np.float32)
+    made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
+    return np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)

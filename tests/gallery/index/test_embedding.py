@@ -1,0 +1,49 @@
+"""Embeddings: pictures of prints, similar for prints of one finger, alike wherever they lie."""
+
+import numpy as np
+import pytest
+
+from fpmatch.base.network import read_network
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.index import embedding
+from fpmatch.gallery.index.embedding import LENGTH, SIDE, embeddings, picture
+from fpmatch.lab.synthesis.templates import make_templates
+from fpmatch.matching.matchers.unit_circle import MATCHER
+
+
+def prepared(finger, impressions=1):
+    return [MATCHER.prepare(t) for t in make_templates(77, [finger], impressions)]
+
+
+def test_a_picture_has_all_minutiae_and_the_whole_area():
+    (print_,) = prepared(3)
+    shown = picture(print_, 64)
+    assert shown.shape == (6, 64, 64)
+    assert shown[5].sum() == pytest.approx(len(print_), abs=1e-3)
+    assert shown[2].sum() * 256 == pytest.approx(print_.region.area, rel=0.02)
+    assert np.hypot(*shown[:2]).max() <= 1 + 1e-5
+
+
+def test_embeddings_of_a_finger_point_the_same_way():
+    pairs = [embeddings(prepared(finger, 2)).astype(int) for finger in range(12)]
+    own = [int(a @ b) for a, b in pairs]
+    others = [int(pairs[k][0] @ pairs[k - 1][1]) for k in range(12)]
+    assert np.median(own) > np.max(others)
+    assert all(80_000 < int(a @ a) < 100_000 for a, _ in pairs)
+
+
+def test_a_print_has_one_embedding_alone_and_among_many():
+    prints = [print_ for finger in range(5) for print_ in prepared(finger)]
+    together = embeddings(prints)
+    assert together.shape == (5, LENGTH)
+    apart = np.concatenate([embeddings([print_]) for print_ in prints])
+    assert np.abs(together.astype(int) - apart).max() <= 1
+    assert embeddings([]).shape == (0, LENGTH)
+
+
+def test_a_damaged_network_is_one_line(tmp_path):
+    path = tmp_path / "network.onnx"
+    path.write_bytes(embedding.NETWORK_FILE.read_bytes()[:-1])
+    with pytest.raises(FpmatchError, match="damaged, or the network of another version"):
+        read_network(path, embedding.NETWORK_SHA256)
+    assert SIDE == 32

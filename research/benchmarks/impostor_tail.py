@@ -20,10 +20,10 @@ import click
 import numpy as np
 import repository  # noqa: F401
 from large_galleries import Cost, search
-from made_gallery import PART, SEED, segment_of, template_of, template_rows
+from made_gallery import PART, SEED, segments_of, template_of, template_rows
 
 from fpmatch.gallery.index.loss import search_plan
-from fpmatch.gallery.index.print_segment import prepare_prints
+from fpmatch.gallery.index.print_segment import MOST_PRINTS, prepare_prints
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.lab.synthesis.sensor import SENSORS
@@ -58,7 +58,7 @@ class Tail:
     def __init__(self, keep: Path, prints: int) -> None:
         self.keep = keep
         parts = range(-(-prints // PART))
-        self.segments: list[PrintSegment] = [segment_of(keep, part) for part in parts]
+        self.segments: list[PrintSegment] = [s for part in parts for s in segments_of(keep, part)]
         self.rows = [template_rows(keep, part) for part in parts]
         self.prints = sum(map(len, self.segments))
         plan = search_plan(LOSS, self.prints)
@@ -95,7 +95,7 @@ class Tail:
 
     @cached_property
     def _part(self) -> PreparedPrints:
-        return prepare_prints(self.segments, self.part // PART, self.part % PART)
+        return prepare_prints(self.segments, *divmod(self.part, MOST_PRINTS))
 
     @cached_property
     def _part_alone(self) -> PreparedPrints:

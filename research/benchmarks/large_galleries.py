@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 import repository  # noqa: F401
-from made_gallery import PART, SEED, index_of, segment_of, sensor_of, template_of, template_rows
+from made_gallery import PART, SEED, index_of, segments_of, sensor_of, template_of, template_rows
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import chosen_by_ridges, search_rounds, with_ridges, with_votes
-from fpmatch.gallery.index.print_segment import prepare_prints
+from fpmatch.gallery.index.print_segment import MOST_PRINTS, prepare_prints
 from fpmatch.gallery.index.prints.candidate_list import SizeNormalization
 from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
@@ -442,11 +442,12 @@ def main(
     for count in sorted({c for c in COUNTS if c < most} | {most}):
         numbers = [part % parts for part in range(-(-count // PART))]
         for part in dict.fromkeys(numbers):
-            segment_of(keep, part)  # made where it is missing
+            segments_of(keep, part)  # made where they are missing
         start = time.process_time()
-        segments = [segment_of(keep, part) for part in numbers]
+        segments = [segment for part in numbers for segment in segments_of(keep, part)]
         opening = time.process_time() - start
-        segments[-1] = segments[-1].take(np.arange(count - PART * (len(segments) - 1)))
+        del segments[-(-count // MOST_PRINTS) :]
+        segments[-1] = segments[-1].take(np.arange(count - MOST_PRINTS * (len(segments) - 1)))
         for wanted, least in WANTED:
             rounds = search_rounds(wanted, count, least)
             taken = times(segments, given, rounds)
@@ -458,7 +459,7 @@ def main(
             if len(numbers) <= parts:
                 pairs_of = ((k.name, losses(segments, k, rounds)) for k in given)
                 lost += [summary(name, pairs, count, wanted, least) for name, pairs in pairs_of]
-    usual, first = WANTED[0][0], [segment_of(keep, 0)]
+    usual, first = WANTED[0][0], segments_of(keep, 0)
     rounds = search_rounds(usual, PART)
     pairs = [losses(first, kind, rounds, COMPARED_WITH_ALL) for kind in given]
     exact = compare_all(template_rows(keep, 0), given, pairs)

@@ -1,8 +1,8 @@
 """A gallery of different synthetic prints, made in parts that are kept in a folder.
 
 Part k has the first impressions of the fingers from ``k * PART`` on, packed as galleries pack them;
-the sensors take the parts in turn. Its segment of an index is kept beside its templates, and made
-again where its code has changed.
+the sensors take the parts in turn. Its segments of an index are kept with its templates, and made
+again where their code has changed.
 
 .venv/bin/python research/benchmarks/made_gallery.py FOLDER PRINTS
 """
@@ -20,7 +20,7 @@ import numpy as np
 import repository
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.index.print_segment import COLUMNS, PrintSegment
+from fpmatch.gallery.index.print_segment import COLUMNS, MOST_PRINTS, PrintSegment
 from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.lab.synthesis.sensor import SENSORS
@@ -37,7 +37,7 @@ PART = 65_536  # prints
 SYNTHESIS = "1"  # another where `make_templates` gives other templates
 # modules that decide what an index holds
 CODE_OF_INDEX = (
-    *(f"gallery/index/{name}.py" for name in ("terms", "_term_kernel", "segment")),
+    *(f"gallery/index/{name}.py" for name in ("terms", "_term_kernel", "embedding", "segment")),
     *(f"gallery/index/prints/{name}.py" for name in ("stored_descriptors", "compact_template")),
 )
 ROWS = {"start": Column("<i8", ("prints + 1",)), "content": Column("|u1", ("bytes",))}
@@ -113,15 +113,20 @@ def template_of(rows: Rows, k: int) -> Template:
     return unpack_template(rows[k])
 
 
-def segment_of(folder: Path, part: int) -> PrintSegment:
+def segments_of(folder: Path, part: int) -> list[PrintSegment]:
     """Return a part of the gallery as an index has it, mapped; make it where it is missing."""
-
-    def make() -> Mapping[str, Any]:
-        rows = template_rows(folder, part)
-        return index_of([template_of(rows, k) for k in range(len(rows))], part * PART).arrays()
-
     about = code_of(*CODE_OF_INDEX)
-    return PrintSegment.of_arrays(kept(folder / f"index-{part:04}.arrays", COLUMNS, about, make))
+    segments = []
+    for first in range(0, PART, MOST_PRINTS):
+
+        def make(first: int = first) -> Mapping[str, Any]:
+            rows = template_rows(folder, part)
+            templates = [template_of(rows, k) for k in range(first, first + MOST_PRINTS)]
+            return index_of(templates, part * PART + first).arrays()
+
+        path = folder / f"index-{part:04}-{first // MOST_PRINTS}.arrays"
+        segments.append(PrintSegment.of_arrays(kept(path, COLUMNS, about, make)))
+    return segments
 
 
 def index_of(templates: Sequence[Template], before: int = 0) -> PrintSegment:
@@ -136,7 +141,7 @@ def main() -> None:
     """Make a gallery."""
     folder, prints = Path(sys.argv[1]), int(sys.argv[2])
     for part in range(-(-prints // PART)):
-        for make in (template_rows, segment_of):
+        for make in (template_rows, segments_of):
             start = time.process_time()
             make(folder, part)
             each = 1e6 * (time.process_time() - start) / PART

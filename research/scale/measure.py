@@ -14,9 +14,10 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index.print_segment import MOST_PRINTS
 from fpmatch.gallery.index.prints.compact_template import CompactTemplates
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
+from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.calibration import load_calibration
@@ -99,7 +100,7 @@ def _index(templates: Sequence[Template]) -> tuple[dict[str, float], dict[str, f
     segment = Segment.build(numbers, numbers, prints)
     lists = (segment.nbytes - segment.term_start.nbytes) / count
     sizes = {
-        "lists": lists + segment.term_start.nbytes / MAX_PRINTS,
+        "lists": lists + segment.term_start.nbytes / MOST_PRINTS,
         "descriptors": StoredDescriptors.pack(prints).nbytes / count,
         "templates": CompactTemplates.pack(stored).nbytes / count,
     }

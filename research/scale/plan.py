@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
-from fpmatch.gallery.index.segment import MAX_PRINTS
+from fpmatch.gallery.index.print_segment import MOST_PRINTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -171,8 +171,8 @@ def limits(c: Constants, a: Assumptions, measured_score: float) -> list[tuple[fl
             "larger pages, or a database a shard",
         ),
         (
-            MAX_PRINTS * MAPPED_FILES,
-            "65,536 prints a segment, and so many files mapped by a process (Linux)",
+            MOST_PRINTS * MAPPED_FILES,
+            f"{MOST_PRINTS:,} prints a segment, and so many files mapped by a process (Linux)",
             "shards on several machines",
         ),
     ]

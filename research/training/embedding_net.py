@@ -139,8 +139,8 @@ def learn(
             each[:, :2] *= 1 - without
         made = net(torch.cat([views(each, p, draw) for each in shown]))
         first, second = nn.functional.normalize(made, dim=1).split(batch)
-        likeness = first @ second.T * sharpness.exp()
-        losses = [nn.functional.cross_entropy(each, own) for each in (likeness, likeness.T)]
+        similarity = first @ second.T * sharpness.exp()
+        losses = [nn.functional.cross_entropy(each, own) for each in (similarity, similarity.T)]
         loss = 0.5 * (losses[0] + losses[1])
         optimiser.zero_grad(set_to_none=True)
         loss.backward()

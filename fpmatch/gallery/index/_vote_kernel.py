@@ -16,7 +16,6 @@ if cython.compiled:
         CELLS,
         MOST,
         MOST_VOTES,
-        OPPOSITE,
         PRINT_BITS,
         PRINTS,
         PRODUCT_BITS,
@@ -85,16 +84,14 @@ def _count_votes(start, posting, term, weight, reading, shift, factor, cursor, t
 def add_similarity(embedding, probe, votes):
     """Add to the `votes` of each print how similar its embedding (N, L) is to the probe's (L,).
 
-    Other threads may run meanwhile.
+    Embeddings that point away from the probe's add nothing. Other threads may run meanwhile.
     """
     with cython.nogil:
         for p in range(embedding.shape[0]):
             product: cython.int = 0
             for k in range(probe.shape[0]):
                 product += cython.cast(cython.int, embedding[p, k]) * probe[k]
-            # a product of any bytes; it is shifted as a positive number
-            product = product + OPPOSITE if product > -OPPOSITE else 0
-            total: cython.int = votes[p] + (product >> PRODUCT_BITS)
+            total: cython.int = votes[p] + (product >> PRODUCT_BITS if product > 0 else 0)
             votes[p] = total if total < MOST_VOTES else MOST_VOTES
     return 0
 

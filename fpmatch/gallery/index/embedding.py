@@ -33,7 +33,7 @@ CHANNELS: Final = 6
 STEPS: Final = 300.0  # of a unit vector, in which its numbers are rounded
 AT_ONCE: Final = 64  # prints
 NETWORK_FILE: Final = Path(__file__).with_name("embedding.onnx")
-NETWORK_SHA256: Final = ""
+NETWORK_SHA256: Final = "9213050d07b62e4ffaad56a7d86a7035f550fca5086f4577d80271342c0b2907"
 _own = threading.local()  # a network of OpenCV serves one thread
 
 
@@ -59,32 +59,30 @@ def picture(print_: PreparedTemplate, side: int = SIDE) -> NDArray[np.float32]:
     vectors = _VECTORS[region.code]
     if not region.has_flow:
         vectors[..., :2] = 0.0
-    x, y, c, s = print_.points
-    rows, columns = np.nonzero(region.code)
-    if len(rows):
-        middle = np.array([columns.mean() + 0.5, rows.mean() + 0.5])
-    else:
-        middle = np.zeros(2)
-    # from a place in the picture to one among the cells of the area
-    scale = CELL_PX / region.step
-    offset = middle - 0.5 - scale * (0.5 * side - 0.5)
-    matrix = np.array([[scale, 0.0, offset[0]], [0.0, scale, offset[1]]])
     shown = np.zeros((CHANNELS, side, side), np.float32)
+    # from a place in the picture to one among the cells of the area
+    scale, offset = CELL_PX / region.step, np.zeros(2)
     if vectors.size:
+        area = cv2.moments((region.code > 0).view(np.uint8), binaryImage=True)
+        middle = np.array([area["m10"], area["m01"]]) / max(area["m00"], 1.0)
+        offset = middle - scale * (0.5 * side - 0.5)
+        matrix = np.array([[scale, 0.0, offset[0]], [0.0, scale, offset[1]]])
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         shown[:3] = cv2.warpAffine(vectors, matrix, (side, side), flags=flags).transpose(2, 0, 1)
-    u = ((x / region.step - region.first_column) - 0.5 - offset[0]) / scale
-    v = ((-y / region.step - region.first_row) - 0.5 - offset[1]) / scale
+    x, y, c, s = print_.points
+    places = np.stack([x / region.step - region.first_column, -y / region.step - region.first_row])
+    u, v = (places - 0.5 - offset[:, None]) / scale
     column, row = np.floor(u), np.floor(v)
-    for right, down in ((0, 0), (1, 0), (0, 1), (1, 1)):
-        at_u, at_v = column + right, row + down
-        inside = (at_u >= 0) & (at_u < side) & (at_v >= 0) & (at_v < side)
-        share = ((1.0 - np.abs(u - at_u)) * (1.0 - np.abs(v - at_v)))[inside]
-        cell = (at_v * side + at_u)[inside].astype(np.intp)
-        for channel, weight in enumerate((c, s, None), start=3):
-            values = share if weight is None else share * weight[inside]
-            counted = np.bincount(cell, values, side * side)
-            shown[channel] += counted.reshape(side, side).astype(np.float32)
+    right, down = u - column, v - row
+    # a cell beyond each border has what is not shown
+    wide = side + 2
+    first = np.clip(row + 1, 0, side) * wide + np.clip(column + 1, 0, side)
+    inside = (column >= -1) & (column < side) & (row >= -1) & (row < side)
+    shares = np.stack([1.0 - right, right]) * np.stack([1.0 - down, down])[:, None] * inside
+    cell = first.astype(np.intp) + np.array([[[0], [1]], [[wide], [wide + 1]]])
+    for channel, weight in enumerate((c, s, 1.0), start=3):
+        counted = np.bincount(cell.ravel(), (shares * weight).ravel(), wide * wide)
+        shown[channel] = counted.reshape(wide, wide)[1:-1, 1:-1]
     return shown
 
 

@@ -25,7 +25,6 @@ PER_PX: Final = 0.125  # steps of a place
 SHAPE: Final = (4, 16, 4)  # cells of shifts along x, of rotation, of shifts along y
 CELLS: Final = 256
 MOST: Final = 63
-OPPOSITE: Final = 90_000  # the product of opposite embeddings, without its sign
 PRODUCT_BITS: Final = 6
 MOST_VOTES: Final = 65_535
 
@@ -127,7 +126,7 @@ def count_votes(
 def add_similarity(embedding: Any, probe: Any, votes: Any) -> int:
     """Add to the `votes` how similar embeddings are to the probe's, as the kernel does."""
     product = np.asarray(embedding).astype(np.int64) @ np.asarray(probe).astype(np.int64)
-    added = np.maximum(product + OPPOSITE, 0) >> PRODUCT_BITS
+    added = np.maximum(product, 0) >> PRODUCT_BITS
     votes[:] = np.minimum(votes + added, MOST_VOTES)
     return 0
 

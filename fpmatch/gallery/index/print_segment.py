@@ -10,12 +10,13 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index import segment
+from fpmatch.gallery.index.embedding import NETWORK_SHA256
 from fpmatch.gallery.index.model import TERMS
 from fpmatch.gallery.index.prints import compact_template, prepared_prints, stored_descriptors
 from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.index.prints.print_arrays import PRINT, START
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
+from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.store.array_file import Column
 from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
-MOST_PRINTS: Final = MAX_PRINTS
+MOST_PRINTS: Final = 8192
+"""Prints of a segment of a gallery: a removal writes the whole segment anew."""
 _SHARED: Final = {PRINT, START}
 
 
@@ -153,4 +155,5 @@ COLUMNS: Final = _columns()
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
     whole = f"ridges whole up to {SMALL_AREA_PX2:g} px^2"
-    return f"{prepared_prints.preparation()}; {TERMS} terms; {whole}"
+    network = f"network {NETWORK_SHA256[:16]}"
+    return f"{prepared_prints.preparation()}; {TERMS} terms; {network}; {whole}"

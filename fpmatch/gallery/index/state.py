@@ -188,8 +188,7 @@ class IndexState:
         """
         parts = list(self.parts)
         size = 1
-        while size < MOST_PRINTS:
-            size *= MOST_OF_A_SIZE
+        while (size := MOST_OF_A_SIZE * size) < MOST_PRINTS:
             first, total = len(parts), 0
             while first and parts[first - 1].listed.prints < size:
                 first -= 1

@@ -20,7 +20,8 @@ from matching_prints import (
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index import numpy_forms
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
-from fpmatch.gallery.index._vote_kernel import count_votes, lists_ascend
+from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
+from fpmatch.gallery.index.embedding import LENGTH
 from fpmatch.gallery.index.model import CURVATURES, MODEL_FILE, TERMS, IndexModel, index_model
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
@@ -158,6 +159,19 @@ def test_votes_are_those_of_the_numpy_form(seed, budget):
         segment.term_start, segment.posting, *looked_up, factor, *room, expected
     )
     assert made.tolist() == expected.tolist()
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0, 60_000]))
+def test_similarities_are_those_of_the_numpy_form(seed, most):
+    rng = np.random.default_rng(seed)
+    embedding = rng.integers(-127, 128, (9, LENGTH), np.int8)
+    embedding[-1] = 127
+    made = rng.integers(0, most + 1, 9).astype(np.uint16)
+    expected = made.copy()
+    add_similarity(embedding, embedding[0], made)
+    numpy_forms.add_similarity(embedding, embedding[0], expected)
+    assert made.tolist() == expected.tolist()
+    assert made[0] > 3000
 
 
 def test_votes_of_many_prints_are_those_of_each_alone():

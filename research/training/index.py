@@ -37,7 +37,7 @@ SEED: Final = 901
 GALLERY_SEED: Final = 931
 # of galleries
 PRINTS: Final = tuple(int(k * 10**power) for power in range(4, 9) for k in (1, 3))
-BUDGETS: Final = (0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1.0)
+BUDGETS: Final = (0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1.0)
 LOSSES: Final = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 PASSED_ON: Final = 0.2  # about the share of prints to whose scores those of a probe are normalized
 TAIL: Final = 0.01  # share of the prints whose scores make the tail

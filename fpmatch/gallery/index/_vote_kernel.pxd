@@ -17,5 +17,5 @@ cpdef bint lists_ascend(
     const unsigned int[::1] start, const unsigned int[::1] posting, unsigned int prints,
 ) noexcept nogil
 cpdef int add_similarity(
-    const signed char[:, ::1] embedding, const signed char[::1] probe, unsigned short[::1] votes,
+    const signed char[:, ::1] embedding, const short[::1] probe, unsigned short[::1] votes,
 ) noexcept

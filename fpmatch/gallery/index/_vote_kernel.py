@@ -90,7 +90,7 @@ def add_similarity(embedding, probe, votes):
         for p in range(embedding.shape[0]):
             product: cython.int = 0
             for k in range(probe.shape[0]):
-                product += cython.cast(cython.int, embedding[p, k]) * probe[k]
+                product += cython.cast(cython.short, embedding[p, k]) * probe[k]
             total: cython.int = votes[p] + (product >> PRODUCT_BITS if product > 0 else 0)
             votes[p] = total if total < MOST_VOTES else MOST_VOTES
     return 0

@@ -117,7 +117,7 @@ class ProbeTerms:
     reading: NDArray[np.int32]  # (T,)
     shift: NDArray[np.uint16]  # (R, ROTATIONS): place and rotation, by a print's direction
     minutiae: int  # of the probe
-    embedding: NDArray[np.int8]  # (128,)
+    embedding: NDArray[np.int16]  # (128,)
 
 
 def probe_terms(
@@ -171,7 +171,7 @@ def probe_terms(
         reading=(kept // ((2 * REACH + 1) ** 3 * CURVATURES)).astype(np.int32),
         shift=_turned(middle, np.rint(_share(along) * ROTATIONS).astype(np.int64)),
         minutiae=len(probe),
-        embedding=embeddings([probe])[0],
+        embedding=embeddings([probe])[0].astype(np.int16),
     )
 
 

@@ -168,8 +168,8 @@ def test_similarities_are_those_of_the_numpy_form(seed, most):
     embedding[-1] = 127
     made = rng.integers(0, most + 1, 9).astype(np.uint16)
     expected = made.copy()
-    add_similarity(embedding, embedding[0], made)
-    numpy_forms.add_similarity(embedding, embedding[0], expected)
+    add_similarity(embedding, embedding[0].astype(np.int16), made)
+    numpy_forms.add_similarity(embedding, embedding[0].astype(np.int16), expected)
     assert made.tolist() == expected.tolist()
     assert made[0] > 3000
 

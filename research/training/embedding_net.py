@@ -46,7 +46,7 @@ class LearningParameters:
     channels: tuple[int, int, int] = (24, 48, 64)
 
 
-class EmbeddingNet(nn.Module):
+class EmbeddingNet(nn.Module):  # type: ignore[misc]
     """Turn pictures (B, 6, 32, 32) into embeddings (B, 128) of any length."""
 
     def __init__(self, channels: tuple[int, int, int]) -> None:
@@ -148,7 +148,8 @@ def learn(
         schedule.step()
         running += (loss.item() - running) / min(step, 100)
         tell(step, running)
-    return net.eval()
+    net.eval()
+    return net
 
 
 def write_network(net: EmbeddingNet, path: Path) -> None:

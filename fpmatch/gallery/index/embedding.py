@@ -102,4 +102,5 @@ def _embedded(pictures: Sequence[NDArray[np.float32]]) -> NDArray[np.int8]:
     _own.network.setInput(np.stack(pictures))
     made = np.asarray(_own.network.forward(), np.float32)
     made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
-    return np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)
+    rounded: NDArray[np.int8] = np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)
+    return rounded

@@ -1,4 +1,4 @@
-"""A segment of an index: the inverted lists of up to 65,536 prints, in flat arrays.
+"""A segment of an index: inverted lists and embeddings of up to 65,536 prints, in flat arrays.
 
 Once made, a segment is not changed. Its arrays may be mapped from a file (see
 `fpmatch.gallery.store.array_file`), which is a cache: it can be made again from the templates.

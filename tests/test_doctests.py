@@ -9,7 +9,7 @@ import pytest
 import fpmatch
 import research
 
-NEEDS_TORCH = {"research.training.enhancer_net"}
+NEEDS_TORCH = {"research.training.embedding_net", "research.training.enhancer_net"}
 PROGRAMS = {"fpmatch.__main__", "research.__main__"}
 MODULES = {
     one.name

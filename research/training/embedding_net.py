@@ -46,7 +46,7 @@ class LearningParameters:
     channels: tuple[int, int, int] = (24, 48, 64)
 
 
-class EmbeddingNet(nn.Module):  # type: ignore[misc]
+class EmbeddingNet(nn.Module):
     """Turn pictures (B, 6, 32, 32) into embeddings (B, 128) of any length."""
 
     def __init__(self, channels: tuple[int, int, int]) -> None:

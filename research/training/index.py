@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
+    Probe = tuple[int, PreparedTemplate, list[PreparedTemplate]]
+    """The number of a database, a print of it, and mates of the print."""
+
 PRESETS: Final = ("clean", "easy", "normal", "stretched")  # of synthetic prints
 SEED: Final = 901
 GALLERY_SEED: Final = 931
@@ -42,6 +45,7 @@ LOSSES: Final = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 PASSED_ON: Final = 0.2  # about the share of prints to whose scores those of a probe are normalized
 TAIL: Final = 0.01  # share of the prints whose scores make the tail
 SHARES: Final = 400  # that the first stage may pass on, among which the fastest is chosen
+OF_TWO_STAGES: Final = 0.75  # share of a loss; the rest is left to the third stage
 LEAST_MATES: Final = 100  # that count, for a row of the table of its own
 PROBES: Final = 80  # of a database, at most,
 MATES: Final = 7  # and mates of each
@@ -65,8 +69,8 @@ def command(folders: tuple[Path, ...], into: Path, mates: int, others: int) -> N
     ranked among these prints, by its votes with each budget of postings, and by votes and bit
     descriptors. In a gallery a mate counts by the probability that a comparison with all prints
     ranks it first. Each print has a higher score with the FMR of the mate's score. The mates are
-    prints of the FVC-style databases DIR, where some are given, else synthetic. The same package
-    writes the same file.
+    prints of the FVC-style databases DIR, where some are given, else synthetic; no database loses
+    more than stated. The same package writes the same file.
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)
@@ -126,23 +130,21 @@ def gallery_prints(count: int) -> Iterator[PreparedTemplate]:
     return (print_ for (print_,) in _impressions(GALLERY_SEED, count, 1))
 
 
-def synthetic_probes(count: int) -> Iterator[tuple[PreparedTemplate, list[PreparedTemplate]]]:
+def synthetic_probes(count: int) -> Iterator[Probe]:
     """Yield prints of synthetic fingers, and of each another print, its mate."""
-    return ((probe, [mate]) for mate, probe in _impressions(SEED, count, 2))
+    return ((0, probe, [mate]) for mate, probe in _impressions(SEED, count, 2))
 
 
-def database_probes(
-    databases: Sequence[ExtractedSet],
-) -> Iterator[tuple[PreparedTemplate, list[PreparedTemplate]]]:
+def database_probes(databases: Sequence[ExtractedSet]) -> Iterator[Probe]:
     """Yield prints of FVC-style databases, evenly chosen, and of each some mates."""
-    for extracted in databases:
+    for number, extracted in enumerate(databases):
         kept = prints_of(extracted)
         prints = [MATCHER.prepare(template) for _, template in kept]
         for probe in range(0, len(kept), -(-len(kept) // PROBES)):
             finger = kept[probe][0].finger
             mates = [k for k, (shown, _) in enumerate(kept) if shown.finger == finger]
             mates.remove(probe)
-            yield prints[probe], [prints[k] for k in mates[:: -(-len(mates) // MATES) or 1]]
+            yield number, prints[probe], [prints[k] for k in mates[:: -(-len(mates) // MATES) or 1]]
 
 
 def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[PreparedTemplate, ...]]:
@@ -161,7 +163,7 @@ def _impressions(seed: int, count: int, impressions: int) -> Iterator[tuple[Prep
 def measure(
     model: IndexModel,
     prints: list[PreparedTemplate],
-    probes: Iterable[tuple[PreparedTemplate, list[PreparedTemplate]]],
+    probes: Iterable[Probe],
 ) -> LossTable:
     """Return the shares of `prints` that rank before the mates of probes."""
     several = PreparedPrints.pack(prints)
@@ -169,10 +171,12 @@ def measure(
     calibration = load_calibration(MATCHER.name)
     score: list[float] = []
     rank: list[NDArray[np.float64]] = []
-    for probe, mates in probes:
+    of: list[int] = []
+    for database, probe, mates in probes:
+        of += [database] * len(mates)
         score += [calibration.score(MATCHER.compare(probe, mate).similarity) for mate in mates]
         rank += [*ranks(model, gallery, several, probe, mates)]
-    return table_of(np.array(score), np.array(rank))
+    return table_of(np.array(score), np.array(rank), np.array(of))
 
 
 def ranks(
@@ -209,8 +213,10 @@ def share_before(others: NDArray[np.generic], own: float) -> float:
     return len(beyond) / len(scores) * float(np.exp((start - own) / (beyond - start).mean()))
 
 
-def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable:
-    """Return the table of mates with these scores (M,), and ranks (M, 2, B)."""
+def table_of(
+    score: NDArray[np.float64], rank: NDArray[np.float64], database: NDArray[np.int64]
+) -> LossTable:
+    """Return the table of mates with these scores (M,), ranks (M, 2, B) and databases (M,)."""
     found = np.ones((len(PRINTS), len(BUDGETS), len(LOSSES), 2))
     for k, prints in enumerate(PRINTS):
         weight = np.exp(-prints * 10 ** (-0.1 * score))
@@ -218,34 +224,46 @@ def table_of(score: NDArray[np.float64], rank: NDArray[np.float64]) -> LossTable
             found[k] = found[k - 1]
             continue
         for b, budget in enumerate(BUDGETS):
-            found[k, b] = shares_to_pass_on(rank[:, :, b], weight, budget)
+            found[k, b] = shares_to_pass_on(rank[:, :, b], weight, database, budget)
     prints_, budgets, losses = (np.array(axis, np.float64) for axis in (PRINTS, BUDGETS, LOSSES))
     return LossTable(prints_, budgets, losses, found[..., 0], found[..., 1])
 
 
 def shares_to_pass_on(
-    rank: NDArray[np.float64], weight: NDArray[np.float64], budget: float
+    rank: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    database: NDArray[np.int64],
+    budget: float,
 ) -> NDArray[np.float64]:
     """Return the shares that the two stages pass on at the least cost, for each loss: (L, 2).
 
     `rank` (M, 2) are the shares that either stage ranks before each mate, which counts as `weight`
-    states. With a smaller loss, no stage passes fewer prints on.
+    states. Neither all mates nor those of one `database` lose more, where it has enough of them
+    that one may be lost. With a smaller loss, no stage passes fewer prints on.
     """
     found = np.ones((len(LOSSES), 2))
     order = np.argsort(-rank[:, 1], kind="stable")
-    (first, second), weight = rank[order].T, weight[order]
+    first, second = rank[order].T
+    of_each = [database[order] == one for one in np.unique(database)]
+    weights = weight[order] * np.array([np.ones(len(order), bool), *of_each])
     if not weight.sum():
         return found
     shares = np.unique(np.quantile(first, np.linspace(0, 1, SHARES), method="higher"))
     least = np.zeros(2)
     for k in reversed(range(len(LOSSES))):
+        allowed = OF_TWO_STAGES * LOSSES[k] * weights.sum(axis=1, keepdims=True)
+        allowed[1:] = np.maximum(allowed[1:], 1.0)
         best = np.inf
         for share in np.maximum(shares, least[0]):
-            lost = np.cumsum(np.where(first > share, 0.0, weight)) + weight[first > share].sum()
-            kept = np.flatnonzero((lost > LOSSES[k] * weight.sum()) & (first <= share))
-            if weight[first > share].sum() > LOSSES[k] * weight.sum():
+            if cost(budget, share, least[1], 1.0) >= best:
+                break
+            by_first = first > share
+            lost = weights[:, by_first].sum(axis=1, keepdims=True)
+            if (lost > allowed).any():
                 continue
-            passed = max(second[kept[0]] if len(kept) else 0.0, least[1])
+            lost = lost + np.cumsum(np.where(by_first, 0.0, weights), axis=1)
+            needed = np.flatnonzero((lost > allowed).any(axis=0) & ~by_first)
+            passed = max(second[needed[0]] if len(needed) else 0.0, least[1])
             if cost(budget, share, passed, 1.0) < best:
                 best, found[k] = cost(budget, share, passed, 1.0), (share, passed)
         least = found[k]

@@ -33,7 +33,7 @@ LARGE: Final = 48  # side of the pictures from which views are cut
 class LearningParameters:
     """Set how the network learns."""
 
-    steps: int = 8000
+    steps: int = 5000
     batch: int = 256  # fingers
     turn: float = 0.25  # radians: standard deviation of the rotation of a view,
     shift: float = 1.0  # and of its shift, in cells
@@ -190,7 +190,7 @@ def command(seed: int, fingers: int, steps: int, workers: int, into: Path) -> No
 
     Of two views of each finger, it learns which belong together. The same seed on the same kind of
     machine gives the same file to the last bit. The defaults are those of the file in the package
-    and take about an hour on one core. The extra ``train`` must be installed.
+    and take about 40 minutes on one core. The extra ``train`` must be installed.
     """
     torch.use_deterministic_algorithms(mode=True)
     torch.set_num_threads(1)  # sums do not depend on the number of cores

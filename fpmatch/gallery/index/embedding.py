@@ -33,7 +33,7 @@ CHANNELS: Final = 6
 STEPS: Final = 300.0  # of a unit vector, in which its numbers are rounded
 AT_ONCE: Final = 64  # prints
 NETWORK_FILE: Final = Path(__file__).with_name("embedding.onnx")
-NETWORK_SHA256: Final = "9213050d07b62e4ffaad56a7d86a7035f550fca5086f4577d80271342c0b2907"
+NETWORK_SHA256: Final = "793d5198010a79dac5e16639942da4c05cff32ea001ede0d7e3e95ff3f013a3e"
 _own = threading.local()  # a network of OpenCV serves one thread
 
 

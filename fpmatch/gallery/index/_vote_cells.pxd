@@ -58,5 +58,5 @@ cdef enum:
     PRINTS = 4096  # whose cells lie in the table at once
     PRINT_BITS = 0xFFF00  # of the number of a print among them, times its cells
     MOST = 63  # votes that are counted in a cell: four make less than 256
-    PRODUCT_BITS = 6  # of a product, that do not count
+    PRODUCT_BITS = 5  # of a product, that do not count
     MOST_VOTES = 65535

@@ -25,7 +25,7 @@ PER_PX: Final = 0.125  # steps of a place
 SHAPE: Final = (4, 16, 4)  # cells of shifts along x, of rotation, of shifts along y
 CELLS: Final = 256
 MOST: Final = 63
-PRODUCT_BITS: Final = 6
+PRODUCT_BITS: Final = 5
 MOST_VOTES: Final = 65_535
 
 

@@ -38,7 +38,7 @@ RIDGE_WEIGHT: Final = 1.25
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
 # more by the budget; of one in the second stage, and in the third and fourth.
-COST: Final = (0.02, 0.14, 2.4, 52.0)
+COST: Final = (0.035, 0.14, 2.4, 52.0)
 LEAST_PASSED_ON: Final = (500, 10)
 BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
 LEAST_BY_RIDGES: Final = 400
@@ -64,7 +64,7 @@ class SearchPlan:
 
     def cost(self, prints: int) -> float:
         """Return about how many microseconds a search of so many prints takes."""
-        return cost(self.budget, self.by_terms, self.by_descriptors, prints)
+        return cost(self.budget, self.by_terms, self.by_ridges / BY_RIDGES, prints)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +167,7 @@ def search_rounds(
     Examples
     --------
     >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
-    [(1751, 70.0), (6861, 70.0), (125001, inf)]
+    [(2241, 70.0), (88901, inf)]
     """
     last = search_plan(loss, prints, threshold)
     decisive = max(10 * log10(TIMES * max(prints, 1)), threshold)

@@ -20,8 +20,8 @@ from made_gallery import PART, SEED, index_of, segments_of, sensor_of, template_
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import chosen_by_ridges, search_rounds, with_ridges, with_votes
-from fpmatch.gallery.index.print_segment import MOST_PRINTS, prepare_prints
-from fpmatch.gallery.index.prints.candidate_list import SizeNormalization
+from fpmatch.gallery.index.print_segment import MOST_PRINTS, prepare_prints, ridge_agreements
+from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE, SizeNormalization
 from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
@@ -178,15 +178,12 @@ def search(
         return best, by_size, alone, combined
 
     def by_ridges() -> np.ndarray:
-        agreement = np.full(len(best), np.nan)
         if plan.by_ridges >= plan.by_descriptors:  # all are compared
-            return agreement
-        for k in np.unique(of[best]).tolist():
-            here, segment = of[best] == k, segments[k]
-            agreement[here] = ridge_agreement(
-                probe, segment.descriptors, segment.templates, local[best[here]]
-            )
-        return agreement
+            return np.full(len(best), np.nan)
+        parts = [best[k : k + PRINTS_AT_ONCE] for k in range(0, len(best), PRINTS_AT_ONCE)]
+        return np.concatenate(
+            [ridge_agreements(probe, segments, of[one], local[one]) for one in parts]
+        )
 
     def compared() -> np.ndarray:
         kept = best[chosen_by_ridges(scores[best], agreement, most or plan.by_ridges)]

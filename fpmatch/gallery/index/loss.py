@@ -38,14 +38,14 @@ RIDGE_WEIGHT: Final = 1.25
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
 # more by the budget; of one in the second stage, and in the third and fourth.
-COST: Final = (0.035, 0.14, 2.4, 52.0)
+COST: Final = (0.05, 0.14, 2.4, 52.0)
 LEAST_PASSED_ON: Final = (500, 10)
 BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
 LEAST_BY_RIDGES: Final = 400
 # Losses of the rounds before the last one, in a gallery so many times as large; a round that costs
 # more than a share of the last one is left out.
 TIMES: Final = 10
-EARLY_LOSSES: Final = {0.05: 1 / 2, 0.02: 1 / 4}
+EARLY_LOSSES: Final = {0.1: 1 / 2, 0.03: 1 / 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,14 +160,14 @@ def search_rounds(
 
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
     first passes on the share of the prints that a gallery of ten times as many demands for a loss
-    of 5 %, and ends the search at a score that a print reaches by chance in one search of ten, or
-    at the threshold; the second likewise, with a loss of 2 %. Mates that they miss are left to the
+    of 10 %, and ends the search at a score that a print reaches by chance in one search of ten, or
+    at the threshold; the second likewise, with a loss of 3 %. Mates that they miss are left to the
     last.
 
     Examples
     --------
     >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
-    [(2241, 70.0), (88901, inf)]
+    [(2171, 70.0), (7822, 70.0), (88901, inf)]
     """
     last = search_plan(loss, prints, threshold)
     decisive = max(10 * log10(TIMES * max(prints, 1)), threshold)

@@ -14,6 +14,7 @@ from fpmatch.gallery.index.embedding import NETWORK_SHA256
 from fpmatch.gallery.index.model import TERMS
 from fpmatch.gallery.index.prints import compact_template, prepared_prints, stored_descriptors
 from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
+from fpmatch.gallery.index.prints.compare import ridge_agreement
 from fpmatch.gallery.index.prints.print_arrays import PRINT, START
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import Segment
@@ -122,11 +123,34 @@ def prepare_prints(
     segments: Sequence[PrintSegment], segment: NDArray[np.integer], place: NDArray[np.integer]
 ) -> PreparedPrints:
     """Return prints of some segments, prepared: the numbers of their segments, and their places."""
+    templates, numbers = _gather("templates", segments, segment, place)
+    return prepare_compact(templates, numbers)
+
+
+def ridge_agreements(
+    probe: PreparedTemplate,
+    segments: Sequence[PrintSegment],
+    segment: NDArray[np.integer],
+    place: NDArray[np.integer],
+) -> NDArray[np.float64]:
+    """Return the `ridge_agreement` of a probe and of prints of some segments."""
+    descriptors, numbers = _gather("descriptors", segments, segment, place)
+    templates, _ = _gather("templates", segments, segment, place)
+    return ridge_agreement(probe, descriptors, templates, numbers)
+
+
+def _gather(
+    name: str,
+    segments: Sequence[PrintSegment],
+    segment: NDArray[np.integer],
+    place: NDArray[np.integer],
+) -> tuple[Any, NDArray[np.intp]]:
+    """Return a part of some prints of some segments, and the number of each print in it."""
     order = np.argsort(segment, kind="stable")
     bounds = np.searchsorted(segment[order], np.arange(len(segments) + 1)).tolist()
     of_each = zip(segments, pairwise(bounds), strict=True)
-    parts = [one.templates.take(place[order[a:b]]) for one, (a, b) in of_each if a < b]
-    return prepare_compact(CompactTemplates.concatenate(parts), np.argsort(order))
+    parts = [getattr(one, name).take(place[order[a:b]]) for one, (a, b) in of_each if a < b]
+    return _PARTS[name][0].concatenate(parts), np.argsort(order)
 
 
 _PARTS: Final[dict[str, tuple[Any, Mapping[str, Column]]]] = {

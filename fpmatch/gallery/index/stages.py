@@ -29,10 +29,12 @@ def most_voted(votes: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
     """
     if len(votes) <= most:
         return np.arange(len(votes))
-    better = np.cumsum(np.bincount(votes)[::-1])[::-1]  # prints with at least so many votes
-    least = int(np.flatnonzero(better > max(most, 0))[-1])
-    above, equal = np.flatnonzero(votes > least), np.flatnonzero(votes == least)
-    return np.sort(np.concatenate([above, equal[: max(most, 0) - len(above)]]))
+    if most <= 0:
+        return np.empty(0, np.intp)
+    least = np.partition(votes, len(votes) - most)[len(votes) - most]
+    chosen = votes > least
+    chosen[np.flatnonzero(votes == least)[: most - np.count_nonzero(chosen)]] = True
+    return np.flatnonzero(chosen)
 
 
 def preselect(

@@ -17,9 +17,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.gallery.index.loss import chosen_by_ridges, combined_scores, search_rounds
-from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment, prepare_prints
+from fpmatch.gallery.index.print_segment import (
+    MOST_PRINTS,
+    PrintSegment,
+    prepare_prints,
+    ridge_agreements,
+)
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
-from fpmatch.gallery.index.prints.compact_template import PRINTS_AT_ONCE as AREAS_AT_ONCE
 from fpmatch.gallery.index.prints.compact_template import prepare_compact
 from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
@@ -173,7 +177,12 @@ class IndexedSearch(Search):
             of_round = [
                 Stage(partial(_votes, by_terms), partial(self._by_votes, by_terms), ask=terms_of),
                 Stage(_descriptor_scores, partial(_by_descriptors, by_descriptors), PRINTS_AT_ONCE),
-                Stage(_ridge_agreement, partial(_by_ridges, by_ridges), AREAS_AT_ONCE),
+                Stage(
+                    _ridge_agreement,
+                    partial(_by_ridges, by_ridges),
+                    PRINTS_AT_ONCE,
+                    across=self._ridge_agreement_across,
+                ),
                 self.comparison()._replace(choose=end),
             ]
             if by_ridges >= by_descriptors:  # all are compared
@@ -192,6 +201,10 @@ class IndexedSearch(Search):
         """Return the similarities of a probe to prints, prepared together."""
         prints = prepare_prints(self.state.segments, *self.state.places(places))
         return similarities(self.matcher, probe, prints)
+
+    def _ridge_agreement_across(self, _: Any, probe: Any, places: Indices) -> NDArray[np.float64]:
+        """Return the agreement of the ridges of a probe and of prints."""
+        return ridge_agreements(probe, self.state.segments, *self.state.places(places))
 
     def _by_votes(
         self, most: int, _: Any, listed: Listed, voted: list[tuple[int, Indices, NDArray[Any]]]

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import (
+    EARLY_LOSSES,
     RIDGE_WEIGHT,
     TIMES,
     LossTable,
@@ -57,9 +58,9 @@ def test_early_rounds_look_for_clear_mates_at_a_share_of_the_cost(loss, prints, 
     assert [(last, never)] == search_rounds(loss, prints, threshold, all_mates=True)
     decisive = max(threshold, 10 * np.log10(TIMES * max(prints, 1)))
     assert all(score == decisive for _, score in early)
-    plans = [search_plan(each, prints, threshold, TIMES) for each in (0.05, 0.02)]
+    plans = [search_plan(each, prints, threshold, TIMES) for each in EARLY_LOSSES]
     most = last.cost(prints)
-    worthwhile = [plans[0].cost(prints) < most / 2, plans[1].cost(prints) < most / 4]
+    worthwhile = [plan.cost(prints) < most / 2 for plan in plans]
     assert [plan for plan, _ in early] == [
         p for p, yes in zip(plans, worthwhile, strict=True) if yes
     ]

@@ -46,6 +46,7 @@ PASSED_ON: Final = 0.2  # about the share of prints to whose scores those of a p
 TAIL: Final = 0.01  # share of the prints whose scores make the tail
 SHARES: Final = 400  # that the first stage may pass on, among which the fastest is chosen
 OF_TWO_STAGES: Final = 0.75  # share of a loss; the rest is left to the third stage
+TIMES_THE_LOSS: Final = 2.0  # that a single database may lose
 LEAST_MATES: Final = 100  # that count, for a row of the table of its own
 PROBES: Final = 80  # of a database, at most,
 MATES: Final = 7  # and mates of each
@@ -70,7 +71,7 @@ def command(folders: tuple[Path, ...], into: Path, mates: int, others: int) -> N
     descriptors. In a gallery a mate counts by the probability that a comparison with all prints
     ranks it first. Each print has a higher score with the FMR of the mate's score. The mates are
     prints of the FVC-style databases DIR, where some are given, else synthetic; no database loses
-    more than stated. The same package writes the same file.
+    more than twice the share stated. The same package writes the same file.
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     check_writable(into)
@@ -238,8 +239,8 @@ def shares_to_pass_on(
     """Return the shares that the two stages pass on at the least cost, for each loss: (L, 2).
 
     `rank` (M, 2) are the shares that either stage ranks before each mate, which counts as `weight`
-    states. Neither all mates nor those of one `database` lose more, where it has enough of them
-    that one may be lost. With a smaller loss, no stage passes fewer prints on.
+    states. Of all mates no more are lost, and of those of one `database` no more than twice as many,
+    or one. With a smaller loss, no stage passes fewer prints on.
     """
     found = np.ones((len(LOSSES), 2))
     order = np.argsort(-rank[:, 1], kind="stable")
@@ -252,7 +253,7 @@ def shares_to_pass_on(
     least = np.zeros(2)
     for k in reversed(range(len(LOSSES))):
         allowed = OF_TWO_STAGES * LOSSES[k] * weights.sum(axis=1, keepdims=True)
-        allowed[1:] = np.maximum(allowed[1:], 1.0)
+        allowed[1:] = np.maximum(TIMES_THE_LOSS / OF_TWO_STAGES * allowed[1:], 1.0)
         best = np.inf
         for share in np.maximum(shares, least[0]):
             if cost(budget, share, least[1], 1.0) >= best:

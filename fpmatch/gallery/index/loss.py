@@ -37,15 +37,16 @@ RIDGE_WEIGHT: Final = 1.25
 """What a standard deviation of the agreement of ridges adds to it."""
 
 # Costs in microseconds, for the choice among plans of the same loss: of a print of the gallery, and
-# more by the budget; of one in the second stage, and in the third and fourth.
-COST: Final = (0.05, 0.14, 2.4, 52.0)
+# more by the budget; of one in the second, the third and the fourth stage.
+COST: Final = (0.05, 0.16, 5.3, 75.0, 420.0)
 LEAST_PASSED_ON: Final = (500, 10)
-BY_RIDGES: Final = 1 / 8  # of the prints in the third stage, but at least so many
-LEAST_BY_RIDGES: Final = 400
-# Losses of the rounds before the last one, in a gallery so many times as large; a round that costs
-# more than a share of the last one is left out.
+BY_RIDGES: Final = 1 / 16  # of the prints in the third stage, but at least so many
+LEAST_BY_RIDGES: Final = 200
+# Loss of the round before the last one, in a gallery so many times as large; it is left out where it
+# costs more than a share of the last one.
 TIMES: Final = 10
-EARLY_LOSSES: Final = {0.1: 1 / 2, 0.03: 1 / 2}
+EARLY_LOSS: Final = 0.03
+EARLY_SHARE: Final = 1 / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,10 @@ class SearchPlan:
 
     def cost(self, prints: int) -> float:
         """Return about how many microseconds a search of so many prints takes."""
-        return cost(self.budget, self.by_terms, self.by_ridges / BY_RIDGES, prints)
+        *_, aligned, compared = COST
+        by_ridges = aligned * self.by_descriptors * (self.by_ridges < self.by_descriptors)
+        compared *= self.by_ridges
+        return cost(self.budget, self.by_terms, 0.0, prints) + by_ridges + compared
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,8 +130,9 @@ class LossTable:
 
 def cost(budget: float, by_terms: float, by_descriptors: float, prints: float) -> float:
     """Return about how many microseconds a search of so many prints takes."""
-    each, visited, looked_at, compared = COST
-    return prints * (each + visited * budget) + looked_at * by_terms + compared * by_descriptors
+    each, visited, looked_at, aligned, compared = COST
+    first = prints * (each + visited * budget) + looked_at * by_terms
+    return first + (aligned + BY_RIDGES * compared) * by_descriptors
 
 
 @cache
@@ -160,23 +165,19 @@ def search_rounds(
 
     The last round is the `search_plan`, and the only one where `all_mates` are looked for. The
     first passes on the share of the prints that a gallery of ten times as many demands for a loss
-    of 10 %, and ends the search at a score that a print reaches by chance in one search of ten, or
-    at the threshold; the second likewise, with a loss of 3 %. Mates that they miss are left to the
-    last.
+    of 3 %, and ends the search at a score that a print reaches by chance in one search of ten, or
+    at the threshold. Mates that it misses are left to the last.
 
     Examples
     --------
     >>> [(plan.by_terms, score) for plan, score in search_rounds(0.005, 10**6)]
-    [(2171, 70.0), (7822, 70.0), (88901, inf)]
+    [(1299, 70.0), (38101, inf)]
     """
     last = search_plan(loss, prints, threshold)
-    decisive = max(10 * log10(TIMES * max(prints, 1)), threshold)
-    rounds = []
-    for early, share in EARLY_LOSSES.items():
-        plan = search_plan(early, prints, threshold, TIMES)
-        if not all_mates and plan.cost(prints) < share * last.cost(prints):
-            rounds.append((plan, decisive))
-    return [*rounds, (last, inf)]
+    early = search_plan(EARLY_LOSS, prints, threshold, TIMES)
+    if all_mates or early.cost(prints) >= EARLY_SHARE * last.cost(prints):
+        return [(last, inf)]
+    return [(early, max(10 * log10(TIMES * max(prints, 1)), threshold)), (last, inf)]
 
 
 def combined_scores(

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import (
-    EARLY_LOSSES,
+    EARLY_LOSS,
+    EARLY_SHARE,
     RIDGE_WEIGHT,
     TIMES,
     LossTable,
@@ -58,12 +59,9 @@ def test_early_rounds_look_for_clear_mates_at_a_share_of_the_cost(loss, prints, 
     assert [(last, never)] == search_rounds(loss, prints, threshold, all_mates=True)
     decisive = max(threshold, 10 * np.log10(TIMES * max(prints, 1)))
     assert all(score == decisive for _, score in early)
-    plans = [search_plan(each, prints, threshold, TIMES) for each in EARLY_LOSSES]
-    most = last.cost(prints)
-    worthwhile = [plan.cost(prints) < most / 2 for plan in plans]
-    assert [plan for plan, _ in early] == [
-        p for p, yes in zip(plans, worthwhile, strict=True) if yes
-    ]
+    plan = search_plan(EARLY_LOSS, prints, threshold, TIMES)
+    worthwhile = plan.cost(prints) < EARLY_SHARE * last.cost(prints)
+    assert [plan for plan, _ in early] == [plan] * worthwhile
 
 
 def test_without_a_measured_loss_all_prints_are_passed_on():

@@ -239,8 +239,8 @@ def shares_to_pass_on(
     """Return the shares that the two stages pass on at the least cost, for each loss: (L, 2).
 
     `rank` (M, 2) are the shares that either stage ranks before each mate, which counts as `weight`
-    states. Of all mates no more are lost, and of those of one `database` no more than twice as many,
-    or one. With a smaller loss, no stage passes fewer prints on.
+    states. Of all mates no more are lost, and of one `database` no more than twice as many, or one.
+    With a smaller loss, no stage passes fewer prints on.
     """
     found = np.ones((len(LOSSES), 2))
     order = np.argsort(-rank[:, 1], kind="stable")

@@ -42,8 +42,8 @@ COST: Final = (0.05, 0.16, 5.3, 75.0, 420.0)
 LEAST_PASSED_ON: Final = (500, 10)
 BY_RIDGES: Final = 1 / 16  # of the prints in the third stage, but at least so many
 LEAST_BY_RIDGES: Final = 200
-# Loss of the round before the last one, in a gallery so many times as large; it is left out where it
-# costs more than a share of the last one.
+# Loss of the round before the last one, in a gallery so many times as large; it is left out where
+# it costs more than a share of the last one.
 TIMES: Final = 10
 EARLY_LOSS: Final = 0.03
 EARLY_SHARE: Final = 1 / 2

@@ -24,8 +24,7 @@ from fpmatch.gallery.index.print_segment import (
     ridge_agreements,
 )
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
-from fpmatch.gallery.index.prints.compact_template import prepare_compact
-from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
+from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.search.search import Search
@@ -52,14 +51,27 @@ if TYPE_CHECKING:
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
 
 
+SENT_AT_ONCE: Final = 8  # segments that a worker searches together
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexedPiece:
-    """A segment of an index, its number, and which of its entries were removed."""
+    """Adjacent segments of an index, the number of the first, and which entries were removed."""
 
-    number: int
+    first: int
     matcher: Matcher
-    segment: PrintSegment
+    segments: Sequence[PrintSegment]
     removed: NDArray[np.int64]
+
+    def located(self, local: Indices) -> tuple[Indices, Indices]:
+        """Return the segments of some prints, by their places in the piece, and places in these."""
+        segment = np.searchsorted(self.starts, local, "right") - 1
+        return segment, local - self.starts[segment]
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """The place of the first print of each segment, and the number of all."""
+        return np.cumsum([0, *map(len, self.segments)])
 
 
 class IndexedSearch(Search):
@@ -103,16 +115,32 @@ class IndexedSearch(Search):
         return self.state.fingers
 
     def division(self, of_threads: bool) -> Division:
-        """Return the segments."""
-        return self._division
+        """Return the segments: each, for threads, or several together, for workers."""
+        return self._single if of_threads else self._together
 
     @cached_property
-    def _division(self) -> Division:
-        removed, pieces = self.state.removed, []
-        for k, segment in enumerate(self.state.segments):
-            first, last = np.searchsorted(removed, [segment.numbers[0], segment.numbers[-1] + 1])
-            pieces.append(IndexedPiece(k, self.matcher, segment, removed[first:last]))
-        return Division(pieces, [len(one.segment) for one in pieces], self.state.places)
+    def _single(self) -> Division:
+        return self._divided(1)
+
+    @cached_property
+    def _together(self) -> Division:
+        return self._divided(SENT_AT_ONCE)
+
+    def _divided(self, at_once: int) -> Division:
+        state, segments, pieces = self.state, self.state.segments, []
+        for k in range(0, len(segments), at_once):
+            some = segments[k : k + at_once]
+            ends = some[0].numbers[0], some[-1].numbers[-1] + 1
+            first, last = np.searchsorted(state.removed, ends)
+            pieces.append(IndexedPiece(k, self.matcher, some, state.removed[first:last]))
+        starts = np.cumsum([0, *map(len, segments)])
+
+        def locate(places: Indices) -> tuple[Indices, Indices]:
+            segment, place = state.places(places)
+            piece = segment // at_once
+            return piece, place + starts[segment] - starts[piece * at_once]
+
+        return Division(pieces, [sum(map(len, one.segments)) for one in pieces], locate)
 
     def print_at(self, place: int) -> PreparedTemplate:
         """Return a print, prepared from its compact template."""
@@ -242,16 +270,22 @@ def _end_of_round(
 def _votes(
     most: int, piece: IndexedPiece, terms: ProbeTerms, _: Places
 ) -> tuple[int, Indices, NDArray[np.uint16]]:
-    """Return the number of a segment, its prints with the most votes, and these."""
-    return piece.number, *preselect(piece.segment.terms, terms, most, piece.removed)
+    """Return a piece's first segment, its prints with the most votes, and these."""
+    voted = [preselect(one.terms, terms, most, piece.removed) for one in piece.segments]
+    local = np.concatenate([k + place for k, (place, _) in zip(piece.starts, voted, strict=False)])
+    votes = np.concatenate([votes for _, votes in voted])
+    kept = most_voted(votes, most)
+    return piece.first, local[kept], votes[kept]
 
 
 def _descriptor_scores(
     piece: IndexedPiece, probe: Any, local: Indices
 ) -> tuple[NDArray[np.int32], NDArray[np.uint16]]:
-    """Return the scores of the bit descriptors of prints of a segment, and their sizes."""
-    descriptors = piece.segment.descriptors
-    return descriptors.scores(probe, local), descriptors.size[local]
+    """Return the scores of the bit descriptors of prints of a piece, ascending, and their sizes."""
+    segment, place = piece.located(local)
+    parts = [(piece.segments[k].descriptors, place[segment == k]) for k in np.unique(segment)]
+    scores = [descriptors.scores(probe, some) for descriptors, some in parts]
+    return np.concatenate(scores), np.concatenate([one.size[some] for one, some in parts])
 
 
 def _by_descriptors(
@@ -272,8 +306,8 @@ def _by_descriptors(
 
 
 def _ridge_agreement(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:
-    """Return the agreement of the ridges of a probe and of prints of a segment."""
-    return ridge_agreement(probe, piece.segment.descriptors, piece.segment.templates, local)
+    """Return the agreement of the ridges of a probe and of prints of a piece."""
+    return ridge_agreements(probe, piece.segments, *piece.located(local))
 
 
 def _by_ridges(most: int, _: Any, listed: Listed, parts: list[NDArray[np.float64]]) -> Listed:
@@ -286,5 +320,5 @@ def _by_ridges(most: int, _: Any, listed: Listed, parts: list[NDArray[np.float64
 
 
 def _similarities(piece: IndexedPiece, probe: Any, local: Indices) -> NDArray[np.float64]:
-    """Return the similarities of a probe to prints of a segment."""
-    return similarities(piece.matcher, probe, prepare_compact(piece.segment.templates, local))
+    """Return the similarities of a probe to prints of a piece."""
+    return similarities(piece.matcher, probe, prepare_prints(piece.segments, *piece.located(local)))

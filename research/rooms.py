@@ -37,7 +37,7 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "matching": {"matching/pipeline"},
     "formats": {"base/encryption", "templates"},
     "image/preprocess": set(),
-    "image/enhancement": {"errors", "image/preprocess"},
+    "image/enhancement": {"base", "image/preprocess"},
     "image/quality": {"image/preprocess", "templates"},
     "image/io": {"image/quality"},
     "image/skeleton": {"image/preprocess"},

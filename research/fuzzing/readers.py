@@ -26,6 +26,7 @@ _TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xy
 READERS: dict[str, tuple[str, ...] | str] = {
     "base/encryption/keys.py": ("keys",),
     "base/kernels.py": _OWN,
+    "base/network.py": _OWN,
     "base/npy.py": ("npy", "points", "array-picture"),
     "base/output.py": _OUT,
     "base/parsing.py": ("json", "calibration", "truth", "dataset-info", "settings"),
@@ -70,7 +71,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/store/stored_template.py": ("packed-template", "compact-template"),
     "gallery/tasks/enrol.py": "hashes the files that are enrolled",
     "image/dataset_folder.py": ("dataset-info",),
-    "image/enhancement/enhancers.py": _OWN,
     "image/io/grey.py": ("image-raw",),
     "image/io/pillow_formats.py": _PICTURES,
     "image/io/read.py": _PICTURES,

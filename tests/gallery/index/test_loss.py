@@ -12,6 +12,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.loss import (
     EARLY_LOSS,
     EARLY_SHARE,
+    LEAST_BY_RIDGES,
     RIDGE_WEIGHT,
     TIMES,
     LossTable,
@@ -33,7 +34,7 @@ def test_a_plan_is_of_the_loss_and_within_the_gallery(loss, prints):
     assert plan.loss == loss
     assert plan.budget in loss_table().budgets
     assert min(prints, 10) <= plan.by_descriptors <= plan.by_terms <= prints
-    assert min(plan.by_descriptors, 400) <= plan.by_ridges <= plan.by_descriptors
+    assert min(plan.by_descriptors, LEAST_BY_RIDGES) <= plan.by_ridges <= plan.by_descriptors
 
 
 @pytest.mark.parametrize("prints", [30_000, 1_000_000, 10_000_000])

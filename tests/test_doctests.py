@@ -9,7 +9,9 @@ import pytest
 import fpmatch
 import research
 
-NEEDS_TORCH = {"research.training.embedding_net", "research.training.enhancer_net"}
+NEEDS_TORCH = {
+    f"research.training.{name}" for name in ("embedding_net", "enhancer_net", "networks")
+}
 PROGRAMS = {"fpmatch.__main__", "research.__main__"}
 MODULES = {
     one.name

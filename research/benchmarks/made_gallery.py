@@ -116,17 +116,17 @@ def template_of(rows: Rows, k: int) -> Template:
 def segments_of(folder: Path, part: int) -> list[PrintSegment]:
     """Return a part of the gallery as an index has it, mapped; make it where it is missing."""
     about = code_of(*CODE_OF_INDEX)
-    segments = []
-    for first in range(0, PART, MOST_PRINTS):
+    return [_segment_of(folder, part, k, about) for k in range(PART // MOST_PRINTS)]
 
-        def make(first: int = first) -> Mapping[str, Any]:
-            rows = template_rows(folder, part)
-            templates = [template_of(rows, k) for k in range(first, first + MOST_PRINTS)]
-            return index_of(templates, part * PART + first).arrays()
 
-        path = folder / f"index-{part:04}-{first // MOST_PRINTS}.arrays"
-        segments.append(PrintSegment.of_arrays(kept(path, COLUMNS, about, make)))
-    return segments
+def _segment_of(folder: Path, part: int, k: int, about: Mapping[str, str]) -> PrintSegment:
+    def make() -> Mapping[str, Any]:
+        rows, first = template_rows(folder, part), k * MOST_PRINTS
+        templates = [template_of(rows, one) for one in range(first, first + MOST_PRINTS)]
+        return index_of(templates, part * PART + first).arrays()
+
+    path = folder / f"index-{part:04}-{k}.arrays"
+    return PrintSegment.of_arrays(kept(path, COLUMNS, about, make))
 
 
 def index_of(templates: Sequence[Template], before: int = 0) -> PrintSegment:

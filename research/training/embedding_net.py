@@ -7,7 +7,6 @@ import sys
 import time
 from dataclasses import dataclass
 from functools import partial
-from hashlib import sha256
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Final
 
@@ -21,6 +20,7 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command
+from research.training.networks import warmed_up_cosine, write_network
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -124,10 +124,7 @@ def learn(
     sharpness = nn.Parameter(torch.tensor(2.5))
     weights = [*net.parameters(), sharpness]
     optimiser = torch.optim.AdamW(weights, lr=p.rate, weight_decay=p.decay)
-    schedule = torch.optim.lr_scheduler.LambdaLR(
-        optimiser,
-        lambda step: min((step + 1) / p.warm_up_steps, 0.5 + 0.5 * np.cos(np.pi * step / p.steps)),
-    )
+    schedule = warmed_up_cosine(optimiser, p.warm_up_steps, p.steps)
     batch = min(p.batch, len(given))
     own = torch.arange(batch)
     running = 0.0
@@ -150,20 +147,6 @@ def learn(
         tell(step, running)
     net.eval()
     return net
-
-
-def write_network(net: EmbeddingNet, path: Path) -> None:
-    """Write a network as ONNX, for any number of pictures."""
-    torch.onnx.export(
-        net.eval(),
-        (torch.zeros(1, CHANNELS, SIDE, SIDE),),
-        str(path),
-        opset_version=11,
-        input_names=["pictures"],
-        output_names=["embeddings"],
-        dynamic_axes={name: {0: "prints"} for name in ("pictures", "embeddings")},
-        dynamo=False,
-    )
 
 
 def _pictures(seed: int, finger: int) -> np.ndarray:
@@ -189,8 +172,8 @@ def command(seed: int, fingers: int, steps: int, workers: int, into: Path) -> No
     """Train the network that makes the embeddings of prints, on synthetic prints alone.
 
     Of two views of each finger, it learns which belong together. The same seed on the same kind of
-    machine gives the same file to the last bit. The defaults are those of the file in the package
-    and take about 40 minutes on one core. The extra ``train`` must be installed.
+    machine gives the same file to the last bit. The file in the package was made with the defaults,
+    in about 40 minutes on one core. The extra ``train`` must be installed.
     """
     torch.use_deterministic_algorithms(mode=True)
     torch.set_num_threads(1)  # sums do not depend on the number of cores
@@ -206,7 +189,6 @@ def command(seed: int, fingers: int, steps: int, workers: int, into: Path) -> No
         if step % REPORT_EVERY == 0:
             click.echo(f"{step} of {steps}: loss {loss:.4f}, {time.monotonic() - start:.0f} s")
 
-    write_network(learn(pictures, seed, LearningParameters(steps=steps), report), into)
-    content = into.read_bytes()
-    click.echo(f"{into}: {len(content)} bytes")
-    click.echo(f"NETWORK_SHA256 of {NETWORK_FILE.name}: {sha256(content).hexdigest()}")
+    net = learn(pictures, seed, LearningParameters(steps=steps), report)
+    example, place = torch.zeros(1, CHANNELS, SIDE, SIDE), "fpmatch/gallery/index/embedding.py"
+    write_network(net, into, example, ("pictures", "embeddings"), {0: "prints"}, place)

@@ -10,7 +10,6 @@ import os
 import sys
 import time
 from dataclasses import dataclass
-from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
 import click
@@ -23,6 +22,7 @@ from fpmatch.image.enhancement.enhancers import NETWORK_FILE, PATCH_PX
 from fpmatch.lab.synthesis.sensor import SENSORS
 from research.commands import PATH, Command
 from research.training.enhancer_data import STEPS_OF_TARGET, STEPS_PER_UNIT, make_pairs
+from research.training.networks import warmed_up_cosine, write_network
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -90,10 +90,7 @@ def learn(
     mean.load_state_dict(net.state_dict())
     net = net.to(memory_format=torch.channels_last)
     optimiser = torch.optim.AdamW(net.parameters(), lr=p.rate, weight_decay=p.decay)
-    schedule = torch.optim.lr_scheduler.LambdaLR(
-        optimiser,
-        lambda step: min((step + 1) / p.warm_up_steps, 0.5 + 0.5 * np.cos(np.pi * step / p.steps)),
-    )
+    schedule = warmed_up_cosine(optimiser, p.warm_up_steps, p.steps)
     running = 0.0
     for step in range(1, p.steps + 1):
         pixels, target, weight = _batch(pairs, rng, p)
@@ -111,21 +108,6 @@ def learn(
         running += (losses.item() - running) / min(step, 200)
         tell(step, running, mean)
     return mean.eval()
-
-
-def write_network(net: RidgeNet, path: Path) -> None:
-    """Write a network as ONNX, for pictures of any size."""
-    example = torch.zeros(1, PATCH_PX**2, 16, 16)
-    torch.onnx.export(
-        net.eval(),
-        (example,),
-        str(path),
-        opset_version=11,
-        input_names=["normalised"],
-        output_names=["logits"],
-        dynamic_axes={name: {2: "h", 3: "w"} for name in ("normalised", "logits")},
-        dynamo=False,
-    )
 
 
 def _batch(
@@ -209,8 +191,6 @@ def command(seed: int, fingers: int, steps: int, workers: int, into: Path) -> No
         if step % REPORT_EVERY == 0:
             click.echo(f"{step} of {steps}: loss {loss:.4f}, {time.monotonic() - start:.0f} s")
 
-    write_network(learn(pairs, seed, LearningParameters(steps=steps), report), into)
-    content = into.read_bytes()
-    click.echo(f"{into}: {len(content)} bytes")
-    digest = sha256(content).hexdigest()
-    click.echo(f"NETWORK_SHA256 of fpmatch/image/enhancement/enhancers.py: {digest}")
+    net = learn(pairs, seed, LearningParameters(steps=steps), report)
+    example, place = torch.zeros(1, PATCH_PX**2, 16, 16), "fpmatch/image/enhancement/enhancers.py"
+    write_network(net, into, example, ("normalised", "logits"), {2: "h", 3: "w"}, place)

@@ -10,7 +10,7 @@ import numpy as np
 
 import fpmatch
 from fpmatch.base.output import check_writable
-from fpmatch.gallery.index.loss import LossTable, cost, with_votes
+from fpmatch.gallery.index.loss import BY_RIDGES, LossTable, cost, with_votes
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
 from fpmatch.gallery.index.prints.candidate_list import SizeNormalization, prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
@@ -242,6 +242,10 @@ def shares_to_pass_on(
     states. Of all mates no more are lost, and of one `database` no more than twice as many, or one.
     With a smaller loss, no stage passes fewer prints on.
     """
+
+    def work(by_terms: float, by_descriptors: float) -> float:
+        return cost(budget, by_terms, by_descriptors, BY_RIDGES * by_descriptors, 1.0)
+
     found = np.ones((len(LOSSES), 2))
     order = np.argsort(-rank[:, 1], kind="stable")
     first, second = rank[order].T
@@ -256,7 +260,7 @@ def shares_to_pass_on(
         allowed[1:] = np.maximum(TIMES_THE_LOSS / OF_TWO_STAGES * allowed[1:], 1.0)
         best = np.inf
         for share in np.maximum(shares, least[0]):
-            if cost(budget, share, least[1], 1.0) >= best:
+            if work(share, least[1]) >= best:
                 break
             by_first = first > share
             lost = weights[:, by_first].sum(axis=1, keepdims=True)
@@ -265,8 +269,8 @@ def shares_to_pass_on(
             lost = lost + np.cumsum(np.where(by_first, 0.0, weights), axis=1)
             needed = np.flatnonzero((lost > allowed).any(axis=0) & ~by_first)
             passed = max(second[needed[0]] if len(needed) else 0.0, least[1])
-            if cost(budget, share, passed, 1.0) < best:
-                best, found[k] = cost(budget, share, passed, 1.0), (share, passed)
+            if work(share, passed) < best:
+                best, found[k] = work(share, passed), (share, passed)
         least = found[k]
     return found
 

@@ -1,22 +1,23 @@
 """Embeddings of prints: 128 small numbers each, which a network makes of minutiae and orientation.
 
-The network has learned on synthetic prints that the embeddings of two prints of one finger point in
-nearly the same direction, and those of different fingers in any (``python -m research train
-embedding``). It sees a print as a picture of 32 by 32 cells of 16 pixels, around the middle of the
-print's area: ridge orientation, area, and minutiae with their directions. No minutia of one print
-has to be found in the other, so that mates with few edges in common are found, too.
+The embeddings of two impressions of a finger point in nearly the same direction; between the
+embeddings of different fingers, any angle occurs. The network has learned this on synthetic prints
+(``python -m research train embedding``). It sees a print as a picture of 32 by 32 cells of 16
+pixels, around the middle of the print's area: ridge orientation, area, and minutiae with their
+directions. No minutia of one print has to be found in the other, so that mates with few edges in
+common are found, too.
 """
 
 from __future__ import annotations
 
-import threading
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.base.network import read_network
+from fpmatch.base.network import Network
 from fpmatch.matching.prints.print_area import ORIENTATIONS
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ STEPS: Final = 300.0  # of a unit vector, in which its numbers are rounded
 AT_ONCE: Final = 64  # prints
 NETWORK_FILE: Final = Path(__file__).with_name("embedding.onnx")
 NETWORK_SHA256: Final = "793d5198010a79dac5e16639942da4c05cff32ea001ede0d7e3e95ff3f013a3e"
-_own = threading.local()  # a network of OpenCV serves one thread
+_NETWORK: Final = Network(NETWORK_FILE, NETWORK_SHA256)
 
 
 def _unit_vectors() -> NDArray[np.float32]:
@@ -91,16 +92,15 @@ def embeddings(prints: Iterable[PreparedTemplate]) -> NDArray[np.int8]:
 
     Raises FpmatchError if the file of the network is missing, damaged or of another version.
     """
-    pictures = [picture(print_) for print_ in prints]
-    parts = [_embedded(pictures[k : k + AT_ONCE]) for k in range(0, len(pictures), AT_ONCE)]
+    given = iter(prints)
+    parts = []
+    while pictures := [picture(print_) for print_ in islice(given, AT_ONCE)]:
+        parts.append(_embedded(pictures))
     return np.concatenate([np.zeros((0, LENGTH), np.int8), *parts])
 
 
 def _embedded(pictures: Sequence[NDArray[np.float32]]) -> NDArray[np.int8]:
-    if not hasattr(_own, "network"):
-        _own.network = read_network(NETWORK_FILE, NETWORK_SHA256)
-    _own.network.setInput(np.stack(pictures))
-    made = np.asarray(_own.network.forward(), np.float32)
+    made = _NETWORK(np.stack(pictures))
     made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
     rounded: NDArray[np.int8] = np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)
     return rounded

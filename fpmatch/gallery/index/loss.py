@@ -65,10 +65,8 @@ class SearchPlan:
 
     def cost(self, prints: int) -> float:
         """Return about how many microseconds a search of so many prints takes."""
-        *_, aligned, compared = COST
-        by_ridges = aligned * self.by_descriptors * (self.by_ridges < self.by_descriptors)
-        compared *= self.by_ridges
-        return cost(self.budget, self.by_terms, 0.0, prints) + by_ridges + compared
+        aligned = self.by_descriptors if self.by_ridges < self.by_descriptors else 0
+        return cost(self.budget, self.by_terms, aligned, self.by_ridges, prints)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,11 +126,14 @@ class LossTable:
         return float(np.exp(np.interp(np.log(loss), np.log(self.losses), np.log(shares + 1e-9))))
 
 
-def cost(budget: float, by_terms: float, by_descriptors: float, prints: float) -> float:
-    """Return about how many microseconds a search of so many prints takes."""
-    each, visited, looked_at, aligned, compared = COST
-    first = prints * (each + visited * budget) + looked_at * by_terms
-    return first + (aligned + BY_RIDGES * compared) * by_descriptors
+def cost(
+    budget: float, by_terms: float, by_descriptors: float, by_ridges: float, prints: float
+) -> float:
+    """Return about how many microseconds a search takes: of so many prints, passed on by stages."""
+    each, visited, *stages = COST
+    passed_on = by_terms, by_descriptors, by_ridges
+    of_stages = (one * many for one, many in zip(stages, passed_on, strict=True))
+    return prints * (each + visited * budget) + sum(of_stages)
 
 
 @cache

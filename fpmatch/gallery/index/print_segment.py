@@ -123,7 +123,7 @@ def prepare_prints(
     segments: Sequence[PrintSegment], segment: NDArray[np.integer], place: NDArray[np.integer]
 ) -> PreparedPrints:
     """Return prints of some segments, prepared: the numbers of their segments, and their places."""
-    templates, numbers = _gather("templates", segments, segment, place)
+    (templates,), numbers = _gather(("templates",), segments, segment, place)
     return prepare_compact(templates, numbers)
 
 
@@ -134,23 +134,27 @@ def ridge_agreements(
     place: NDArray[np.integer],
 ) -> NDArray[np.float64]:
     """Return the `ridge_agreement` of a probe and of prints of some segments."""
-    descriptors, numbers = _gather("descriptors", segments, segment, place)
-    templates, _ = _gather("templates", segments, segment, place)
+    names = "descriptors", "templates"
+    (descriptors, templates), numbers = _gather(names, segments, segment, place)
     return ridge_agreement(probe, descriptors, templates, numbers)
 
 
 def _gather(
-    name: str,
+    names: Sequence[str],
     segments: Sequence[PrintSegment],
     segment: NDArray[np.integer],
     place: NDArray[np.integer],
-) -> tuple[Any, NDArray[np.intp]]:
-    """Return a part of some prints of some segments, and the number of each print in it."""
+) -> tuple[list[Any], NDArray[np.intp]]:
+    """Return some parts of prints of some segments, and the number of each print in them."""
     order = np.argsort(segment, kind="stable")
     bounds = np.searchsorted(segment[order], np.arange(len(segments) + 1)).tolist()
     of_each = zip(segments, pairwise(bounds), strict=True)
-    parts = [getattr(one, name).take(place[order[a:b]]) for one, (a, b) in of_each if a < b]
-    return _PARTS[name][0].concatenate(parts), np.argsort(order)
+    taken = [(one, place[order[a:b]]) for one, (a, b) in of_each if a < b]
+    parts = [
+        _PARTS[name][0].concatenate([getattr(one, name).take(some) for one, some in taken])
+        for name in names
+    ]
+    return parts, np.argsort(order)
 
 
 _PARTS: Final[dict[str, tuple[Any, Mapping[str, Column]]]] = {

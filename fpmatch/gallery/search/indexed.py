@@ -2,8 +2,8 @@
 
 The terms of the index choose prints whose bit descriptors are compared; these choose the prints
 whose ridges are compared in one place, and these the prints that are compared whole, by their
-compact templates (see `fpmatch.gallery.index`). A first round of the stages finds clear mates.
-Further rounds, which pass more prints on, follow only where it finds none (see
+compact templates (see `fpmatch.gallery.index`). A first round of the stages finds clear mates. A
+second one, which passes more prints on, follows only where it finds none (see
 `fpmatch.gallery.index.loss`).
 """
 
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
-
-
 SENT_AT_ONCE: Final = 8  # segments that a worker searches together
 
 
@@ -65,8 +63,9 @@ class IndexedPiece:
 
     def located(self, local: Indices) -> tuple[Indices, Indices]:
         """Return the segments of some prints, by their places in the piece, and places in these."""
-        segment = np.searchsorted(self.starts, local, "right") - 1
-        return segment, local - self.starts[segment]
+        starts = self.starts
+        segment = np.searchsorted(starts, local, "right") - 1
+        return segment, local - starts[segment]
 
     @property
     def starts(self) -> NDArray[np.int64]:

@@ -11,14 +11,13 @@ their ideal ridges; OpenCV runs it.
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
-from fpmatch.base.network import read_network
+from fpmatch.base.network import Network
 from fpmatch.image.preprocess.arrays import (
     OrientationField,
     block_mean_product,
@@ -49,7 +48,7 @@ NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
 NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
 PATCH_PX: Final = 4  # side of a patch, one position of the network
 SIDE_STEP_PX: Final = 16  # the sides of its input are multiples of this
-_own = threading.local()  # a network of OpenCV serves one thread
+_NETWORK: Final = Network(NETWORK_FILE, NETWORK_SHA256)
 
 
 def enhanced_orientation(enhanced: Floats, mask: Mask) -> OrientationField:
@@ -172,10 +171,7 @@ def enhance_by_network(pixels: Floats) -> Floats:
     rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
     padded = np.zeros((rows, columns), np.float32)
     padded[:height, :width] = pixels
-    if not hasattr(_own, "network"):
-        _own.network = read_network(NETWORK_FILE, NETWORK_SHA256)
-    _own.network.setInput(_to_channels(padded))
-    logits = _from_channels(np.asarray(_own.network.forward(), np.float32))
+    logits = _from_channels(_NETWORK(_to_channels(padded)))
     return np.ascontiguousarray(np.tanh(0.5 * logits[:height, :width]), np.float32)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fpmatch.base.network import read_network
+from fpmatch.base.network import Network
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index import embedding
 from fpmatch.gallery.index.embedding import LENGTH, SIDE, embeddings, picture
@@ -45,5 +45,5 @@ def test_a_damaged_network_is_one_line(tmp_path):
     path = tmp_path / "network.onnx"
     path.write_bytes(embedding.NETWORK_FILE.read_bytes()[:-1])
     with pytest.raises(FpmatchError, match="damaged, or the network of another version"):
-        read_network(path, embedding.NETWORK_SHA256)
+        Network(path, embedding.NETWORK_SHA256)(np.zeros((1, 6, SIDE, SIDE), np.float32))
     assert SIDE == 32

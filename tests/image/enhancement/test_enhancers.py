@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fpmatch.base.network import Network
 from fpmatch.errors import FpmatchError
 from fpmatch.image.enhancement import enhancers
 from fpmatch.image.enhancement.enhancers import (
@@ -164,8 +165,7 @@ def test_a_network_that_is_no_use_is_refused_by_name(damage, reason, tmp_path, m
     path, content = tmp_path / "network.onnx", damage(NETWORK_FILE.read_bytes())
     if content is not None:
         path.write_bytes(content)
-    monkeypatch.setattr(enhancers, "NETWORK_FILE", path)
-    monkeypatch.setattr(enhancers, "_own", type(enhancers._own)())
+    monkeypatch.setattr(enhancers, "_NETWORK", Network(path, enhancers.NETWORK_SHA256))
     monkeypatch.setattr(cv2.dnn, "readNetFromONNX", unusable)
     with pytest.raises(FpmatchError, match=reason) as caught:
         enhance_by_network(np.zeros((32, 32), np.float32))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,7 +14,6 @@ from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.prepared import Prepared, load_prepared, prepared_name, save_prepared
-from fpmatch.gallery.index.print_segment import PrintSegment
 from fpmatch.gallery.index.state import read_present
 from fpmatch.gallery.store.kept_files import INDEX, PREPARED, SEGMENT, kept_folders
 from fpmatch.gallery.store.tables import TABLES
@@ -23,10 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from fpmatch.gallery.index.files import Listed
+    from fpmatch.gallery.index.print_segment import PrintSegment
     from fpmatch.gallery.store.reader import GalleryReader
 
 _PATTERNS: Final = (f"*{PREPARED}", "*.prints", "*.npy", ".*.part")
 """Files of prepared prints: of this version, of earlier ones, and unfinished ones."""
+WRITTEN_AT_ONCE: Final = 16  # segments, while the folder of an index is locked
 
 
 def erase_traces(gallery: GalleryReader, before: str) -> None:
@@ -98,30 +101,31 @@ def _erase_from_index(gallery: GalleryReader) -> None:
 
 
 def _rewrite(gallery: GalleryReader, folder: IndexFolder) -> None:
-    """Erase what was removed from the index in a folder, one segment after the other.
+    """Erase what was removed from the index in a folder, some segments after the others.
 
     The folder is locked while files are read and written, so that searches can use it in between.
     """
-    old, new = None, PrintSegment.concatenate([])
+    new: dict[Listed, PrintSegment] = {}
     while True:
         with folder_lock(folder.path):
             try:
                 state = read_present(gallery, folder)
                 for part in state.parts:
-                    if old is not None and part.listed == old.listed:
-                        state = state.erased(part, new)
+                    if part.listed in new:
+                        state = state.erased(part, new[part.listed])
                 state = state.write(folder)
-                old = next((p for p in state.parts if p.may_contain(state.removed)), None)
-                if old is not None:
-                    old.segment  # noqa: B018  (read before another program can delete it)
+                affected = (part for part in state.parts if part.may_contain(state.removed))
+                old = list(islice(affected, WRITTEN_AT_ONCE))
+                for part in old:
+                    part.segment  # noqa: B018  (read before another program can delete it)
                 kept = [part.listed for part in state.parts]
             except FpmatchError:
                 folder.delete_list()
-                kept, old = [], None
+                kept, old = [], []
             folder.delete_others(kept, strict=True)
-        if old is None:
+        if not old:
             return
-        new = old.without(state.removed)
+        new = {part.listed: part.without(state.removed) for part in old}
 
 
 def _files(gallery: GalleryReader, patterns: Iterable[str] = _PATTERNS) -> Iterator[Path]:

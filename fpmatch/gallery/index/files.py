@@ -130,9 +130,11 @@ class IndexFolder:
         self._write(self._segment(name), segment.arrays(), COLUMNS)
         return listed_as(segment, name)
 
-    def has(self, listed: Listed) -> bool:
-        """Return whether there is a file of a segment."""
-        return bool(listed.name) and self._segment(listed.name).is_file()
+    def names(self) -> set[str]:
+        """Return the names of the segments that are in the folder."""
+        before = len(self.matcher) + 1
+        paths = self.path.glob(self._segment("*").name)
+        return {path.name[before : -len(SEGMENT)] for path in paths}
 
     def delete_list(self) -> None:
         """Delete the list; raise FpmatchError if that is impossible."""
@@ -143,12 +145,10 @@ class IndexFolder:
 
         With `strict`, raise FpmatchError if one cannot be deleted.
         """
-        names = {self._segment(one.name).name for one in kept}
         with suppress(OSError):
             remove_unfinished(self.path, older_than_s=STALE_S)
-        for path in self.path.glob(f"{self.matcher}.*{SEGMENT}"):
-            if path.name not in names:
-                _delete(path, strict=strict)
+        for name in self.names() - {one.name for one in kept}:
+            _delete(self._segment(name), strict=strict)
 
     @property
     def _list(self) -> Path:

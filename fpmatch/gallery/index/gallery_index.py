@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 256
-FEW: Final = 512  # prints that are added in this process
+FEW: Final = 512  # prints that this process adds alone, or keeps in memory
 MOST_ATTEMPTS: Final = 20  # to follow a gallery that others change all the time
 
 
@@ -72,13 +72,14 @@ class GalleryIndex:
         if self._state is not None and self._state.revision == self.gallery.revision():
             return self._state
         self.gallery.check_keys()
+        in_memory = True
         for _ in range(MOST_ATTEMPTS):
             revision = self.gallery.revision()
-            base = self._base(revision)
+            base = self._base(revision, in_memory=in_memory)
             if self.gallery.revision().removals != revision.removals:
                 continue
             if base.base is None or base.base[0].removals != base.revision.removals:
-                self.gallery.check_sums()
+                self._check_sums(revision)
             state: IndexState | None = base
             if base.revision.last < revision.last:
                 state = self._extended(base, revision, full_segments=full_segments)
@@ -86,14 +87,32 @@ class GalleryIndex:
                 state = self._written(base)
             if state is not None:
                 break
+            in_memory = False  # what is there does not fit what another program has written
         else:
             raise self.gallery.error("it is changed all the time", "index")
-        self._state = state
+        self._state = self._reusing(state)
         for number in state.damaged.tolist():
             if number not in self.gallery.damaged:
                 with suppress(GalleryError):
                     self.gallery.find_template(number)
-        return state
+        return self._state
+
+    def _check_sums(self, now: Revision) -> None:
+        """Check the sums of all entries, or near those that were removed since the last call."""
+        before = self._state
+        removals = None if before is None else removals_between(self.gallery, before.revision, now)
+        if removals is None:
+            self.gallery.check_sums()
+        elif removals:
+            self.gallery.check_sums(of=[one.entry for one in removals])
+
+    def _reusing(self, state: IndexState) -> IndexState:
+        """Return the index with segments that are read already for some that were rewritten."""
+        before = self._state
+        if before is None:
+            return state
+        removals = removals_between(self.gallery, before.revision, state.revision)
+        return state if removals is None else state.reusing(before.after(removals, state.revision))
 
     def loaded(self) -> IndexState:
         """Return the index as it was refreshed last, all of its segments read and checked.
@@ -124,7 +143,7 @@ class GalleryIndex:
         if before is None or before.folder is None:
             return False
         with suppress(OSError, FpmatchError), folder_lock(before.folder.path):
-            now = read_present(self.gallery, before.folder, before.parts)
+            now = self._reusing(read_present(self.gallery, before.folder, before.parts))
             for part in now.parts:
                 _fault(part)
         self._state = now
@@ -134,10 +153,10 @@ class GalleryIndex:
         names = {part.listed.name for part in now.parts}
         return names != {part.listed.name for part in before.parts}
 
-    def _base(self, revision: Revision) -> IndexState:
+    def _base(self, revision: Revision, *, in_memory: bool) -> IndexState:
         """Return the newest index there is, in memory or in a file, without what was removed."""
         known = () if self._state is None else self._state.parts
-        states = [] if self._state is None else [self._state]
+        states = [] if self._state is None or not in_memory else [self._state]
         faults: list[str] = []
         for folder in self._folders():
             try:
@@ -145,14 +164,18 @@ class GalleryIndex:
             except FpmatchError as error:
                 if error.code != "missing":
                     faults.append(error.code)
-        newest = IndexState(revision=replace(revision, last=0))
+        newest, listed = IndexState(revision=replace(revision, last=0)), None
         for state in states:
             before = state.revision
             removals = removals_between(self.gallery, before, revision)
             if removals is None:
                 faults.append("other")
-            elif before.last >= newest.revision.last:
+                continue
+            listed = listed if state is self._state else state.base
+            if before.last >= newest.revision.last:
                 newest = state.after(removals, revision) if before != revision else state
+        if listed is not None and newest.base != listed:
+            newest = replace(newest, base=listed)
         if faults and newest.base is None and newest is not self._state:
             self._say_built_again(f"files of the index of {self.gallery.name}", faults[0])
         return newest
@@ -228,13 +251,18 @@ class GalleryIndex:
         """Return the index, in files where that is possible.
 
         None if another program has added the entries, too, or the history of the gallery was lost.
+        A search that goes on waits for no other program to write a few prints: they stay in memory.
         """
         why = ""
+        unwritten = sum(part.listed.prints for part in state.parts if part.folder is None)
+        wait = self._state is None or unwritten > FEW
         for folder in self._folders() if state.folder is None else [state.folder]:
             try:
                 make_folder(folder.path, narrow=True)
-                with folder_lock(folder.path):
+                with folder_lock(folder.path, wait=wait):
                     return self._write(state, folder)
+            except BlockingIOError:
+                return state
             except OutputError as error:
                 why = why or error.detail or str(error)
             except FpmatchError:  # of a segment that cannot be read, which `loaded` finds
@@ -260,14 +288,14 @@ class GalleryIndex:
         with suppress(FpmatchError):
             listed = folder.read_list()
             removals = removals_between(self.gallery, listed.revision, now)
-            if state.base != (listed.revision, listed.segments) and removals is not None:
+            if removals is not None and not state.is_that_of(listed):
                 present = IndexState.of_list(listed, folder, state.parts).after(removals, now)
                 if (joined := present.with_newer(state)) is None:
                     return None
                 state = joined
-        state = _merged(state)
+        state, there = _merged(state), folder.names()
         for part in state.parts:  # nothing of what was removed is written to a file
-            if part.folder is None and part.may_contain(state.removed):
+            if part.listed.name not in there and part.may_contain(state.removed):
                 state = state.erased(part, part.without(state.removed))
         written = state.write(folder)
         folder.delete_others([part.listed for part in written.parts])

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepare import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
-MOST_PRINTS: Final = 8192
+MOST_PRINTS: Final = 4096
 """Prints of a segment of a gallery: a removal writes the whole segment anew."""
 _SHARED: Final = {PRINT, START}
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -22,10 +24,11 @@ if TYPE_CHECKING:
     from fpmatch.gallery.store.history import Removal
     from fpmatch.gallery.store.reader import GalleryReader
 
-MOST_OF_A_SIZE: Final = 8  # segments of about one size; they are merged then
+MOST_OF_A_SIZE: Final = 4  # segments of about one size; they are merged then
 NOTHING: Final = Revision("", 0, 0)
 """Revision of an index without prints."""
-KEPT_IN_MEMORY: Final = 4096  # prints of a segment that is not mapped once it was written
+KEPT_IN_MEMORY: Final = 1024  # prints of a segment that is not mapped once it was written
+READ_AGAIN: Final = 8  # segments that a search reads again each time that the gallery has changed
 
 
 class Part:
@@ -49,10 +52,19 @@ class Part:
             self._segment = self.folder.read_segment(self.listed)
         return self._segment
 
+    @property
+    def is_read(self) -> bool:
+        """Whether the segment is in memory or mapped."""
+        return self._segment is not None
+
+    def among(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return those of ascending numbers that are within the range of the segment's."""
+        first, last = np.searchsorted(numbers, [self.listed.first, self.listed.last + 1])
+        return numbers[first:last]
+
     def may_contain(self, numbers: NDArray[np.int64]) -> bool:
         """Return whether any of ascending numbers is within the range of the segment's."""
-        first, last = np.searchsorted(numbers, [self.listed.first, self.listed.last + 1])
-        return bool(first < last)
+        return bool(len(self.among(numbers)))
 
     def without(self, removed: NDArray[np.int64]) -> PrintSegment:
         """Return the segment without prints of some ascending numbers."""
@@ -87,14 +99,19 @@ class IndexState:
         rest = listed.removed, listed.renumbered, listed.damaged, folder
         return cls(listed.revision, parts, *rest, base=(listed.revision, listed.segments))
 
+    def is_that_of(self, listed: IndexList) -> bool:
+        """Return whether the list has not changed since, and no rewritten segment is still used."""
+        of_files = {part.listed for part in self.parts if part.folder is not None}
+        return self.base == (listed.revision, listed.segments) and of_files <= {*listed.segments}
+
     def write(self, folder: IndexFolder) -> IndexState:
         """Write the list, and the segments that are in no file, to a folder; return the index.
 
         Small segments stay in memory, others are mapped when they are used. Raises OutputError.
         """
-        parts = []
+        parts, there = [], folder.names()
         for part in self.parts:
-            if not folder.has(part.listed):
+            if part.listed.name not in there:
                 listed = folder.write_segment(part.segment)
                 kept = part.segment if listed.prints <= KEPT_IN_MEMORY else None
                 parts.append(Part(listed, folder, kept))
@@ -160,6 +177,29 @@ class IndexState:
             renumbered=np.unique(np.concatenate([self.renumbered, other.renumbered]), axis=0),
             damaged=np.append(self.damaged, other.damaged[other.damaged > last]),
         )
+
+    def reusing(self, before: IndexState) -> IndexState:
+        """Return the index with segments of one `before` for most of those that were rewritten.
+
+        Those before are read already; what was removed from them since is left out. The few that
+        have lost the most are read again. `before` lacks all prints that this index lacks.
+        """
+        known = [part for part in before.parts if part.is_read]
+        firsts = [part.listed.first for part in known]
+        reused: list[tuple[int, int, Part]] = []
+        for place, part in enumerate(self.parts):
+            old = known[at - 1] if (at := bisect_right(firsts, part.listed.first)) else None
+            if old is None or part.is_read or part.listed.last > old.listed.last:
+                continue
+            gone = len(old.among(before.removed))
+            left = part.listed.prints - len(part.among(self.removed))
+            if old.listed.prints - gone == left:  # the same prints
+                reused.append((gone, place, old))
+        parts, removed = list(self.parts), [self.removed]
+        for _, place, old in sorted(reused, key=itemgetter(0, 1))[:-READ_AGAIN]:
+            parts[place] = old
+            removed.append(old.among(before.removed))
+        return replace(self, parts=tuple(parts), removed=np.unique(np.concatenate(removed)))
 
     def replaced(self, old: Part, new: PrintSegment) -> IndexState:
         """Return the index with another segment, or none, in the place of one."""

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
-SENT_AT_ONCE: Final = 8  # segments that a worker searches together
+SENT_AT_ONCE: Final = 16  # segments that a worker searches together
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,7 @@ from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import ABOUT, ENTRY, GALLERY, OLD_VERSIONS, PACKED
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
 _DIGEST_BYTES: Final = 6  # the sum of a block is an integer of 64 bits, as databases add
 _END: Final = 16  # bytes of a template
@@ -31,6 +31,7 @@ _SUM: Final = struct.Struct("<qq")  # a block, and its sum
 _MOST: Final = (1 << 63) - 1
 _MOST_WAIT_MS: Final = 500  # less than PostgreSQL waits before it looks for deadlocks
 _ROWS_PER_STEP: Final = 1000
+_FEW_BLOCKS: Final = 64  # whose sums are checked alone
 _BLOCK: Final[sa.Label[int]] = sa.literal_column(f"fpmatch_entry.id >> {_BLOCK_BITS}").label(
     "block"
 )
@@ -91,17 +92,24 @@ def changed_sums(
     return _stored(sums)
 
 
-def are_right(connection: sa.Connection, *, after: int = 0) -> bool:
-    """Return whether the sums fit the entries, or the entries from about a number on."""
-    first = after >> _BLOCK_BITS if after > 0 else None
-    query = _TOTALS if first is None else _TOTALS.where(ENTRY.c.id >= first << _BLOCK_BITS)
+def are_right(connection: sa.Connection, *, after: int = 0, of: Iterable[int] = ()) -> bool:
+    """Return whether the sums fit the entries, the entries from about a number on, or near some."""
+    first = max(after, 0) >> _BLOCK_BITS
+    query, blocks = _TOTALS, {number >> _BLOCK_BITS for number in of}
+    if 0 < len(blocks) <= _FEW_BLOCKS:
+        ranges = (ENTRY.c.id.between(b << _BLOCK_BITS, (b + 1 << _BLOCK_BITS) - 1) for b in blocks)
+        query = query.where(sa.or_(*ranges))
+    else:
+        blocks.clear()
+    if first:
+        query = query.where(ENTRY.c.id >= first << _BLOCK_BITS)
     totals = query.subquery()
     both = sa.select(GALLERY.c.sums, totals.c.block, totals.c.total)  # of one moment
     rows = connection.execute(both.select_from(GALLERY.outerjoin(totals, sa.true()))).all()
     expected = {
         block: total
         for block, total in (_parsed(rows[0].sums) if rows else ())
-        if total and (first is None or block >= first)
+        if total and block >= first and (not blocks or block in blocks)
     }
     return expected == {row.block: row.total for row in rows if row.block is not None}
 

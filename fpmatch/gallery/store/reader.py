@@ -21,7 +21,7 @@ from fpmatch.gallery.store.tables import ABOUT, ENTRY, FAILURE, GALLERY, is_soun
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
     from typing import Self
 
     from fpmatch.gallery.listing.entry import Entry, PackedEntry
@@ -236,13 +236,14 @@ class GalleryReader(SealedDatabase):
         with self.reading() as connection:
             return content_of(connection)
 
-    def check_sums(self, *, after: int = 0) -> None:
+    def check_sums(self, *, after: int = 0, of: Iterable[int] = ()) -> None:
         """Raise GalleryError (code "damaged") unless the entries are those that were enrolled.
 
-        Those of numbers over `after` take a time that does not depend on the size of the gallery.
+        Those of numbers over `after`, or near a few numbers, take a time that does not depend on
+        the size of the gallery.
         """
         with self.reading() as connection:
-            if self.digested and not digests.are_right(connection, after=after):
+            if self.digested and not digests.are_right(connection, after=after, of=of):
                 raise self.error(EXCHANGED, "damaged")
 
     def check_rows(self) -> None:

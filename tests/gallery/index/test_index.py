@@ -143,6 +143,64 @@ def test_a_search_adds_prints_while_removed_ones_are_erased(gallery, monkeypatch
     assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
 
 
+def test_a_search_reads_few_of_the_segments_again_that_another_program_wrote(gallery, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
+    monkeypatch.setattr(index_state, "MOST_PRINTS", 4)
+    monkeypatch.setattr(index_state, "READ_AGAIN", 1)
+    gallery.add([new_entry(number, number // 3) for number in range(20)])
+    index = index_of(gallery)
+    contents(index)
+
+    def names():
+        return {part.listed.name for part in index.refresh().parts}
+
+    before = names()
+    gallery.remove([2, 5, 6, 7, 11, 20])
+    assert contents(index) == afresh(gallery)
+    assert len(before & names()) == 4  # of the others, one has lost nothing
+    assert index.refresh().removed.tolist() == [2, 11, 20]
+    gallery.add([new_entry(30, 3)])
+    assert contents(index) == afresh(gallery)
+    assert index.refresh().removed.tolist() == [2, 11]
+    on_disk = index_of(gallery)
+    assert contents(on_disk) == contents(index)
+    assert not len(on_disk.refresh().removed)
+    assert {part.listed.name for part in on_disk.refresh().parts} == index_of(
+        gallery
+    ).refresh().folder.names()
+
+
+def test_a_search_that_goes_on_waits_for_no_other_program(filled):
+    one, other = index_of(filled), index_of(filled)
+    assert contents(one) == contents(other)
+    folder = one.refresh().folder
+    written = folder.names()
+    with folder_lock(folder.path):
+        filled.add([new_entry(20), new_entry(21, 1)])
+        assert len(one.refresh()) == 12
+        filled.add([new_entry(22)])
+        assert len(one.refresh()) == 13
+        assert folder.names() == written
+    assert len(other.refresh()) == 13  # which writes the same
+    with folder_lock(folder.path):
+        filled.add([new_entry(23, 0)])
+        assert len(one.refresh()) == 14
+    filled.remove([3, 11])
+    for index in (one, other):
+        assert contents(index) == afresh(filled)
+        assert all(part.folder is not None for part in index.refresh().parts)
+        filled.add([new_entry(len(filled.fingers()) + 30, 2)])
+
+
+def test_a_search_that_goes_on_notices_removals_that_fpmatch_did_not_make(gallery):
+    gallery.add([new_entry(number) for number in range(5)])
+    index = index_of(gallery)
+    contents(index)
+    changed(gallery.file, "DELETE FROM fpmatch_entry WHERE id = 3")
+    with pytest.raises(GalleryError, match="exchanged by something else"):
+        index.refresh()
+
+
 def test_what_is_built_is_kept_where_another_program_changes_the_index(filled, monkeypatch):
     index = index_of(filled)
     index.refresh()
@@ -187,6 +245,7 @@ def test_segments_stay_few(gallery, monkeypatch):
 
 def test_large_galleries_have_many_segments(gallery, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 16)
+    monkeypatch.setattr(index_state, "MOST_PRINTS", 16)
     gallery.add([new_entry(number, number // 3) for number in range(50)])
     index = index_of(gallery)
     assert [part.listed.prints for part in index.refresh().parts] == [16, 16, 16, 2]
@@ -201,6 +260,7 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
     folder = tmp_path_factory.mktemp("steps")
     with open_gallery(folder / "g.db", create=True) as gallery, pytest.MonkeyPatch.context() as p:
         p.setattr(index_state, "MOST_OF_A_SIZE", 3)
+        p.setattr(index_state, "READ_AGAIN", 1)
         index, number = index_of(gallery), 0
         for step in steps:
             enrolled = [entry.id for entry in gallery.entries()]
@@ -215,6 +275,7 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
                 case 9:
                     free_space(gallery)
             index.refresh()
+            index.loaded()
         assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
 
 
@@ -262,8 +323,8 @@ def test_segments_that_are_replaced_whenever_they_are_read_are_read_once_they_ar
     left = np.random.default_rng(5).permutation(np.arange(1, 61)).tolist()
 
     @contextmanager
-    def noted_lock(path):
-        with folder_lock(path):
+    def noted_lock(path, **options):
+        with folder_lock(path, **options):
             locked.append(path)
             yield
             locked.pop()

@@ -21,7 +21,8 @@ FULL = 16  # prints of a segment
 def small_limits(monkeypatch):
     """Index galleries of more than 40 prints, and look for full segments every five prints."""
     monkeypatch.setattr("fpmatch.gallery.index.loss.LISTED_UP_TO", 40)
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", FULL)
+    for module in ("gallery_index", "state"):
+        monkeypatch.setattr(f"fpmatch.gallery.index.{module}.MOST_PRINTS", FULL)
     monkeypatch.setattr(enrolment_index, "PRINTS_PER_CHECK", 5)
     monkeypatch.setattr(enrol_module, "PRINTS_PER_COMMIT", 2)
     monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.lab.evaluation.open_set.rates import IdentificationPoint
 from fpmatch.lab.evaluation.open_set.report import prediction_table
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
@@ -27,17 +28,24 @@ SEARCHED: Final = {
     "background": "in a background of 10,000 fingers",
     "hundred_thousand": "in a background of 131,072 fingers",
     "million": "in a background of a million fingers",
+    "million_careful": "in a background of a million fingers, with a loss of .1 %",
     "rolled_hundred_thousand": "of rolled prints, in a background of 131,072 fingers",
     "rolled_million": "of rolled prints, in a background of a million fingers",
 }
 """The parts of the page: which prints are searched for, and where."""
 
 
+_KEPT: Final = ("fingers", "enrolled", "background", "preselected", "loss")
+
+
 def tests_kept(document: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return what the page shows of ``fpmatch evaluate-identification --json``."""
     return [
         {
-            **{key: test[key] for key in ("fingers", "enrolled", "background", "preselected")},
+            **{
+                key: test[key]
+                for key in ("fingers", "enrolled", "background", "preselected", "loss")
+            },
             "sets": [_rates_kept(row) for row in test["sets"]],
             "pooled": _rates_kept({"name": "pooled", **test["pooled"]}),
         }
@@ -83,7 +91,9 @@ def _gallery(part: str, test: Mapping[str, Any]) -> str:
     kind = "rolled, " if part.startswith("rolled") else ""
     low, high = test["enrolled"]
     enrolled = f"{high:,}" if low == high else f"{low:,} to {high:,}"
-    return f"{kind}{count(test['fingers'], 'finger')}, {enrolled} subjects"
+    loss = test.get("loss") or DEFAULT_LOSS
+    careful = f", loss {100 * loss:g} %" if loss < DEFAULT_LOSS else ""
+    return f"{kind}{count(test['fingers'], 'finger')}, {enrolled} subjects{careful}"
 
 
 def _by_database(tests: Sequence[tuple[str, Mapping[str, Any]]], fpir: str) -> str:

@@ -18,7 +18,7 @@ from fpmatch.cli.options import (
     matcher_option,
     reading_options,
 )
-from fpmatch.gallery.cli.options import FROM_1, check_where, scheduler_option
+from fpmatch.gallery.cli.options import FROM_1, check_where, loss_option, scheduler_option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,15 +38,6 @@ def _candidate_list_size(
     if re.fullmatch("0{0,9}[1-9][0-9]{0,9}", value) is None:
         raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
     return int(value)
-
-
-def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """Return the share that an option means, which is in percent."""
-    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None or not float(
-        value.strip(" %")
-    ):
-        raise click.BadParameter(f"{value!r} is not a percentage over 0 and under 100")
-    return float(value.strip(" %")) / 100
 
 
 @click.command(
@@ -181,13 +172,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     "probe's. auto: all of up to 20,000 prints; of up to 100,000, the best 1 in 100; of more, "
     "those that an index chooses. off: all.",
 )
-@click.option(
-    "--loss",
-    metavar="PERCENT",
-    callback=_loss,
-    default="1%",
-    show_default=True,
-    hidden=True,
+@loss_option(
     help="Search more than 20,000 prints by their index, which may miss this share of the matching "
     "prints that comparing all would find, as 0.1%. With less, more prints are compared. A search "
     "ends early with a clear match; with --impressions it looks for all.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import Final
 
@@ -17,6 +18,15 @@ def requested_loss() -> float | None:
     context = click.get_current_context()
     stated = context.get_parameter_source("loss") is ParameterSource.COMMANDLINE
     return context.params["loss"] if stated else None
+
+
+def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Return the share that an option means, which is in percent."""
+    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None or not float(
+        value.strip(" %")
+    ):
+        raise click.BadParameter(f"{value!r} is not a percentage over 0 and under 100")
+    return float(value.strip(" %")) / 100
 
 
 def check_where(workers: int | None, scheduler: str | None) -> None:
@@ -35,6 +45,15 @@ by_folder_option: Final = click.option(
     hidden=True,
     help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
     "DIR has no prints itself]",
+)
+loss_option: Final = partial(
+    click.option,
+    "--loss",
+    metavar="PERCENT",
+    callback=_loss,
+    default="1%",
+    show_default=True,
+    hidden=True,
 )
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"

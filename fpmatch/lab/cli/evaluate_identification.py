@@ -14,8 +14,10 @@ from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     by_folder_option,
+    loss_option,
     pattern_option,
     places_argument,
+    requested_loss,
     workers_option,
 )
 from fpmatch.lab.cli.columns import IDENTIFICATION
@@ -63,6 +65,9 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
     help="Fill the gallery with these prints, of fingers that are not in DIR; a gallery is not "
     "changed.",
 )
+@loss_option(
+    help="Search a background of more than 20,000 prints by its index, as fpmatch identify --loss."
+)
 @click.option(
     "--fingers",
     metavar="N",
@@ -108,6 +113,7 @@ def evaluate_identification(
     bootstrap: int,
     seed: int,
     background: str | None,
+    loss: float,
     fingers: int | None,
     fpirs: tuple[float, ...],
     curves: Path | None,
@@ -149,11 +155,11 @@ def evaluate_identification(
             matcher, filled = get_matcher(name), None
             if background is not None:
                 given = {"enhance": enhance, "apart_from": datasets, **how, **labels}
-                given |= {"dpi": dpi, "reading": reading}
+                given |= {"dpi": dpi, "reading": reading, "loss": requested_loss()}
                 filled = load_background(background, matcher, **given)
             of_matcher = []
             for size in sorted({1, fingers or 1}, reverse=True):  # first that of fewest subjects
-                test = IdentificationTest(size, tuple(fpirs) or FPIRS, bootstrap, seed)
+                test = IdentificationTest(size, tuple(fpirs) or FPIRS, bootstrap, seed, loss)
                 gallery = None if filled is None else filled.of_subjects(size)
                 given = {"matcher": matcher, "test": test, "progress": bars.show}
                 of_matcher.append(evaluate_searches(sets, gallery, **given))

@@ -57,8 +57,9 @@ class IdentificationReport:
 
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
     `background` of them without prints in the databases. `preselected` is whether only prints on
-    candidate lists were compared. Scores above `largest_measured_score` are extrapolated.
-    `presented` are the presentations that `searches` number.
+    candidate lists were compared; of a search by an index, `loss` is the one wanted. Scores above
+    `largest_measured_score` are extrapolated. `presented` are the presentations that `searches`
+    number.
     """
 
     matcher: str
@@ -66,6 +67,7 @@ class IdentificationReport:
     background: int
     enrolled: tuple[int, int]
     preselected: bool
+    loss: float | None
     bootstrap: int
     seed: int
     largest_measured_score: float
@@ -81,6 +83,8 @@ class IdentificationReport:
         enrolled = count(high, "subject") if low == high else f"{low} to {high} subjects"
         of = f", {self.background} of them background" if self.background else ""
         listed = "; only prints on candidate lists were compared" if self.preselected else ""
+        if self.preselected and self.loss is not None:
+            listed += f", with a loss of {100 * self.loss:g} %"
         return f"{count(self.fingers, 'finger')} a subject, {enrolled} in the gallery{of}{listed}"
 
     @property
@@ -119,6 +123,7 @@ class IdentificationReport:
             "enrolled": list(self.enrolled),
             "background": self.background,
             "preselected": self.preselected,
+            "loss": self.loss,
             "bootstrap": self.bootstrap,
             "seed": self.seed,
             "largest_measured_score": self.largest_measured_score,

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -187,7 +189,18 @@ def test_the_background_is_a_gallery_whose_subjects_count_once(people, made):
         assert report.background == subjects
         assert report.enrolled[0] > subjects
         assert f"{subjects} of them background" in report.as_text()
+        assert report.loss is None
     assert people.read_bytes() == before
+
+
+def test_a_large_background_is_searched_by_its_index_with_a_loss(people, made, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 4)
+    filled = load_background(people, MATCHER, engine=serial(), loss=0.002)
+    test = IdentificationTest(fpirs=(0.2,), bootstrap=0, loss=0.002)
+    report = evaluate_identification([made], filled.of_subjects(1), test=test)
+    assert report.as_json()["loss"] == 0.002
+    caption = replace(report, preselected=True).as_text().partition("\n")[0]
+    assert caption.endswith("only prints on candidate lists were compared, with a loss of 0.2 %")
 
 
 def test_the_background_is_a_folder_of_templates(tmp_path, made):

@@ -11,7 +11,7 @@ from fpmatch.errors import FpmatchError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-STAGES: Final = ("unpack", "prepare", "terms", "descriptors", "compact")
+STAGES: Final = ("unpack", "prepare", "terms", "embeddings", "descriptors", "compact")
 """Steps by which a stored template joins the index."""
 
 

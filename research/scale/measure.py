@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index.embedding import embeddings
 from fpmatch.gallery.index.print_segment import MOST_PRINTS
 from fpmatch.gallery.index.prints.compact_template import CompactTemplates
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
@@ -92,15 +93,18 @@ def _index(templates: Sequence[Template]) -> tuple[dict[str, float], dict[str, f
     steps: dict[str, Callable[[], object]] = {
         "unpack": lambda: [unpack_template(data) for data in packed],
         "prepare": lambda: [MATCHER.prepare(template) for template in stored],
-        "terms": lambda: Segment.build(numbers, numbers, prints),
+        "terms": lambda: Segment.build(numbers, numbers, prints),  # with their embeddings
+        "embeddings": lambda: embeddings(prints),
         "descriptors": lambda: StoredDescriptors.pack(prints),
         "compact": lambda: CompactTemplates.pack(stored),
     }
     taken = {name: microseconds(step, count) for name, step in steps.items()}
+    taken["terms"] -= taken["embeddings"]
     segment = Segment.build(numbers, numbers, prints)
-    lists = (segment.nbytes - segment.term_start.nbytes) / count
+    lists = (segment.nbytes - segment.term_start.nbytes - segment.embedding.nbytes) / count
     sizes = {
         "lists": lists + segment.term_start.nbytes / MOST_PRINTS,
+        "embeddings": segment.embedding.nbytes / count,
         "descriptors": StoredDescriptors.pack(prints).nbytes / count,
         "templates": CompactTemplates.pack(stored).nbytes / count,
     }

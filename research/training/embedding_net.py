@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from fpmatch.gallery.index.embedding import CHANNELS, LENGTH, NETWORK_FILE, SIDE, picture
+from fpmatch.gallery.index.embedding import CHANNELS, LENGTH, NETWORK_FILE, SIDE, pictures
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -154,7 +154,7 @@ def _pictures(seed: int, finger: int) -> np.ndarray:
     sensor = sorted(SENSORS)[finger % len(SENSORS)]
     made = [MATCHER.prepare(t) for t in make_templates(seed, [finger], 2, sensors=(sensor,))]
     first, second = made[0], made[-1]
-    return np.stack([picture(each, LARGE) for each in (first, second)]).astype(np.float16)
+    return pictures([first, second], LARGE).astype(np.float16)
 
 
 REPORT_EVERY: Final = 100  # steps

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.print_area import PrintArea
 
 LENGTH: Final = 128
 SIDE: Final = 32  # cells of a picture
@@ -49,30 +50,52 @@ def _unit_vectors() -> NDArray[np.float32]:
 _VECTORS: Final = _unit_vectors()
 
 
-def picture(print_: PreparedTemplate, side: int = SIDE) -> NDArray[np.float32]:
-    """Return a print as the network sees it, (6, `side`, `side`).
+def pictures(prints: Sequence[PreparedTemplate], side: int = SIDE) -> NDArray[np.float32]:
+    """Return prints as the network sees them, (N, 6, `side`, `side`).
 
     The channels are the ridge orientation as a unit vector at twice its angle, the area, the sums
     of the minutiae's directions as unit vectors, and their number. Of what lies between cells, each
     gets a share.
     """
-    region = print_.region
-    vectors = _VECTORS[region.code]
+    shown = np.zeros((len(prints), CHANNELS, side, side), np.float32)
+    points = [np.empty((4, 0))]
+    for print_, of_one in zip(prints, shown, strict=True):
+        region = print_.region
+        # from a place in the picture to one among the cells of the area
+        scale, left, top = CELL_PX / region.step, 0.0, 0.0
+        if region.code.size:
+            area = cv2.moments((region.code > 0).view(np.uint8), binaryImage=True)
+            cells, half = max(area["m00"], 1.0), scale * (0.5 * side - 0.5)
+            left, top = area["m10"] / cells - half, area["m01"] / cells - half
+            matrix = np.array([[scale, 0.0, left], [0.0, scale, top]])
+            of_one[:3] = _orientation(region, matrix, side)
+        x, y, c, s = print_.points
+        u = (x / region.step - region.first_column - 0.5 - left) / scale
+        v = (-y / region.step - region.first_row - 0.5 - top) / scale
+        points.append(np.stack([u, v, c, s]))
+    number = np.repeat(np.arange(len(prints)), [len(print_) for print_ in prints])
+    shown[:, 3:] = _counted(number, np.concatenate(points, axis=1), len(prints), side)
+    return shown
+
+
+def _orientation(region: PrintArea, matrix: NDArray[np.float64], side: int) -> NDArray[np.float32]:
+    """Return ridge orientation and area in the cells of a picture, (3, `side`, `side`)."""
+    vectors = _VECTORS.take(region.code, axis=0)
     if not region.has_flow:
         vectors[..., :2] = 0.0
-    shown = np.zeros((CHANNELS, side, side), np.float32)
-    # from a place in the picture to one among the cells of the area
-    scale, offset = CELL_PX / region.step, np.zeros(2)
-    if vectors.size:
-        area = cv2.moments((region.code > 0).view(np.uint8), binaryImage=True)
-        middle = np.array([area["m10"], area["m01"]]) / max(area["m00"], 1.0)
-        offset = middle - scale * (0.5 * side - 0.5)
-        matrix = np.array([[scale, 0.0, offset[0]], [0.0, scale, offset[1]]])
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        shown[:3] = cv2.warpAffine(vectors, matrix, (side, side), flags=flags).transpose(2, 0, 1)
-    x, y, c, s = print_.points
-    places = np.stack([x / region.step - region.first_column, -y / region.step - region.first_row])
-    u, v = (places - 0.5 - offset[:, None]) / scale
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    seen = cv2.warpAffine(vectors, matrix, (side, side), flags=flags)
+    return np.asarray(seen.transpose(2, 0, 1), np.float32)
+
+
+def _counted(
+    number: NDArray[np.intp], points: NDArray[np.float64], prints: int, side: int
+) -> NDArray[np.float64]:
+    """Return the directions and the number of minutiae in the cells of pictures, (N, 3, ...).
+
+    `number` is that of the picture of each of the `points`: place, cosine and sine.
+    """
+    u, v, c, s = points
     column, row = np.floor(u), np.floor(v)
     right, down = u - column, v - row
     # a cell beyond each border has what is not shown
@@ -80,11 +103,14 @@ def picture(print_: PreparedTemplate, side: int = SIDE) -> NDArray[np.float32]:
     first = np.clip(row + 1, 0, side) * wide + np.clip(column + 1, 0, side)
     inside = (column >= -1) & (column < side) & (row >= -1) & (row < side)
     shares = np.stack([1.0 - right, right]) * np.stack([1.0 - down, down])[:, None] * inside
-    cell = first.astype(np.intp) + np.array([[[0], [1]], [[wide], [wide + 1]]])
-    for channel, weight in enumerate((c, s, 1.0), start=3):
-        counted = np.bincount(cell.ravel(), (shares * weight).ravel(), wide * wide)
-        shown[channel] = counted.reshape(wide, wide)[1:-1, 1:-1]
-    return shown
+    cell = first.astype(np.intp) + wide * wide * number
+    cell = (cell + np.array([[[0], [1]], [[wide], [wide + 1]]])).ravel()
+    counted = np.stack(
+        [np.bincount(cell, (shares * weight).ravel(), prints * wide**2) for weight in (c, s, 1.0)],
+        axis=1,
+    )
+    inner = counted.reshape(prints, wide, wide, 3)[:, 1:-1, 1:-1]
+    return np.asarray(inner.transpose(0, 3, 1, 2), np.float64)
 
 
 def embeddings(prints: Iterable[PreparedTemplate]) -> NDArray[np.int8]:
@@ -93,14 +119,14 @@ def embeddings(prints: Iterable[PreparedTemplate]) -> NDArray[np.int8]:
     Raises FpmatchError if the file of the network is missing, damaged or of another version.
     """
     given = iter(prints)
-    parts = []
-    while pictures := [picture(print_) for print_ in islice(given, AT_ONCE)]:
-        parts.append(_embedded(pictures))
-    return np.concatenate([np.zeros((0, LENGTH), np.int8), *parts])
+    parts = [np.zeros((0, LENGTH), np.int8)]
+    while some := list(islice(given, AT_ONCE)):
+        parts.append(_embedded(pictures(some)))
+    return np.concatenate(parts)
 
 
-def _embedded(pictures: Sequence[NDArray[np.float32]]) -> NDArray[np.int8]:
-    made = _NETWORK(np.stack(pictures))
+def _embedded(shown: NDArray[np.float32]) -> NDArray[np.int8]:
+    made = _NETWORK(shown)
     made /= np.maximum(np.linalg.norm(made, axis=1, keepdims=True), 1e-9)
     rounded: NDArray[np.int8] = np.clip(np.rint(STEPS * made), -127, 127).astype(np.int8)
     return rounded

@@ -6,7 +6,7 @@ import pytest
 from fpmatch.base.network import Network
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index import embedding
-from fpmatch.gallery.index.embedding import LENGTH, SIDE, embeddings, picture
+from fpmatch.gallery.index.embedding import LENGTH, SIDE, embeddings, pictures
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
@@ -17,7 +17,7 @@ def prepared(finger, impressions=1):
 
 def test_a_picture_has_all_minutiae_and_the_whole_area():
     (print_,) = prepared(3)
-    shown = picture(print_, 64)
+    (shown,) = pictures([print_], 64)
     assert shown.shape == (6, 64, 64)
     assert shown[5].sum() == pytest.approx(len(print_), abs=1e-3)
     assert shown[2].sum() * 256 == pytest.approx(print_.region.area, rel=0.02)
@@ -38,6 +38,7 @@ def test_a_print_has_one_embedding_alone_and_among_many():
     assert together.shape == (5, LENGTH)
     apart = np.concatenate([embeddings([print_]) for print_ in prints])
     assert (together == apart).all()
+    assert (pictures(prints) == np.concatenate([pictures([print_]) for print_ in prints])).all()
     assert embeddings([]).shape == (0, LENGTH)
 
 
@@ -46,4 +47,3 @@ def test_a_damaged_network_is_one_line(tmp_path):
     path.write_bytes(embedding.NETWORK_FILE.read_bytes()[:-1])
     with pytest.raises(FpmatchError, match="damaged, or the network of another version"):
         Network(path, embedding.NETWORK_SHA256)(np.zeros((1, 6, SIDE, SIDE), np.float32))
-    assert SIDE == 32

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     Identity = tuple[int, int, int]
     Place = tuple[str, Identity, int]
 
-MIN_BYTES: Final = 1 << 16  # smaller arrays are copied
+MIN_BYTES: Final = 1 << 16  # smaller arrays are copied,
+MIN_BYTES_IN_FILE: Final = 1 << 10  # unless they lie in a mapped file
 FILES_KEPT: Final = 8  # that a worker has mapped, the latest ones
 _END: Final = 4096  # bytes at both ends of a file that are compared
 
@@ -38,6 +39,7 @@ class MappedArrays:
         self._files: dict[int, tuple[BinaryIO, NDArray[Any]]] = {}  # by array that has the memory
 
     def __enter__(self) -> Self:
+        _allow_open_files()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -82,8 +84,10 @@ class _Pickler(pickle.Pickler):
 
     def reducer_override(self, obj: Any) -> Any:
         """Reduce large arrays to their places."""
-        large = type(obj) is np.ndarray and obj.nbytes >= MIN_BYTES and obj.flags.c_contiguous
-        if not large or obj.dtype.hasobject:
+        if type(obj) is not np.ndarray or not obj.flags.c_contiguous or obj.dtype.hasobject:
+            return NotImplemented
+        in_file = isinstance(_owner_of(obj), np.memmap)
+        if obj.nbytes < (MIN_BYTES_IN_FILE if in_file else MIN_BYTES):
             return NotImplemented
         place = self._arrays.place_of(obj)
         return NotImplemented if place is None else (_array_at, (*place, obj.dtype.str, obj.shape))
@@ -106,6 +110,15 @@ def _mapped(name: str, identity: Identity) -> np.memmap[Any, np.dtype[np.uint8]]
             return np.memmap(stream, np.uint8, "r")
     except OSError as error:
         raise EngineError("a mapped file cannot be opened by a worker", path=name) from error
+
+
+def _allow_open_files() -> None:
+    """Let this process open as many files as the system permits: each mapped one is held open."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource  # noqa: PLC0415  (not on Windows)
+
+        _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def _owner_of(array: NDArray[Any]) -> NDArray[Any]:

@@ -89,6 +89,38 @@ def test_processes_map_the_memory_of_pieces(tmp_path):
 
 
 @ON_LINUX
+def test_small_arrays_are_mapped_where_they_are_in_a_file(tmp_path):
+    path = tmp_path / "file"
+    path.write_bytes(bytes(range(256)) * 1000)
+    content = np.memmap(path, np.uint8, "r").view(np.ndarray)
+    given = [content[k : k + 5000] for k in range(0, 250_000, 5000)]
+    with MappedArrays() as arrays:
+        packed = arrays.pack(given)
+        assert len(packed) < 250_000 / 10
+        assert all(map(np.array_equal, pickle.loads(packed), given))
+        assert len(arrays.pack(list(map(np.array, given)))) > 250_000
+
+
+@ON_LINUX
+def test_more_files_than_usual_are_held_open(tmp_path):
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if limits[1] < 600:
+        pytest.skip("the system permits few open files")
+    given = []
+    for k in range(300):
+        path = tmp_path / str(k)
+        path.write_bytes(bytes([k % 256]) * 2000)
+        given.append(np.memmap(path, np.uint8, "r").view(np.ndarray))
+    resource.setrlimit(resource.RLIMIT_NOFILE, (256, limits[1]))
+    try:
+        with MappedArrays() as arrays:
+            assert all(map(np.array_equal, pickle.loads(arrays.pack(given)), given))
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+
+
+@ON_LINUX
 def test_a_file_that_has_been_replaced_is_not_mapped_in_place_of_the_other(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(bytes(MIN_BYTES))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.lab.evaluation.open_set.rates import IdentificationPoint
-from fpmatch.lab.evaluation.open_set.report import prediction_table
+from fpmatch.lab.evaluation.open_set.report import stated_table
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval
 from fpmatch.lab.evaluation.report.rate_text import bounds_note, limits, percent
 from fpmatch.matching.calibration import fmr_to_score, load_calibration
@@ -80,7 +80,7 @@ def format_identification(results: Mapping[str, Sequence[Mapping[str, Any]]]) ->
                 limits(None if last is None else Interval(*last), bounds[-1]),
             ]
         )
-        head, cells = prediction_table(fpirs[-1], [_point(pooled["fnir_at_fpir"][-1])])
+        head, cells = stated_table(fpirs[-1], [_point(pooled["fnir_at_fpir"][-1])])
         predictions.append((_gallery(part, test), *cells[1:]))
     shown = [markdown_table(rows), bounds_note(bounds), _by_database(tests, fpirs[-1])]
     return "\n\n".join(filter(None, [*shown, markdown_table([head, *predictions])]))

@@ -142,11 +142,11 @@ def test_presets_are_shown_at_the_main_tolerance():
 
 
 def test_identification_without_a_miss_shows_its_limit_and_names_the_method():
-    point = {"fpir": 0.01, "fnir": 0.0, "interval": [0.0, 0.2589], "threshold": 30.0}
+    point = {"fpir": 0.01, "fnir": 0.0, "interval": [0.0, 0.2589], "by_chance": 0.02}
     point |= {"bound": {"unit": "subject", "units": 10, "method": "clopper-pearson"}}
-    point |= {"false_positives": 0, "predicted_fnir": 0.0, "predicted_threshold": 40.0}
+    point |= {"false_positives": 0, "stated_fnir": 0.0}
     row = {"name": "one", "mated": 80, "rank": {"1": 0.0}}
-    row |= {"fnir_at_fpir": [point | {"extrapolated": False}]}
+    row |= {"fnir_at_fpir": [point]}
     test = {"fingers": 1, "enrolled": [4, 4], "background": 0, "sets": [row], "pooled": row}
     text = format_identification({"alone": [test], "rolled_million": [test | {"background": 9}]})
     assert "| 1 finger, 4 subjects | 0.00 % | 0.00 % | at most 25.89 % (0 of 10) |" in text

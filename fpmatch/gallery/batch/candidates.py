@@ -174,7 +174,7 @@ def _description(search: Search, options: SearchOptions) -> dict[str, str]:
         "matcher": search.matcher.name,
         "calibration": options.calibration.as_json(),
         "number of candidates": repr(options.count),
-        "threshold": repr(options.threshold),
+        "threshold": repr((options.threshold, options.by_chance)),
         "list": repr((options.listed, options.consolidate, options.transforms)),
         "candidate list": repr(options.candidate_list),
         "loss": repr(options.loss if search.in_stages else None),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -50,7 +51,8 @@ manifest of probes is as for fpmatch enrol.
 Columns:
   score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
   FMR        share of comparisons with other fingers, of as many impressions, that score as high
-  by chance  number of searched fingers expected to score as high if the finger is not enrolled
+  by chance  number of searched fingers expected to score as high if the finger is not enrolled,
+             by the FMR, or if fewer, by the scores of the others
   print      subject, finger and impression: of a subject its best finger, of a finger its most
              similar impression
   number     of the entry, as `fpmatch gallery list` shows it
@@ -108,6 +110,16 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     show_default=False,
     help="Omit candidates with a lower score, 0 to 100 (a large gallery is searched faster then);"
     " this command ranks and does not decide.",
+)
+@click.option(
+    "--by-chance",
+    metavar="X",
+    type=click.FloatRange(min=0, min_open=True),
+    default=inf,
+    show_default=False,
+    hidden=True,
+    help="Omit candidates of which X others or more are expected by chance: with 0.01, about one "
+    "search in a hundred lists a wrong one.",
 )
 @click.option(
     "--transform",

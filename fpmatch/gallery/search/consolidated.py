@@ -34,16 +34,16 @@ class ConsolidatedFingers:
         self._calibration = load_calibration(name) if calibration is None else calibration
         self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
 
-    def rerank(self, probe: Any, candidates: Sequence[Candidate], searched: int) -> list[Candidate]:
+    def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Score fingers by `fpmatch.gallery.fingers.finger.Finger`, and rank them again.
 
-        So many fingers were `searched`. The score of a finger with one impression is unchanged.
+        The score of a finger with one impression is unchanged.
         """
-        scored = [self._scored(probe, candidate, searched) for candidate in candidates]
+        scored = [self._scored(probe, candidate) for candidate in candidates]
         scored.sort(key=lambda one: (-one.score, -one.similarity, one.number))
         return [replace(one, rank=rank) for rank, one in enumerate(scored, start=1)]
 
-    def _scored(self, probe: Any, candidate: Candidate, searched: int) -> Candidate:
+    def _scored(self, probe: Any, candidate: Candidate) -> Candidate:
         if candidate.impressions == 1:
             return candidate
         search = self._search
@@ -52,8 +52,7 @@ class ConsolidatedFingers:
         if finger is None:
             return candidate
         score = finger.compare(probe).score
-        fmr = score_to_fmr(score)
-        return replace(candidate, score=score, fmr=fmr, expected_false=fmr * searched)
+        return replace(candidate, score=score, fmr=score_to_fmr(score))
 
     def _prepared(self, finger: int) -> Finger | None:
         """Return a finger, numbered as `Search.finger_of` does, with its consolidated templates.

@@ -21,6 +21,7 @@ from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,
     SubjectCandidate,
+    expected_by_chance,
 )
 from fpmatch.gallery.search.identify import compare_probes, find_candidates
 from fpmatch.gallery.search.search import USUAL, SearchOptions
@@ -124,7 +125,7 @@ def identify_fused(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
         subjects=total,
-        candidates=tuple(one for one in ranked if one.score >= given.threshold),
+        candidates=tuple(one for one in ranked if given.allow(one)),
         matcher=search.matcher.name,
         smallest_measured_fmr=alone[0].smallest_measured_fmr,
         loss=alone[0].loss,
@@ -241,7 +242,11 @@ def _ranked(
         sum_of_scores = math.fsum(one.score for one in compared)
         first = min(one.number for one in compared)
         rows.append((-score, -sum_of_scores, first, subject, score, compared))
+    rows.sort()
+    expected = expected_by_chance([row[-2] for row in rows], total).tolist()
     return [
-        SubjectCandidate(rank, subject, score, fmr := score_to_fmr(score), fmr * total, compared)
-        for rank, (*_, subject, score, compared) in enumerate(sorted(rows), start=1)
+        SubjectCandidate(rank, subject, score, score_to_fmr(score), chance, compared)
+        for rank, ((*_, subject, score, compared), chance) in enumerate(
+            zip(rows, expected, strict=True), start=1
+        )
     ]

@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.matching.result import Comparison
@@ -14,6 +18,31 @@ if TYPE_CHECKING:
 
 OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
 """What is stated of a search for one probe, apart from its candidates."""
+RIVALS: Final = 5  # others that are at least as similar as the one by which chance is measured
+
+
+def expected_by_chance(scores: ArrayLike, among: int) -> NDArray[np.float64]:
+    """Return how many of the searched are expected to score as high as each of the best, by chance.
+
+    That is the FMR of the `scores`, (N,), times how many are searched, `among`: fingers or
+    subjects. The FMR is an upper bound for many probes, so that the others of this search are
+    asked, too: five score as high as the fifth best of them, and ten points above it a tenth of
+    these. The lower number counts. Others that are prints of the same finger, up to four, change
+    nothing.
+
+    Examples
+    --------
+    >>> expected_by_chance([60, 30, 28, 27, 26, 25], 1_000_000).round(4).tolist()
+    [0.0016, 1.5811, 2.5059, 3.1548, 3.9716, 5.0]
+    """
+    given = np.asarray(scores, np.float64)
+    expected: NDArray[np.float64] = among * 10.0 ** (-given / 10.0)
+    if given.size > RIVALS:
+        last, after = np.sort(given)[::-1][RIVALS - 1 : RIVALS + 1]
+        if after > 0:
+            rival = np.where(given >= last, after, last)  # of all but the one itself
+            expected = np.minimum(expected, RIVALS * 10.0 ** ((rival - given) / 10.0))
+    return expected
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +52,9 @@ class Candidate:
     `number` is that of the entry; of a finger, that of its most similar impression, to which
     `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
     which comparisons with another finger, of as many `impressions`, score as high, and `score` is
-    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.gallery.fingers.finger`. `expected_false` is `fmr`
-    times the number of searched fingers (or impressions): how many score as high if none is the
-    probe's.
+    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.gallery.fingers.finger`. `expected_false` is how many
+    of the searched fingers score as high if none is the probe's, by `expected_by_chance`; of
+    impressions, `fmr` times their number.
     """
 
     rank: int
@@ -58,7 +87,7 @@ class SubjectCandidate:
     """One subject whose fingers may be the probes'; rank 1 scores highest.
 
     `fmr` is the rate at which other subjects score as high, and `score` is ``-10·log10(fmr)``, 0 to
-    100. `expected_false` is `fmr` times the number of subjects.
+    100. `expected_false` is how many subjects score as high by chance; see `expected_by_chance`.
     """
 
     rank: int

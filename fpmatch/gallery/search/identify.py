@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fpmatch.gallery.fingers.finger import fused_scores
-from fpmatch.gallery.search.identification import Candidate, Identification
+from fpmatch.gallery.search.identification import (
+    RIVALS,
+    Candidate,
+    Identification,
+    expected_by_chance,
+)
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import score_to_fmr
 
@@ -119,17 +124,26 @@ def find_candidates(
     best = scored.ranked()
     if subject_of is not None:
         best = _once_a_subject(best, scored.numbers, subject_of)
+    ranked = list(islice(best, min(max(options.count, RIVALS + 1), len(search))))
     candidates = [
         _candidate(rank, k, compared, scored, options)
-        for rank, k in enumerate(islice(best, min(options.count, len(search))), start=1)
+        for rank, k in enumerate(ranked[: options.count], start=1)
     ]
     if consolidated is not None:
-        candidates = consolidated.rerank(compared.probe, candidates, scored.fingers)
+        candidates = consolidated.rerank(compared.probe, candidates)
+    if options.listed != "impressions":  # whose rivals may be of the same finger
+        others = scored.scores[ranked[options.count :]]
+        scores = [*(one.score for one in candidates), *others]
+        expected = expected_by_chance(scores, scored.fingers)[: len(candidates)].tolist()
+        candidates = [
+            replace(one, expected_false=chance)
+            for one, chance in zip(candidates, expected, strict=True)
+        ]
     assert options.calibration is not None
     return Identification(
         enrolled=scored.enrolled,
         compared=len(scored.similarities),
-        candidates=tuple(one for one in candidates if one.score >= options.threshold),
+        candidates=tuple(one for one in candidates if options.allow(one)),
         matcher=search.matcher.name,
         smallest_measured_fmr=score_to_fmr(options.calibration.largest_measured_score),
         fingers=scored.fingers,
@@ -207,14 +221,13 @@ def _candidate(
         reference = search.print_at(int(scored.places[k]))
         comparison = search.matcher.compare(compared.probe, reference)
     fmr = score_to_fmr(score)
-    of = scored.enrolled if options.listed == "impressions" else scored.fingers
     return Candidate(
         rank=rank,
         number=int(scored.numbers[k]),
         similarity=float(scored.similarities[k]),
         score=score,
         fmr=fmr,
-        expected_false=fmr * of,
+        expected_false=fmr * scored.enrolled,
         comparison=comparison,
         impressions=int(scored.impressions[k]),
         impression_score=float(scored.singles[k]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
     from fpmatch.gallery.search.stages import Division, Indices, Stage
     from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.calibration import Calibration
@@ -44,6 +46,9 @@ class SearchOptions:
         Largest number of candidates.
     threshold : float
         Smallest score of a candidate.
+    by_chance : float
+        Number of others that are expected to score as high by chance, under which a candidate is
+        listed: of ``1 / by_chance`` searches without a mate, about one lists any.
     listed : "subjects", "fingers" or "impressions"
         What is a candidate: each subject once, by its best finger; each finger, by the score of its
         impressions together (see `fpmatch.gallery.fingers.finger`); or each impression.
@@ -67,6 +72,7 @@ class SearchOptions:
 
     count: int = 10
     threshold: float = 0.0
+    by_chance: float = inf
     listed: ListedAs = "fingers"
     consolidate: bool = False
     candidate_list: CandidateListSize = "auto"
@@ -86,11 +92,17 @@ class SearchOptions:
             raise MatcherError(
                 f"a threshold is between 0 and {MAX_SCORE:g}, not {number_text(self.threshold)}"
             )
+        if not self.by_chance > 0:
+            raise MatcherError(f"the number by chance is over 0, not {number_text(self.by_chance)}")
         if self.listed == "impressions" and self.consolidate:
             raise MatcherError("single impressions are not compared with consolidated templates")
         if not 0 < self.loss < 1:
             raise MatcherError(f"a loss is between 0 and 1, not {number_text(self.loss)}")
         return replace(self, calibration=self.calibration or load_calibration(matcher.name))
+
+    def allow(self, candidate: Candidate | SubjectCandidate) -> bool:
+        """Return whether a candidate is listed."""
+        return candidate.score >= self.threshold and candidate.expected_false < self.by_chance
 
     @property
     def least_compared(self) -> float:

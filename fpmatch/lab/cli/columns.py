@@ -46,13 +46,12 @@ Columns with --ground-truth, of the first matcher:
 IDENTIFICATION: Final = """\b
 Columns:
   FNIR      false negative identification rate: share of the searches with a mate in the gallery
-            that do not return it: at rank R among the first R, without a threshold; at an FPIR with
-            a score above the threshold of that FPIR
+            that do not return it: at rank R among the first R; at an FPIR where fewer than so many
+            others are expected by chance that the FPIR results
   FPIR      false positive identification rate: share of the searches without a mate that return a
-            candidate above the threshold
-  1:1 predicts  the threshold at which as many independent 1:1 comparisons give this FPIR by their
-            calibrated scores, and the share of the genuine ones below it
-  FMR ratio   FMR at which independent comparisons give this FPIR, over the FMR that the scores
-            state for the measured threshold; FNIR ratio: FNIR over the predicted one. "within 2" is
-            within a factor of two, "beyond 2" is not
+            candidate of which fewer others are expected by chance
+  by chance  the number at this FPIR, as `fpmatch identify` states it of each candidate
+  FPIR ratio  FPIR over the one that the searches state for this number
+  FNIR as stated  FNIR where candidates count by the stated FPIR; FNIR ratio: FNIR over that.
+            "within 2" is within a factor of two, "beyond 2" is not
 """

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, scattered, template_at
 
 from fpmatch.errors import MatcherError
@@ -13,6 +15,7 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import consolidated as consolidated_module
 from fpmatch.gallery.search import whole
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
+from fpmatch.gallery.search.identification import expected_by_chance
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
@@ -135,8 +138,50 @@ def test_a_candidate_list_finds_what_comparing_all_finds(search):
     assert (short.enrolled, short.compared, short.preselected) == (12, 3, True)
     (one,), (other,) = whole.candidates, short.candidates
     assert one.comparison.pairs.tolist() == other.comparison.pairs.tolist()
-    for name in ("number", "score", "expected_false"):
-        assert getattr(one, name) == getattr(other, name)
+    assert (one.number, one.score) == (other.number, other.score)
+    assert one.expected_false < other.expected_false == pytest.approx(12 * one.fmr)  # of few rivals
+
+
+def test_chance_is_measured_by_the_fifth_best_of_the_others():
+    scores = np.array([70.0, 41.0, 35.0, 33.0, 31.0, 30.0, 12.0, 3.0])
+    chance = expected_by_chance(scores, 10**6)
+    # five others score 30, ten points higher a tenth of them; of the sixth, five score 31
+    assert chance[:2] == pytest.approx([5e-4, 5 * 10**-1.1])
+    assert chance[5] == pytest.approx(5 * 10**0.1)
+    # never more than by the FMR; as many of a few
+    assert expected_by_chance(scores, 8) == pytest.approx(8 * 10 ** (-scores / 10))
+    assert expected_by_chance(scores[:5], 10**6) == pytest.approx(10 ** (6 - scores[:5] / 10))
+    # five that are not similar at all are no measure
+    zeros = [50.0, *[0.0] * 9]
+    assert expected_by_chance(zeros, 1000)[0] == pytest.approx(0.01)
+    assert expected_by_chance([], 9).size == 0
+
+
+@given(st.lists(st.floats(0, 100), max_size=20), st.integers(1, 10**9), st.randoms())
+def test_chance_falls_with_the_score_whatever_the_order(scores, among, rng):
+    chance = expected_by_chance(scores, among)
+    assert (chance <= among * 10 ** (-np.array(scores, float) / 10) * (1 + 1e-9)).all()
+    order = np.argsort(scores, kind="stable")
+    assert (np.diff(chance[order]) <= 1e-9 * chance[order][:-1]).all()
+    mixed = rng.sample(range(len(scores)), len(scores))
+    again = expected_by_chance([scores[k] for k in mixed], among)
+    assert again.tolist() == chance[mixed].tolist()
+
+
+def test_copies_of_the_finger_change_nothing():
+    alone = expected_by_chance([80.0, 30.0, 28.0, 27.0, 26.0, 25.0], 10**6)[0]
+    with_copies = expected_by_chance([80.0] * 5 + [30.0, 28.0, 27.0, 26.0, 25.0], 10**6)
+    assert with_copies[0] == pytest.approx(5 * 10**-5)
+    assert alone < with_copies[0] < 0.001
+
+
+def test_candidates_that_chance_explains_are_left_out(search):
+    every = identify(search, scattered(7)).candidates
+    few = identify(search, scattered(7), by_chance=1e-3).candidates
+    assert few == tuple(one for one in every if one.expected_false < 1e-3)
+    assert [one.number for one in few] == [7]
+    with pytest.raises(MatcherError, match="the number by chance is over 0, not -1"):
+        identify(search, scattered(7), by_chance=-1.0)
 
 
 def test_a_candidate_list_has_room_for_all_candidates(search):
@@ -180,10 +225,10 @@ def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers, gallery):
     finger = found.candidates[1]
     assert finger.score == pytest.approx(fused_score([58.0, 100.0, 97.0]))
     assert (finger.similarity, finger.impression_score) == (100.0, 100.0)
-    assert finger.expected_false == 3 * finger.fmr
+    assert finger.expected_false == pytest.approx(3 * finger.fmr)
     # consolidated, a finger of one impression keeps its score
     single = [c for c in found.candidates if c.impressions == 1]
-    again = ConsolidatedFingers(gallery, fingers, TEN_PER_TEN).rerank(52.0, single, 3)
+    again = ConsolidatedFingers(gallery, fingers, TEN_PER_TEN).rerank(52.0, single)
     assert [(c.number, c.score) for c in again] == [(c.number, c.score) for c in single]
 
 
@@ -235,10 +280,11 @@ def test_candidates_are_compared_with_what_their_impressions_show_together(touch
         stored = [gallery.template(4 * k + n) for n in range(1, 5)]
         expected = verify_finger(probe, stored, calibration=curve).verification.score
         assert best.score == expected
-        assert best.expected_false == 3 * best.fmr == 3 * score_to_fmr(best.score)
+        assert best.fmr == score_to_fmr(best.score)
+        assert best.expected_false == pytest.approx(3 * best.fmr)
     removed = {4 * k + n for k in (0, 1) for n in range(1, 5)}
     best, *_ = identify(search, touches_of(2)[0], consolidated=together, skipped=removed).candidates
-    assert best.expected_false == best.fmr  # one finger is left
+    assert best.expected_false == pytest.approx(best.fmr)  # one finger is left
 
 
 def test_a_threshold_holds_for_the_score_with_the_consolidated_template(

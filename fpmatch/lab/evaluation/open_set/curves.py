@@ -33,8 +33,7 @@ _WHOSE: Final = ("matcher", "set", "fingers")
 HEADS: Final = {
     DET: (
         *_WHOSE,
-        *("fpir", "threshold", "fnir", "fnir_low", "fnir_high"),
-        *("predicted_threshold", "predicted_fnir"),
+        *("fpir", "by_chance", "fnir", "fnir_low", "fnir_high", "stated_fnir"),
     ),
     RANK: (*_WHOSE, "rank", "fnir", "fnir_low", "fnir_high"),
 }
@@ -66,8 +65,8 @@ def _det_rows(report: IdentificationReport) -> Iterator[Row]:
         for one in rates.det:
             yield (
                 *(report.matcher, name, report.fingers),
-                *(one.fpir, one.threshold, one.fnir, *(one.interval or ("", ""))),
-                *(one.predicted_threshold, one.predicted_fnir),
+                *(one.fpir, one.by_chance, one.fnir, *(one.interval or ("", ""))),
+                one.stated_fnir,
             )
 
 
@@ -83,8 +82,8 @@ def save_identification_plot(
 ) -> None:
     """Draw FNIR against FPIR, and against the rank, of all searches of each report.
 
-    Intervals are shaded, and what 1:1 comparisons predict is dashed. A rate of 0 is drawn at half a
-    search. Raises an `OutputError` as `check_plot`.
+    Intervals are shaded, and the FNIR at the FPIR that the searches state is dashed. A rate of 0
+    is drawn at half a search. Raises an `OutputError` as `check_plot`.
     """
     check_plot(path)
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -127,7 +126,7 @@ def _draw(
         most = max(most, listed := min(LIST_LENGTH, report.enrolled[1]))
         _rank(ranks, report.pooled, colour, name, listed)
     det.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
-    det.plot([], [], "--", color=palette.muted, label="predicted by 1:1")
+    det.plot([], [], "--", color=palette.muted, label="at the stated FPIR")
     ranks.set(xlabel="rank", ylabel="FNIR without threshold, %", xscale="log", yscale="log")
     for axes in (det, ranks):
         axes.grid(visible=True, linewidth=0.4)
@@ -145,8 +144,8 @@ def _det(axes: Axes, rates: OpenSetRates, colour: str, name: str) -> None:
     fpir = [one.fpir for one in known]
     _line(axes, fpir, [one.fnir for one in known], [one.interval for one in known], rates, colour)
     axes.lines[-1].set_label(name)
-    predicted = _visible([one.predicted_fnir for one in rates.det], rates)
-    axes.plot([one.fpir for one in rates.det], predicted, "--", color=colour, linewidth=1)
+    stated = _visible([one.stated_fnir for one in rates.det], rates)
+    axes.plot([one.fpir for one in rates.det], stated, "--", color=colour, linewidth=1)
 
 
 def _rank(axes: Axes, rates: OpenSetRates, colour: str, name: str, most: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.lab.evaluation.open_set.curves import identification_drawings
-from fpmatch.lab.evaluation.open_set.report import prediction_table
+from fpmatch.lab.evaluation.open_set.report import RATIOS, stated_table
 from fpmatch.lab.evaluation.report.hardest import DEFAULT_COUNT, HardPair, explained_pair
 from fpmatch.lab.evaluation.report.page import prepare_page, render
 from fpmatch.printable import count, printable_lines
@@ -40,12 +40,13 @@ def write_identification_page(
         sections=[
             {
                 "report": report,
-                "predictions": prediction_table("all searches", report.pooled.points),
+                "stated": stated_table("all searches", report.pooled.points),
                 "missed": _failed(report, sets, mates=True),
                 "false_positives": _failed(report, sets, mates=False),
             }
             for report in reports
         ],
+        ratios=RATIOS,
         bounds_note=next(filter(None, (report.bounds_note() for report in reports)), ""),
         count=count,
         failures=[failure for one in sets for failure in one.failures],
@@ -63,15 +64,17 @@ def _failed(
     They fail at the highest of the FPIRs. Searches with a print without template are left out.
     """
     s, point = report.searches, report.pooled.loosest
-    if point is None or point.threshold is None:
+    if point is None or point.by_chance is None:
         return []
-    probes, others, scores = (
-        (s.mated, s.mate, s.score) if mates else (s.nonmated, s.first, s.highest)
+    probes, others, scores, chance = (
+        (s.mated, s.mate, s.score, s.chance)
+        if mates
+        else (s.nonmated, s.first, s.highest, s.least_chance)
     )
-    failed = (scores <= point.threshold) == mates
+    failed = (chance >= point.by_chance) == mates
     pairs: list[HardPair] = []
     seen: set[int] = set()
-    for k in np.argsort(scores if mates else -scores, kind="stable"):
+    for k in np.argsort(-chance if mates else chance, kind="stable"):
         numbers = [int(n) for n in (probes[k], others[k]) if n >= 0]
         if not failed[k] or not seen.isdisjoint(numbers) or len(pairs) == DEFAULT_COUNT:
             continue

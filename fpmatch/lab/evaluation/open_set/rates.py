@@ -1,6 +1,7 @@
 """Error rates of open-set identification, and their intervals.
 
-With N subjects enrolled, a candidate counts where its score is at least the threshold T. Then
+With N subjects enrolled, a candidate counts where fewer than T others are expected to score as high
+by chance, as the search states it. Then
 
 - FPIR(N, T), the false positive identification rate, is the share of the searches without a mate
   that return a candidate;
@@ -34,7 +35,6 @@ from fpmatch.lab.evaluation.rates.intervals import (
 )
 from fpmatch.lab.evaluation.rates.ranked_trials import RankedTrials
 from fpmatch.lab.evaluation.rates.scores_set import Trials
-from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,56 +42,47 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.open_set.searches import Searches
-    from fpmatch.matching.calibration import Calibration
 
 FPIRS: Final = (0.001, 0.005, 0.01)
 DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())
 """At which the DET has points, ten a decade."""
+_MOST_CHANCE: Final = 1e12  # more than are in any gallery
 
 
 @dataclass(frozen=True, slots=True)
 class IdentificationPoint:
-    """The FNIR at the lowest threshold whose FPIR is at most `fpir`, and what 1:1 predicts.
+    """The FNIR where the FPIR is at most `fpir`, and where the searches state that it is.
 
     `fnir` is None where there are fewer than 1 / `fpir` searches without a mate; `interval` is its
-    95 % interval, and `bound` the basis of that where it has one limit. Candidates count above the
-    score `threshold`; `false_positives` is the number of different probes without a mate that then
-    have one.
+    95 % interval, and `bound` the basis of that where it has one limit. Candidates count of which
+    fewer than `by_chance` others are expected to score as high; `false_positives` is the number of
+    different probes without a mate that then have one.
 
-    `predicted_fnir` is the share of the mated 1:1 comparisons below `predicted_threshold`, the
-    score at which independent comparisons with all others give the FPIR, as the calibration states
-    it; that is `extrapolated` where the score is above the largest measured one.
+    `stated_fnir` is the FNIR where candidates count by what the searches state: if so many others
+    are expected, independently, that any scores as high with the probability `fpir`.
     """
 
     fpir: float
     fnir: float | None
     interval: Interval | None
     bound: ExactBound | None
-    threshold: float | None
+    by_chance: float | None
     false_positives: int | None
-    predicted_fnir: float | None
-    predicted_threshold: float
-    extrapolated: bool
+    stated_fnir: float | None
 
     @property
-    def fmr_ratio(self) -> float | None:
-        """The FMR of independent comparisons at this FPIR, over that stated for `threshold`."""
-        if self.threshold is None or self.threshold < 0:  # no search has a candidate
-            return None
-        return float(10 ** ((self.threshold - self.predicted_threshold) / 10))
+    def fpir_ratio(self) -> float | None:
+        """The FPIR over the one that the searches state for `by_chance`."""
+        return None if self.by_chance is None else self.fpir / -math.expm1(-self.by_chance)
 
     @property
     def fnir_ratio(self) -> float | None:
-        """The FNIR over the predicted one, None where that is 0."""
-        return (
-            self.fnir / self.predicted_fnir
-            if self.predicted_fnir and self.fnir is not None
-            else None
-        )
+        """The FNIR over the stated one, None where that is 0."""
+        return self.fnir / self.stated_fnir if self.stated_fnir and self.fnir is not None else None
 
     def as_json(self) -> dict[str, Any]:
         """Return the point as JSON values, with the ratios and whether they are near 1."""
-        ratios = {"fmr": self.fmr_ratio, "fnir": self.fnir_ratio}
+        ratios = {"fpir": self.fpir_ratio, "fnir": self.fnir_ratio}
         return {
             **asdict(self),
             **{f"{rate}_ratio": ratio for rate, ratio in ratios.items()},
@@ -125,7 +116,7 @@ class OpenSetRates:
     @property
     def loosest(self) -> IdentificationPoint | None:
         """The point of the highest FPIR, of those that have a threshold."""
-        known = (point for point in self.points if point.threshold is not None)
+        known = (point for point in self.points if point.by_chance is not None)
         return max(known, key=lambda point: point.fpir, default=None)
 
     def as_json(self) -> dict[str, Any]:
@@ -144,7 +135,6 @@ class OpenSetRates:
 def open_set_rates(
     searches: Searches,
     subject: NDArray[np.intp],
-    calibration: Calibration,
     *,
     fpirs: Sequence[float] = FPIRS,
     draws: NDArray[np.int64] | None = None,
@@ -152,21 +142,20 @@ def open_set_rates(
     """Compute the error rates of searches.
 
     `searches`: the searches, or those for presentations of one database. `subject` (P,): the
-    subject of each presentation. `calibration`: that of the scores. `fpirs`: the FPIRs of the
-    points, between 0 and 1. `draws` (D, S): how often each subject was drawn in each replicate of
-    the bootstrap; without draws there are no intervals, with fewer than five subjects that are
-    drawn only those of rates of 0 or 1, where a subject is one trial.
+    subject of each presentation. `fpirs`: the FPIRs of the points, between 0 and 1. `draws` (D, S):
+    how often each subject was drawn in each replicate of the bootstrap; without draws there are no
+    intervals, with fewer than five subjects that are drawn only those of rates of 0 or 1, where a
+    subject is one trial.
     """
     enough = draws is not None and np.count_nonzero(draws.any(axis=0)) >= MIN_FINGERS
     grid = [f for f in DET_FPIRS if f * searches.highest.size >= 1]
     every = [*fpirs, *grid]
     drawn = _drawn_rates(searches, subject, draws, every) if enough and draws is not None else None
-    compared = float(searches.compared.mean())
     bound = None
     if draws is not None:
         bound = ExactBound("subject", np.unique(subject[searches.mated]).size)
     points = [
-        _point(searches, fpir, compared, calibration, None if drawn is None else drawn[:, k], bound)
+        _point(searches, fpir, None if drawn is None else drawn[:, k], bound)
         for k, fpir in enumerate(every)
     ]
     missed = searches.rank[:, np.newaxis] > np.arange(1, LIST_LENGTH + 1)
@@ -192,39 +181,34 @@ def open_set_rates(
     )
 
 
-def predicted_threshold(fpir: float, subjects: float) -> float:
-    """Return the score that one of so many independent impostors reaches with the chance `fpir`."""
-    fmr = -math.expm1(math.log1p(-fpir) / max(subjects, 1.0))
-    return min(MAX_SCORE, -10.0 * math.log10(fmr))
+def _rarity(chance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a number that rises as fewer others are expected by chance; finite."""
+    return -np.log(np.minimum(chance, _MOST_CHANCE))
 
 
 def _point(
     searches: Searches,
     fpir: float,
-    compared: float,
-    calibration: Calibration,
     draws: NDArray[np.float64] | None,
     bound: ExactBound | None,
 ) -> IdentificationPoint:
-    fnir = fnmr_at_fmr(searches.score, searches.highest, fpir)
-    known = fnir is not None and searches.highest.size > 0
-    predicted = predicted_threshold(fpir, compared)
-    below = searches.direct < predicted
-    threshold = threshold_at_fmr(searches.highest, fpir) if known else None
+    mates, others = _rarity(searches.chance), _rarity(searches.least_chance)
+    fnir = fnmr_at_fmr(mates, others, fpir)
+    known = fnir is not None and others.size > 0
+    threshold = threshold_at_fmr(others, fpir) if known else None
     interval = used = None
     if fnir is not None:
         interval, used = drawn_or_exact(fnir, None if draws is None else interval_of(draws), bound)
-    reached = None if threshold is None else searches.nonmated[searches.highest > threshold]
+    reached = None if threshold is None else searches.nonmated[others > threshold]
+    none = threshold is None or threshold <= _rarity(np.array(np.inf))  # has a candidate
     return IdentificationPoint(
         fpir=fpir,
         fnir=fnir,
         interval=interval,
         bound=used,
-        threshold=threshold,
+        by_chance=None if threshold is None or none else math.exp(-threshold),
         false_positives=None if reached is None else len(np.unique(reached)),
-        predicted_fnir=float(below.mean()) if below.size else None,
-        predicted_threshold=predicted,
-        extrapolated=predicted > calibration.largest_measured_score,
+        stated_fnir=float((searches.chance >= -math.log1p(-fpir)).mean()) if mates.size else None,
     )
 
 
@@ -237,7 +221,7 @@ def _drawn_rates(
     """
     mated, nonmated = subject[searches.mated], subject[searches.nonmated]
     trials = Trials(
-        similarity=np.concatenate([searches.score, searches.highest]),
+        similarity=_rarity(np.concatenate([searches.chance, searches.least_chance])),
         probe=np.concatenate([mated, nonmated]),
         reference=np.concatenate([mated, np.full_like(nonmated, -1)]),
         fingers=draws.shape[1],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fpmatch.lab.evaluation.open_set.rates import near
 from fpmatch.lab.evaluation.rates.error_rates import POOLED
@@ -57,9 +57,8 @@ class IdentificationReport:
 
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
     `background` of them without prints in the databases. `preselected` is whether only prints on
-    candidate lists were compared; of a search by an index, `loss` is the one wanted. Scores above
-    `largest_measured_score` are extrapolated. `presented` are the presentations that `searches`
-    number.
+    candidate lists were compared; of a search by an index, `loss` is the one wanted.
+    `presented` are the presentations that `searches` number.
     """
 
     matcher: str
@@ -70,7 +69,6 @@ class IdentificationReport:
     loss: float | None
     bootstrap: int
     seed: int
-    largest_measured_score: float
     sets: tuple[IdentificationRow, ...]
     pooled: OpenSetRates
     searches: Searches = field(compare=False, repr=False)
@@ -126,13 +124,12 @@ class IdentificationReport:
             "loss": self.loss,
             "bootstrap": self.bootstrap,
             "seed": self.seed,
-            "largest_measured_score": self.largest_measured_score,
             "sets": [row.as_json() for row in self.sets],
             "pooled": self.pooled.as_json(),
         }
 
     def as_text(self) -> str:
-        """Return tables: FNIR by rank and by FPIR, intervals, thresholds and what 1:1 predicts."""
+        """Return tables: FNIR by rank and by FPIR, intervals, and what the searches state."""
         lines, rows = [self.caption], list(self.rows())
         table = [("FNIR at", "mated", "non-mated", *self.titles)]
         table += [
@@ -146,31 +143,26 @@ class IdentificationReport:
             ]
             intervals = interval_table(self.titles, cells, "subjects")
             lines.append("\n".join(filter(None, [intervals, self.bounds_note()])))
-        lines.append(text_table(prediction_table(rows[-1][0], self.pooled.points)))
-        return "\n".join(["\n\n".join(lines), *self.notes_on_predictions()])
-
-    def notes_on_predictions(self) -> Iterator[str]:
-        """Yield what the ratios of `prediction_table`, and asterisks if any, mean."""
-        yield "ratios: measured / predicted, within a factor of two or beyond"
-        if any(point.extrapolated for point in self.pooled.points):
-            yield f"* extrapolated: measured up to a score of {self.largest_measured_score:.1f}"
+        lines.append(text_table(stated_table(rows[-1][0], self.pooled.points)))
+        return "\n".join(["\n\n".join(lines), RATIOS])
 
 
-def prediction_table(name: str, points: Sequence[IdentificationPoint]) -> list[tuple[str, ...]]:
-    """Return a head, and what is measured and predicted at each point, as cells."""
-    head = (name, "threshold", "1:1 predicts", "FMR ratio", "false positives")
-    table: list[tuple[str, ...]] = [(*head, "FNIR", "1:1 predicts", "FNIR ratio")]
+RATIOS: Final = "ratios: measured / stated, within a factor of two or beyond"
+
+
+def stated_table(name: str, points: Sequence[IdentificationPoint]) -> list[tuple[str, ...]]:
+    """Return a head, and what is measured and stated by the searches at each point, as cells."""
+    head = (name, "by chance", "FPIR ratio", "false positives")
+    table: list[tuple[str, ...]] = [(*head, "FNIR", "FNIR as stated", "FNIR ratio")]
     for point in points:
-        beyond = " *" if point.extrapolated else ""
         table.append(
             (
                 f"FPIR {100 * point.fpir:.6g} %",
-                "-" if point.threshold is None else f"{point.threshold:.1f}",
-                f"{point.predicted_threshold:.1f}{beyond}",
-                _ratio(point.fmr_ratio),
+                "-" if point.by_chance is None else f"{point.by_chance:.2g}",
+                _ratio(point.fpir_ratio),
                 "-" if (n := point.false_positives) is None else f"of {count(n, 'probe')}",
                 percent(point.fnir),
-                f"{percent(point.predicted_fnir)}{beyond}",
+                percent(point.stated_fnir),
                 _ratio(point.fnir_ratio),
             )
         )

@@ -106,7 +106,7 @@ def evaluate_identification(
     def rates(which: NDArray[np.bool_]) -> OpenSetRates:
         drawn = None if every is None else np.where(which, every, 0)
         part = searches.of(which[roles.subject])
-        return open_set_rates(part, roles.subject, calibration, fpirs=test.fpirs, draws=drawn)
+        return open_set_rates(part, roles.subject, fpirs=test.fpirs, draws=drawn)
 
     rows = tuple(
         IdentificationRow(
@@ -127,7 +127,6 @@ def evaluate_identification(
         loss=test.loss if background is not None and background.search.in_stages else None,
         bootstrap=test.bootstrap,
         seed=test.seed,
-        largest_measured_score=calibration.largest_measured_score,
         sets=rows,
         pooled=rates(np.ones(len(database), bool)),
         searches=searches,

@@ -1,4 +1,4 @@
-"""The searches of an open-set test: the score of the mate and its rank, or the highest score.
+"""The searches of an open-set test: what is stated of the mate, or of the best other candidate.
 
 Each presentation is searched for once, in a gallery of all presentations and the background. A
 presentation that is not enrolled in a round is then left out of the candidates of this round. In a
@@ -9,14 +9,15 @@ few prints less of the background than it would.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search.fused import identify_fused
+from fpmatch.gallery.search.identification import expected_by_chance
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.evaluation.open_set.roles import EnrolledSubjects
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 LIST_LENGTH: Final = 100  # candidates of a search
 NOT_LISTED: Final = LIST_LENGTH + 1
 NO_SCORE: Final = -1.0  # below every score: the mate is not listed, or there is no candidate
+NO_CHANCE: Final = inf  # by chance, of what is not listed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,23 +46,23 @@ class Searches:
     """The outcomes of all searches.
 
     Of searches with a mate, M, `mate` is its presentation, `score` and `rank` are its score and
-    rank, ties counting against it, and `direct` is the score of comparing both 1:1. Of the others,
-    L, `highest` is the highest score, and `first` the presentation that has it, -1 where that is
-    not one of the test. `mated` and `nonmated` hold what was searched for. `enrolled` holds the
-    number of subjects in the gallery of each round, `compared` that of their scores: one a finger,
-    or one a subject where several fingers are fused.
+    rank, ties counting against it, and `chance` is how many others are expected to score as high by
+    chance. Of the others, L, `highest` is the highest score, `least_chance` how many are expected
+    to reach it, and `first` the presentation that has it, -1 where that is not one of the test.
+    `mated` and `nonmated` hold what was searched for. `enrolled` holds the number of subjects in
+    the gallery of each round.
     """
 
     mated: NDArray[np.intp]
     mate: NDArray[np.intp]
     score: Scores
     rank: NDArray[np.intp]
-    direct: Scores
+    chance: NDArray[np.float64]
     nonmated: NDArray[np.intp]
     highest: Scores
+    least_chance: NDArray[np.float64]
     first: NDArray[np.intp]
     enrolled: NDArray[np.intp]
-    compared: NDArray[np.intp]
     preselected: bool
 
     def of(self, which: NDArray[np.bool_]) -> Searches:
@@ -72,9 +74,10 @@ class Searches:
             mate=self.mate[mated],
             score=self.score[mated],
             rank=self.rank[mated],
-            direct=self.direct[mated],
+            chance=self.chance[mated],
             nonmated=self.nonmated[nonmated],
             highest=self.highest[nonmated],
+            least_chance=self.least_chance[nonmated],
             first=self.first[nonmated],
         )
 
@@ -148,23 +151,6 @@ class _Gallery:
         subject = np.array([int(name or -1) for name, _ in listed], np.intp)
         return subject, np.array([score for _, score in listed]), preselected
 
-    def direct(self, presentation: int, others: NDArray[np.intp]) -> Scores:
-        """Return the scores of comparing a presentation 1:1 with others."""
-        prepare = self.search.matcher.prepare
-        scores = np.full((len(others), len(self.presentations[0])), np.nan)
-        for f, template in enumerate(self.presentations[presentation]):
-            places = self.places[others, f]
-            if template is not None and (places >= 0).any():
-                which = places[places >= 0]
-                similarities = self.own.similarities(prepare(template), which)
-                scores[places >= 0, f] = self.calibration.scores(similarities)
-        return np.array(
-            [
-                float(fuse_fingers(row[~np.isnan(row)])) if not np.isnan(row).all() else NO_SCORE
-                for row in scores
-            ]
-        )
-
 
 def search_all(
     presentations: Sequence[Presentation],
@@ -183,33 +169,37 @@ def search_all(
     """
     gallery = _Gallery(presentations, background, calibration, options)
     rounds = [[roles.enrolled(g, t) for g in np.unique(roles.group)] for t in range(roles.turns)]
-    mated, nonmated, preselected = [], [], False
+    of_fingers = len(presentations[0]) == 1
+    further = len(background.search.finger_sizes) if of_fingers else gallery.first
+    there = np.array([any(t is not None for t in shown) for shown in presentations])
+    among = [[further + int(there[e].sum()) for e in groups] for groups in rounds]
+    mated: list[tuple[float, ...]] = []
+    nonmated: list[tuple[float, ...]] = []
+    preselected = False
     for k in range(len(presentations)):
         progress("search", k, len(presentations))
         subject, score, of_list = gallery.candidates(k)
         preselected |= of_list
-        mates = np.flatnonzero(roles.subject == roles.subject[k])
-        direct = dict(zip(mates.tolist(), gallery.direct(k, mates), strict=True))
-        for has_mate, other, of_other, rank in _outcomes(k, roles, rounds, gallery, subject, score):
-            if has_mate:
-                mated.append((k, other, of_other, rank, direct[other]))
-            else:
-                nonmated.append((k, other, of_other))
+        own = subject >= gallery.first
+        of_own = np.full(len(presentations), NO_SCORE)
+        of_own[subject[own] - gallery.first] = score[own]
+        outcomes = _outcomes(k, roles, rounds, among, of_own, score[~own])
+        for has_mate, *outcome in outcomes:
+            (mated if has_mate else nonmated).append((k, *outcome))
     progress("search", len(presentations), len(presentations))
     of_round = np.array([len(enrolled) for turn in rounds for enrolled in turn])
-    one_finger = len(presentations[0]) == 1
-    with_mate, without = np.array(mated).reshape(-1, 5), np.array(nonmated).reshape(-1, 3)
+    with_mate, without = (np.array(rows).reshape(-1, 5) for rows in (mated, nonmated))
     return Searches(
         mated=with_mate[:, 0].astype(np.intp),
         mate=with_mate[:, 1].astype(np.intp),
         score=with_mate[:, 2],
         rank=with_mate[:, 3].astype(np.intp),
-        direct=with_mate[:, 4],
+        chance=with_mate[:, 4],
         nonmated=without[:, 0].astype(np.intp),
         first=without[:, 1].astype(np.intp),
         highest=without[:, 2],
+        least_chance=without[:, 4],
         enrolled=gallery.first + of_round,
-        compared=of_round + (len(background.search.finger_sizes) if one_finger else gallery.first),
         preselected=preselected,
     )
 
@@ -218,37 +208,38 @@ def _outcomes(
     k: int,
     roles: Roles,
     rounds: Sequence[Sequence[NDArray[np.intp]]],
-    gallery: _Gallery,
-    subject: NDArray[np.intp],
-    score: Scores,
-) -> Iterator[tuple[bool, int, float, int]]:
-    """Yield for each round whether there is a mate, then presentation, score and rank of the mate.
+    among: Sequence[Sequence[int]],
+    of_own: Scores,
+    others: Scores,
+) -> Iterator[tuple[bool, int, float, int, float]]:
+    """Yield for each round whether there is a mate, then its presentation, score, rank and chance.
 
     Without a mate, it is the presentation of the highest score, -1 where that is not one of the
-    test. `subject` and `score` describe the candidates of presentation `k`.
+    test. `of_own` are the scores of presentation `k` with all of the test, `others` with candidates
+    of the background. So many fingers or subjects are `among` those searched in each of the rounds.
     """
-    own = subject >= gallery.first
-    others = np.sort(score[~own])[::-1][:LIST_LENGTH]
-    of_own = np.full(len(roles.subject), NO_SCORE)
-    of_own[subject[own] - gallery.first] = score[own]
+    others = np.sort(others)[::-1][:LIST_LENGTH]
     for turn, groups in enumerate(rounds):
         if not roles.is_searched(k, turn):
             continue
-        for enrolled in groups:
+        for enrolled, searched in zip(groups, among[turn], strict=True):
             is_mate = roles.subject[enrolled] == roles.subject[k]
             if k in enrolled[is_mate]:
                 continue  # it is enrolled itself: its subject has no other presentation
             listed = of_own[enrolled[~is_mate]]
+            rivals = np.concatenate([listed[listed > NO_SCORE], others])
             if not is_mate.any():
-                highest = max(listed.max(initial=NO_SCORE), others.max(initial=NO_SCORE))
+                highest = rivals.max(initial=NO_SCORE)
                 is_first = (listed == highest) & (highest > NO_SCORE)
                 first = int(enrolled[np.argmax(is_first)]) if is_first.any() else -1
-                yield False, first, float(highest), 1
+                chance = expected_by_chance(rivals, searched).min(initial=NO_CHANCE)
+                yield False, first, float(highest), 1, float(chance)
                 continue
             mate = int(enrolled[is_mate][0])
             of_mate = float(of_own[mate])
-            before = int(np.count_nonzero(listed >= of_mate) + np.count_nonzero(others >= of_mate))
-            rank = min(before + 1, NOT_LISTED)
+            rank = min(int(np.count_nonzero(rivals >= of_mate)) + 1, NOT_LISTED)
             if of_mate <= NO_SCORE or rank == NOT_LISTED:
-                rank, of_mate = NOT_LISTED, NO_SCORE
-            yield True, mate, of_mate, rank
+                yield True, mate, NO_SCORE, NOT_LISTED, NO_CHANCE
+                continue
+            chance = expected_by_chance([of_mate, *rivals], searched)[0]
+            yield True, mate, of_mate, rank, float(chance)

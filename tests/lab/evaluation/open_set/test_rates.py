@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.open_set.rates import near, open_set_rates, predicted_threshold
+from fpmatch.lab.evaluation.open_set.rates import near, open_set_rates
 from fpmatch.lab.evaluation.open_set.roles import (
     GROUPS,
     MOST_TURNS,
@@ -15,11 +15,20 @@ from fpmatch.lab.evaluation.open_set.roles import (
     group_fingers,
     subject_of,
 )
-from fpmatch.lab.evaluation.open_set.searches import LIST_LENGTH, NO_SCORE, NOT_LISTED, Searches
+from fpmatch.lab.evaluation.open_set.searches import (
+    LIST_LENGTH,
+    NO_CHANCE,
+    NO_SCORE,
+    NOT_LISTED,
+    Searches,
+)
 from fpmatch.lab.evaluation.rates.intervals import ExactBound
-from fpmatch.matching.calibration import Calibration
 
-TEN_PER_TEN = Calibration(((0.0, 0.0), (60.0, 60.0)), tail_scale=1.0)
+
+def chance_of(scores, enrolled=10):
+    """Return how many others are expected by chance, by the FMR alone."""
+    given = np.array(scores, float)
+    return np.where(given == NO_SCORE, NO_CHANCE, enrolled * 10 ** (-0.1 * given))
 
 
 def searches_of(scores, ranks, highest, enrolled=10):
@@ -28,19 +37,19 @@ def searches_of(scores, ranks, highest, enrolled=10):
         mate=np.arange(len(scores)),
         score=np.array(scores, float),
         rank=np.array(ranks, int),
-        direct=np.array(scores, float),
+        chance=chance_of(scores, enrolled),
         nonmated=np.arange(len(highest)),
         highest=np.array(highest, float),
+        least_chance=chance_of(highest, enrolled),
         first=np.arange(len(highest)),
         enrolled=np.full(3, enrolled),
-        compared=np.full(3, enrolled),
         preselected=False,
     )
 
 
 def rates_of(searches, **options):
     most = max(len(searches.mated), len(searches.nonmated))
-    return open_set_rates(searches, np.arange(most), TEN_PER_TEN, **options)
+    return open_set_rates(searches, np.arange(most), **options)
 
 
 def test_rates_of_a_few_searches_counted_by_hand():
@@ -50,7 +59,8 @@ def test_rates_of_a_few_searches_counted_by_hand():
     rates = rates_of(searches, fpirs=[0.25, 0.5, 0.75, 0.1])
     # one of four may have a candidate: the threshold lies above 35: 50 and 40 are found
     assert [point.fnir for point in rates.points] == [0.5, 0.25, 0.25, None]
-    assert [point.threshold for point in rates.points] == [35.0, 20.0, 10.0, None]
+    least = chance_of([35.0, 20.0, 10.0])
+    assert [point.by_chance for point in rates.points] == [*map(pytest.approx, least), None]
     assert [point.false_positives for point in rates.points] == [1, 2, 3, None]
     assert rates.fnir_at_rank[:4] == (0.5, 0.5, 0.25, 0.25)
     assert len(rates.fnir_at_rank) == LIST_LENGTH
@@ -58,32 +68,36 @@ def test_rates_of_a_few_searches_counted_by_hand():
     assert all(point.interval is None for point in rates.points)
 
 
-def test_what_1_to_1_predicts_is_counted_at_the_fmr_of_n_comparisons():
-    # of 1,000 subjects, each at an FMR of 1.0e-5, one in a hundred searches has a candidate
-    assert predicted_threshold(0.01, 1000) == pytest.approx(50.0, abs=0.03)
-    fmr = 10 ** (-predicted_threshold(0.2, 17) / 10)
-    assert 1 - (1 - fmr) ** 17 == pytest.approx(0.2)
+def test_the_fnir_at_the_stated_fpir_counts_mates_of_which_fewer_are_expected():
+    # of 1,000 subjects, a hundredth of one is expected to score 50
     searches = searches_of([60.0, 49.0, 10.0], [1, 1, 1], [0.0] * 100, enrolled=1000)
     near, far = rates_of(searches, fpirs=[0.01, 0.0001]).points
-    assert near.predicted_fnir == pytest.approx(2 / 3)
-    assert not near.extrapolated
-    assert far.extrapolated
-    assert far.predicted_threshold > 60.0
+    assert near.stated_fnir == pytest.approx(2 / 3)
+    assert far.stated_fnir == 1.0
+    # any of many independent others scores as high with the probability 1 - exp(-expected)
+    at = 1000 * 10**-4.9
+    above, below = (
+        rates_of(searches, fpirs=[1 - np.exp(-expected)]).points[0]
+        for expected in (1.01 * at, 0.99 * at)
+    )
+    assert (above.stated_fnir, below.stated_fnir) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
 
 
-def test_ratios_of_what_is_measured_and_predicted():
-    # the calibration states 1 in 1,000 for 30, where one of a hundred comparisons with 10 is higher
+def test_ratios_of_what_is_measured_and_stated():
+    # a hundredth is stated for 30, where one of ten searches has a higher score
     mates, highest = [60.0, 60.0, 35.0, 29.0, 28.0, 10.0], [30.0] * 9 + [50.0]
     (point,) = rates_of(searches_of(mates, [1] * 6, highest), fpirs=[0.1]).points
-    assert (point.threshold, point.fnir) == (30.0, 0.5)
-    fmr = 10 ** (-point.predicted_threshold / 10)
-    assert point.fmr_ratio == pytest.approx(fmr / 0.001)
-    assert point.fnir_ratio == pytest.approx(0.5 / point.predicted_fnir) == 3.0
+    assert (point.by_chance, point.fnir) == (pytest.approx(0.01), 0.5)
+    assert point.fpir_ratio == pytest.approx(0.1 / (1 - np.exp(-0.01)))
+    assert point.fnir_ratio == pytest.approx(0.5 / point.stated_fnir) == 3.0
     shown = point.as_json()
-    assert (shown["fmr_within_factor_of_two"], shown["fnir_within_factor_of_two"]) == (False, False)
+    assert (shown["fpir_within_factor_of_two"], shown["fnir_within_factor_of_two"]) == (
+        False,
+        False,
+    )
     assert [near(ratio) for ratio in (0.4, 0.5, 2.0, 2.1, None)] == [False, True, True, False, None]
     (none,) = rates_of(searches_of([50.0], [1], [NO_SCORE] * 10), fpirs=[0.1]).points
-    assert (none.fmr_ratio, none.fnir_ratio) == (None, None)
+    assert (none.by_chance, none.fpir_ratio, none.fnir_ratio) == (None, None, None)
 
 
 SCORE = st.integers(0, 20).map(float)
@@ -110,8 +124,8 @@ def test_agrees_with_trying_every_threshold(mates, highest):
     known = [point.fnir for point in rates.points if point.fnir is not None]
     assert known == sorted(known, reverse=True)
     assert list(rates.fnir_at_rank) == sorted(rates.fnir_at_rank, reverse=True)
-    predicted = [point.predicted_fnir for point in rates.points]
-    assert predicted == sorted(predicted, reverse=True)
+    stated = [point.stated_fnir for point in rates.points]
+    assert stated == sorted(stated, reverse=True)
 
 
 def test_intervals_contain_the_rates_and_need_five_subjects():
@@ -120,14 +134,14 @@ def test_intervals_contain_the_rates_and_need_five_subjects():
     searches = searches_of(scores, np.where(scores < 25, 2, 1), rng.uniform(0, 30, 400))
     subject = np.arange(400) // 10
     draws = rng.multinomial(40, np.full(40, 1 / 40), size=300)
-    rates = open_set_rates(searches, subject, TEN_PER_TEN, draws=draws)
+    rates = open_set_rates(searches, subject, draws=draws)
     for point in (*rates.points[1:], *rates.det):
         assert point.interval.low <= point.fnir <= point.interval.high
     assert rates.points[0].interval is None  # of 400 searches, not one may have a candidate
     low, high = rates.rank_intervals[0]
     assert low < rates.fnir_at_rank[0] < high
     few = np.where(np.arange(40) < 4, draws, 0)
-    none = open_set_rates(searches, subject, TEN_PER_TEN, draws=few)
+    none = open_set_rates(searches, subject, draws=few)
     assert all(point.interval is None for point in none.points if point.fnir)
     assert none.rank_intervals[0] is None
     assert none.fnir_at_rank[1] == 0
@@ -140,16 +154,16 @@ def test_no_miss_has_an_upper_limit_by_subjects(subjects, limit):
     mated = subjects * 4
     searches = searches_of([50.0] * mated, [1] * mated, [10.0] * mated)
     draws = np.ones((20, subjects), np.int64)
-    rates = open_set_rates(searches, np.arange(mated) // 4, TEN_PER_TEN, fpirs=[0.5], draws=draws)
+    rates = open_set_rates(searches, np.arange(mated) // 4, fpirs=[0.5], draws=draws)
     (point,) = rates.points
     assert point.interval == (0.0, pytest.approx(limit, abs=1e-4))
     assert point.bound == rates.rank_bounds[0] == ExactBound("subject", subjects)
     assert rates.rank_intervals[0] == point.interval
     assert rates.as_json()["rank_bounds"][0]["method"] == "clopper-pearson"
     missed = searches_of([5.0] * mated, [7] * mated, [10.0] * mated)
-    worst = open_set_rates(missed, np.arange(mated) // 4, TEN_PER_TEN, fpirs=[0.5], draws=draws)
+    worst = open_set_rates(missed, np.arange(mated) // 4, fpirs=[0.5], draws=draws)
     assert worst.points[0].interval == (pytest.approx(1 - point.interval.high), 1.0)
-    without = open_set_rates(searches, np.arange(mated) // 4, TEN_PER_TEN, fpirs=[0.5])
+    without = open_set_rates(searches, np.arange(mated) // 4, fpirs=[0.5])
     assert without.points[0].interval is without.rank_intervals[0] is None
 
 
@@ -157,7 +171,7 @@ def test_draws_of_every_subject_once_have_the_rates_themselves():
     rng = np.random.default_rng(1)
     searches = searches_of(rng.uniform(0, 60, 100), np.ones(100), rng.uniform(0, 40, 200))
     once = np.ones((7, 200), np.int64)
-    rates = open_set_rates(searches, np.arange(200), TEN_PER_TEN, draws=once)
+    rates = open_set_rates(searches, np.arange(200), draws=once)
     for point in rates.det:
         assert point.interval == (point.fnir, point.fnir)
 
@@ -165,7 +179,7 @@ def test_draws_of_every_subject_once_have_the_rates_themselves():
 def test_a_database_without_mates_has_no_fnir():
     rates = rates_of(searches_of([], [], [1.0, 2.0]), fpirs=[0.5])
     assert rates.points[0].fnir is None
-    assert rates.points[0].predicted_fnir is None
+    assert rates.points[0].stated_fnir is None
     assert rates.fnir_at_rank == ()
 
 

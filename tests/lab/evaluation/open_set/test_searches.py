@@ -18,7 +18,7 @@ from fpmatch.lab.evaluation.open_set.run import (
     evaluate_identification,
     load_subjects,
 )
-from fpmatch.lab.evaluation.open_set.searches import NO_SCORE, NOT_LISTED, search_all
+from fpmatch.lab.evaluation.open_set.searches import NO_CHANCE, NO_SCORE, NOT_LISTED, search_all
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import get_matcher
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -75,20 +75,21 @@ def test_every_round_is_a_search_of_its_own_gallery(made):
             listed = []
             if template is not None:
                 result = identify(whole, template, count=100, skipped=skipped)
-                listed = [(c.number, c.score) for c in result.candidates]
+                listed = [(c.number, c.score, c.expected_false) for c in result.candidates]
             mates = [e for e in enrolled if roles.subject[e] == roles.subject[k]]
             if not mates:
-                nonmated.append((k, listed[0][1] if listed else NO_SCORE))
+                nonmated.append((k, *(listed[0][1:] if listed else (NO_SCORE, NO_CHANCE))))
                 continue
             own = number.get(mates[0])
-            score = dict(listed).get(own)
-            rank = sum(s >= score for _, s in listed) if score is not None else NOT_LISTED
-            mated.append((k, NO_SCORE if score is None else score, rank))
-    assert list(zip(found.nonmated.tolist(), found.highest.tolist(), strict=True)) == nonmated
-    columns = found.mated.tolist(), found.score.tolist(), found.rank.tolist()
-    assert list(zip(*columns, strict=True)) == mated
+            of_mate = [(s, c) for n, s, c in listed if n == own]
+            for score, chance in of_mate or [(NO_SCORE, NO_CHANCE)]:
+                rank = sum(s >= score for _, s, _ in listed) if of_mate else NOT_LISTED
+                mated.append((k, score, rank, chance))
+    columns = found.nonmated, found.highest, found.least_chance
+    assert list(zip(*(c.tolist() for c in columns), strict=True)) == nonmated
+    columns = found.mated, found.score, found.rank, found.chance
+    assert list(zip(*(c.tolist() for c in columns), strict=True)) == mated
     assert len(mated) * 2 == len(nonmated)
-    np.testing.assert_array_equal(found.direct, found.score)  # all prints were compared
     assert set(found.enrolled.tolist()) == {12, 13}
     assert not found.preselected
 
@@ -124,9 +125,10 @@ def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):
         for k, f in enumerate((3, 4))
     ]
     third = presentations.index((disturbed(3, 1), disturbed(4, 1)))
-    of_mates = found.direct[found.mated == third]
+    of_mates = found.score[found.mated == third]
     assert float(fuse_fingers(scores)) in of_mates.tolist()
-    assert (found.direct == found.score).all()
+    by_fmr = found.enrolled.max() * 10 ** (-0.1 * found.score)
+    assert (found.chance <= by_fmr).all()
     assert 0 < len(found.mated) == len(found.nonmated) / 2
 
 

@@ -128,7 +128,7 @@ def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):
     of_mates = found.score[found.mated == third]
     assert float(fuse_fingers(scores)) in of_mates.tolist()
     by_fmr = found.enrolled.max() * 10 ** (-0.1 * found.score)
-    assert (found.chance <= by_fmr).all()
+    assert (found.chance <= by_fmr * (1 + 1e-9)).all()
     assert 0 < len(found.mated) == len(found.nonmated) / 2
 
 

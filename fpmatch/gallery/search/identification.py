@@ -32,8 +32,9 @@ def expected_by_chance(scores: ArrayLike, among: int) -> NDArray[np.float64]:
 
     Examples
     --------
+    >>> from fpmatch.gallery.search.identification import expected_by_chance
     >>> expected_by_chance([60, 30, 28, 27, 26, 25], 1_000_000).round(4).tolist()
-    [0.0016, 1.5811, 2.5059, 3.1548, 3.9716, 5.0]
+    [0.0016, 1.5811, 2.5059, 3.1548, 3.9716, 6.2946]
     """
     given = np.asarray(scores, np.float64)
     expected: NDArray[np.float64] = among * 10.0 ** (-given / 10.0)

@@ -36,7 +36,8 @@ def write_network(
 ) -> None:
     """Write a network as ONNX, and print the SHA-256 that the module at `place` states.
 
-    `names` are those of input and output, both of any size along some axes, which have names.
+    `names`: of the input and of the output. `any_size`: the axes along which both may have any
+    size, with a name for each.
     """
     torch.onnx.export(
         net.eval(),

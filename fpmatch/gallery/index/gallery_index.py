@@ -293,11 +293,7 @@ class GalleryIndex:
                 if (joined := present.with_newer(state)) is None:
                     return None
                 state = joined
-        state, there = _merged(state), folder.names()
-        for part in state.parts:  # nothing of what was removed is written to a file
-            if part.listed.name not in there and part.may_contain(state.removed):
-                state = state.erased(part, part.without(state.removed))
-        written = state.write(folder)
+        written = _merged(state).write(folder)
         folder.delete_others([part.listed for part in written.parts])
         return written
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -58,7 +57,7 @@ class Part:
         return self._segment is not None
 
     def among(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return those of ascending numbers that are within the range of the segment's."""
+        """Return the ascending numbers that are in the range of the segment."""
         first, last = np.searchsorted(numbers, [self.listed.first, self.listed.last + 1])
         return numbers[first:last]
 
@@ -107,10 +106,16 @@ class IndexState:
     def write(self, folder: IndexFolder) -> IndexState:
         """Write the list, and the segments that are in no file, to a folder; return the index.
 
-        Small segments stay in memory, others are mapped when they are used. Raises OutputError.
+        No print that was removed is in what is written. Small segments stay in memory, others are
+        mapped when they are used. Raises OutputError.
         """
-        parts, there = [], folder.names()
-        for part in self.parts:
+        state, there = self, folder.names()
+        new = [part for part in self.parts if part.listed.name not in there]
+        for part in new:
+            if part.may_contain(state.removed):
+                state = state.erased(part, part.without(state.removed))
+        parts = []
+        for part in state.parts:
             if part.listed.name not in there:
                 listed = folder.write_segment(part.segment)
                 kept = part.segment if listed.prints <= KEPT_IN_MEMORY else None
@@ -118,9 +123,9 @@ class IndexState:
             else:
                 parts.append(part)
         segments = tuple(part.listed for part in parts)
-        rest = self.removed, self.renumbered, self.damaged
-        folder.write_list(IndexList(self.revision, segments, *rest))
-        return replace(self, parts=tuple(parts), folder=folder, base=(self.revision, segments))
+        rest = state.removed, state.renumbered, state.damaged
+        folder.write_list(IndexList(state.revision, segments, *rest))
+        return replace(state, parts=tuple(parts), folder=folder, base=(state.revision, segments))
 
     def __len__(self) -> int:
         return sum(part.listed.prints for part in self.parts) - len(self.removed)
@@ -186,19 +191,19 @@ class IndexState:
         """
         known = [part for part in before.parts if part.is_read]
         firsts = [part.listed.first for part in known]
-        reused: list[tuple[int, int, Part]] = []
+        reused: list[tuple[int, Part, NDArray[np.int64]]] = []
         for place, part in enumerate(self.parts):
             old = known[at - 1] if (at := bisect_right(firsts, part.listed.first)) else None
             if old is None or part.is_read or part.listed.last > old.listed.last:
                 continue
-            gone = len(old.among(before.removed))
+            gone = old.among(before.removed)
             left = part.listed.prints - len(part.among(self.removed))
-            if old.listed.prints - gone == left:  # the same prints
-                reused.append((gone, place, old))
+            if old.listed.prints - len(gone) == left:  # the same prints
+                reused.append((place, old, gone))
         parts, removed = list(self.parts), [self.removed]
-        for _, place, old in sorted(reused, key=itemgetter(0, 1))[:-READ_AGAIN]:
+        for place, old, gone in sorted(reused, key=lambda one: len(one[2]))[:-READ_AGAIN]:
             parts[place] = old
-            removed.append(old.among(before.removed))
+            removed.append(gone)
         return replace(self, parts=tuple(parts), removed=np.unique(np.concatenate(removed)))
 
     def replaced(self, old: Part, new: PrintSegment) -> IndexState:

@@ -239,8 +239,8 @@ class GalleryReader(SealedDatabase):
     def check_sums(self, *, after: int = 0, of: Iterable[int] = ()) -> None:
         """Raise GalleryError (code "damaged") unless the entries are those that were enrolled.
 
-        Those of numbers over `after`, or near a few numbers, take a time that does not depend on
-        the size of the gallery.
+        With `after`, only entries of higher numbers are checked, and with a few numbers `of`
+        entries, only those blocks of 4,096: this takes as long in a gallery of any size.
         """
         with self.reading() as connection:
             if self.digested and not digests.are_right(connection, after=after, of=of):

@@ -31,10 +31,7 @@ if TYPE_CHECKING:
 DET, RANK = "identification_det.csv", "identification_rank.csv"
 _WHOSE: Final = ("matcher", "set", "fingers")
 HEADS: Final = {
-    DET: (
-        *_WHOSE,
-        *("fpir", "by_chance", "fnir", "fnir_low", "fnir_high", "stated_fnir"),
-    ),
+    DET: (*_WHOSE, "fpir", "by_chance", "fnir", "fnir_low", "fnir_high", "stated_fnir"),
     RANK: (*_WHOSE, "rank", "fnir", "fnir_low", "fnir_high"),
 }
 """The files and their columns."""

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 FPIRS: Final = (0.001, 0.005, 0.01)
 DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())
 """At which the DET has points, ten a decade."""
-_MOST_CHANCE: Final = 1e12  # more than are in any gallery
+_MOST_CHANCE: Final = 1e12  # more than are in any gallery: of what is not listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,9 +143,9 @@ def open_set_rates(
 
     `searches`: the searches, or those for presentations of one database. `subject` (P,): the
     subject of each presentation. `fpirs`: the FPIRs of the points, between 0 and 1. `draws` (D, S):
-    how often each subject was drawn in each replicate of the bootstrap; without draws there are no
-    intervals, with fewer than five subjects that are drawn only those of rates of 0 or 1, where a
-    subject is one trial.
+    how often each subject was drawn in each replicate of the bootstrap. Without draws there are no
+    intervals. Where fewer than five subjects are drawn, only rates of 0 and 1 have one, with a
+    subject as one trial.
     """
     enough = draws is not None and np.count_nonzero(draws.any(axis=0)) >= MIN_FINGERS
     grid = [f for f in DET_FPIRS if f * searches.highest.size >= 1]
@@ -200,13 +200,15 @@ def _point(
     if fnir is not None:
         interval, used = drawn_or_exact(fnir, None if draws is None else interval_of(draws), bound)
     reached = None if threshold is None else searches.nonmated[others > threshold]
-    none = threshold is None or threshold <= _rarity(np.array(np.inf))  # has a candidate
+    by_chance = None
+    if threshold is not None and threshold > -math.log(_MOST_CHANCE):  # some have candidates
+        by_chance = math.exp(-threshold)
     return IdentificationPoint(
         fpir=fpir,
         fnir=fnir,
         interval=interval,
         bound=used,
-        by_chance=None if threshold is None or none else math.exp(-threshold),
+        by_chance=by_chance,
         false_positives=None if reached is None else len(np.unique(reached)),
         stated_fnir=float((searches.chance >= -math.log1p(-fpir)).mean()) if mates.size else None,
     )

@@ -113,18 +113,17 @@ class _Gallery:
         self.presentations = presentations
         self.first = int(background.subject.max(initial=-1)) + 1  # number of the first presentation
         templates = [template for _, _, template in impressions]
-        self.own = WholeSearch.of(templates, background.search.matcher)
-        self.search = background.search.with_prints(templates) if self.first else self.own
-        self.places = np.full((len(presentations), len(presentations[0])), -1)
-        for place, (k, f, _) in enumerate(impressions):
-            self.places[k, f] = place
+        self.search = (
+            background.search.with_prints(templates)
+            if self.first
+            else WholeSearch.of(templates, background.search.matcher)
+        )
         subject, finger = np.array([(k, f) for k, f, _ in impressions], np.intp).reshape(-1, 2).T
         self.subjects = EnrolledSubjects(
             self.search.numbers,
             np.concatenate([background.subject, subject + self.first]),
             np.concatenate([background.finger, finger]),
         )
-        self.calibration = calibration
         others = len(presentations) if len(self.search) <= EXHAUSTIVE_UP_TO else LIST_LENGTH
         self.options = options | {"calibration": calibration, "count": LIST_LENGTH + others}
         self.options["all_mates"] = True  # all impressions are searched at once

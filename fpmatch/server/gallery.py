@@ -245,9 +245,10 @@ def _search(gallery: Gallery, matcher: str) -> Search:
     """Return the search of a gallery as it is now, the kept one where it is unchanged."""
     key, content = (gallery.name, matcher), gallery.content_hash()
     kept = _kept.get(key)
-    if kept is None or kept[0] != content:
-        _kept.clear()
-        before = None if kept is None else kept[1]
-        search = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
-        _kept[key] = content, search
-    return _kept[key][1]
+    if kept is not None and kept[0] == content:
+        return kept[1].current(gallery)
+    _kept.clear()
+    before = None if kept is None else kept[1]
+    search = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
+    _kept[key] = content, search
+    return search

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +22,12 @@ from scipy.spatial import Delaunay
 from fpmatch.gallery.index.loss import chosen_by_ridges, search_rounds, with_ridges, with_votes
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, prepare_prints, ridge_agreements
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE, SizeNormalization
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
+from fpmatch.gallery.search.indexed import MOST_SEGMENTS, MOST_WHOLE
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -154,11 +156,15 @@ def search(
     def by_terms() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         share = unoriented_share([segment.terms for segment in segments])
         terms = probe_terms(probe, plan.budget, unoriented=share)
-        voted = [preselect(segment.terms, terms, plan.by_terms) for segment in segments]
-        local, votes = map(np.concatenate, zip(*voted, strict=True))
-        of = np.repeat(np.arange(len(segments)), [len(places) for places, _ in voted])
+        starts = np.cumsum([0, *map(len, segments)])
+        firsts = range(0, len(segments), MOST_SEGMENTS)
+        pieces = [[one.terms for one in segments[k : k + MOST_SEGMENTS]] for k in firsts]
+        voted = [preselect(piece, terms, plan.by_terms) for piece in pieces]
+        found = [starts[k] + place for k, (place, _) in zip(firsts, voted, strict=True)]
+        places, votes = np.concatenate(found), np.concatenate([votes for _, votes in voted])
         kept = most_voted(votes, plan.by_terms)
-        return of[kept], local[kept], votes[kept]
+        of = np.searchsorted(starts, places[kept], "right") - 1
+        return of, places[kept] - starts[of], votes[kept]
 
     of, local, votes = cost.timed("terms", by_terms)
 
@@ -211,24 +217,32 @@ def numbers_of(plan: SearchPlan) -> dict[str, float]:
 
 
 def times(
-    segments: Sequence[PrintSegment], given: Sequence[Kind], rounds: Rounds
+    segments: Sequence[PrintSegment], given: Sequence[Kind], rounds: Rounds, rows: Rows
 ) -> dict[str, Any]:
     """Return what one search costs without a mate in the gallery, by stage, and with one.
 
     Times are in milliseconds, and in calls of Delaunay, which are timed before each search. The
-    rounds that a search with a mate took are counted.
+    rounds that a search with a mate took are counted. As many packed templates, of the `rows`, as a
+    search compares again are prepared and compared.
     """
+    again = CompactTemplates.of_bytes(rows[k] for k in range(MOST_WHOLE))
+
+    def compared_again(probe: PreparedTemplate) -> np.ndarray:
+        return similarities(MATCHER, probe, prepare_compact(again, np.arange(MOST_WHOLE)))
+
     cost, mated, count, calls = Cost(), Cost(), sum(map(len, segments)), []
     alone = [kind.prints[k] for kind in given for k in kind.probes(TIMED_BY_KIND)]
     for probe in alone:
         calls.append(triangulation())
         search_in_rounds(segments, probe, rounds, cost)
+        cost.timed("comparison", partial(compared_again, probe))
     taken = []
     for kind in given:
         for k in kind.probes(PROBES):
             calls.append(triangulation())
             with_mate = [*segments, kind.segment.take(np.array(kind.mates(k)[:1]))]
             taken.append(search_in_rounds(with_mate, kind.prints[k], rounds, mated))
+            mated.timed("comparison", partial(compared_again, kind.prints[k]))
     each, of_mated, call = 1.0 / len(alone), 1.0 / len(taken), float(np.mean(calls))
     return {
         "prints": count,
@@ -447,7 +461,7 @@ def main(
         segments[-1] = segments[-1].take(np.arange(count - MOST_PRINTS * (len(segments) - 1)))
         for wanted, least in WANTED:
             rounds = search_rounds(wanted, count, least)
-            taken = times(segments, given, rounds)
+            taken = times(segments, given, rounds, template_rows(keep, 0))
             of = min(count, parts * PART)  # different prints
             speed.append({**taken, "threshold": least, "different": of, "open_s": opening})
             click.echo(

@@ -38,18 +38,23 @@ def most_voted(votes: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
 
 
 def preselect(
-    segment: Segment, terms: ProbeTerms, most: int, removed: NDArray[np.int64] = _NO_NUMBERS
+    segments: Sequence[Segment],
+    terms: ProbeTerms,
+    most: int,
+    removed: NDArray[np.int64] = _NO_NUMBERS,
 ) -> tuple[NDArray[np.intp], NDArray[np.uint16]]:
-    """Return the places of the `most` prints of a segment with the most votes, and these.
+    """Return the places of the `most` prints of adjacent segments with the most votes, and these.
 
     Prints with the numbers `removed` are left out. Where the numbers of segments ascend, the
     `most_voted` prints of the results of all are those of the whole index, however it is divided.
     """
-    votes = segment.votes(terms)
+    none = np.empty(0, np.uint16)
+    votes = np.concatenate([none, *(segment.votes(terms) for segment in segments)])
     if not len(removed):
         place = most_voted(votes, most)
         return place, votes[place]
-    left = np.flatnonzero(~np.isin(segment.number, removed))
+    numbers = np.concatenate([segment.number for segment in segments])
+    left = np.flatnonzero(~np.isin(numbers, removed))
     place = left[most_voted(votes[left], most)]
     return place, votes[place]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -35,9 +35,11 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search
+    from fpmatch.matching.calibration import Calibration
     from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
+MOST_WHOLE: Final = 10  # subjects that are compared again by the templates of the gallery
 CONSIDERED: Final = 300
 """Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
 
@@ -116,16 +118,25 @@ def identify_fused(
     fingers = _Fingers.of(search, subjects.fingers_of(considered), skipped)
     may = fingers.may_be(named)
     with threads:
-        scored = [
-            fingers.compare(search, one.probe, some, known, each, threads)
+        similar = [
+            fingers.compare(search, one.probe, some, known, threads)
             for one, some, known in zip(compared, may, alone, strict=True)
         ]
-    ranked = _ranked(fingers, may, scored, total)[: given.count]
+    assert each.calibration is not None
+    ranked = _ranked(fingers, may, [fingers.scored(one, each.calibration) for one in similar])
+    if search.in_stages:
+        best = {row.subject for row in ranked[:MOST_WHOLE]}
+        for one, known in zip(compared, similar, strict=True):
+            fingers.compare_whole(search, one.probe, known, best)
+        scored = [fingers.scored(one, each.calibration) for one in similar]
+        others = (row for row in ranked if row.subject not in best)
+        ranked = sorted([*_ranked(fingers, may, scored, best), *others], key=_Row.order)
+    candidates = _candidates(ranked, total)[: given.count]
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
         subjects=total,
-        candidates=tuple(one for one in ranked if given.allow(one)),
+        candidates=tuple(one for one in candidates if given.allow(one)),
         matcher=search.matcher.name,
         smallest_measured_fmr=alone[0].smallest_measured_fmr,
         loss=alone[0].loss,
@@ -191,13 +202,12 @@ class _Fingers:
         probe: Any,
         may: NDArray[np.bool_],
         alone: Identification,
-        options: SearchOptions,
         engine: Engine,
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Compare a prepared probe with those fingers that it may be of.
+    ) -> NDArray[np.float64]:
+        """Return the similarities of a prepared probe to the prints of fingers that it may be of.
 
-        Return the score of each finger, and the entry of its most similar print. The similarities
-        of the candidates of the search for this probe `alone` are known.
+        To others they are infinitely low. The similarities of the candidates of the search for this
+        probe `alone` are known.
         """
         known = {candidate.number: candidate.similarity for candidate in alone.candidates}
         compared = may[self.finger]
@@ -205,27 +215,59 @@ class _Fingers:
         similarities[~compared] = -np.inf
         left = np.isnan(similarities)
         similarities[left] = search.similarities(probe, self.places[left], engine)
-        assert options.calibration is not None
-        singles = options.calibration.scores(similarities[compared])
+        return similarities
+
+    def compare_whole(
+        self,
+        search: Search,
+        probe: Any,
+        similarities: NDArray[np.float64],
+        subjects: Collection[str],
+    ) -> None:
+        """Compare a probe with prints of some subjects again, by the templates of the gallery."""
+        of_subjects = np.array([subject in subjects for subject, _ in self.names], np.bool_)
+        which = np.flatnonzero(of_subjects[self.finger] & np.isfinite(similarities))
+        known = similarities[which]
+        similarities[which] = search.whole_similarities(probe, self.places[which], known)
+
+    def scored(
+        self, similarities: NDArray[np.float64], calibration: Calibration
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Return the score of each finger, and the entry of its most similar print."""
+        compared = np.isfinite(similarities)
+        singles = calibration.scores(similarities[compared])
         scores = fused_scores(singles, self.finger[compared], self.sizes)
         order = np.lexsort((self.numbers, -similarities, self.finger))
         first_of_each = np.cumsum(self.sizes) - self.sizes
         return scores, self.numbers[order[first_of_each]]
 
 
+class _Row(NamedTuple):
+    """A subject, the fused score of its fingers, and these."""
+
+    subject: str
+    score: float
+    compared: tuple[ComparedFinger, ...]
+
+    def order(self) -> tuple[float, float, int, str]:
+        """Return what comes first; see `FusedIdentification`."""
+        sum_of_scores = math.fsum(one.score for one in self.compared)
+        first = min(one.number for one in self.compared)
+        return -self.score, -sum_of_scores, first, self.subject
+
+
 def _ranked(
     fingers: _Fingers,
     may: NDArray[np.bool_],
     scored: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
-    total: int,
-) -> list[SubjectCandidate]:
-    """Return the subjects of which any finger was compared, best first, as `FusedIdentification`.
-
-    There are `total` subjects.
-    """
+    subjects: Collection[str] | None = None,
+) -> list[_Row]:
+    """Return the subjects of which any finger was compared, best first; or some of them."""
     scores, best = (np.array(of_probes) for of_probes in zip(*scored, strict=True))
     rows = []
     for subject, group in groupby(range(len(fingers.names)), lambda k: fingers.names[k][0]):
+        if subjects is not None and subject not in subjects:
+            continue
         which = list(group)
         score, pairs = assign_fingers(scores[:, which], may[:, which])
         if not pairs:
@@ -239,14 +281,16 @@ def _ranked(
             )
             for probe, f in pairs
         )
-        sum_of_scores = math.fsum(one.score for one in compared)
-        first = min(one.number for one in compared)
-        rows.append((-score, -sum_of_scores, first, subject, score, compared))
-    rows.sort()
-    expected = expected_by_chance([row[-2] for row in rows], total).tolist()
+        rows.append(_Row(subject, score, compared))
+    return sorted(rows, key=_Row.order)
+
+
+def _candidates(ranked: Sequence[_Row], total: int) -> list[SubjectCandidate]:
+    """Return ranked subjects, of `total`, as candidates."""
+    expected = expected_by_chance([row.score for row in ranked], total).tolist()
     return [
         SubjectCandidate(rank, subject, score, score_to_fmr(score), chance, compared)
-        for rank, ((*_, subject, score, compared), chance) in enumerate(
-            zip(rows, expected, strict=True), start=1
+        for rank, ((subject, score, compared), chance) in enumerate(
+            zip(ranked, expected, strict=True), start=1
         )
     ]

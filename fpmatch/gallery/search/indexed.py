@@ -4,7 +4,8 @@ The terms of the index choose prints whose bit descriptors are compared; these c
 whose ridges are compared in one place, and these the prints that are compared whole, by their
 compact templates (see `fpmatch.gallery.index`). A first round of the stages finds clear mates. A
 second one, which passes more prints on, follows only where it finds none (see
-`fpmatch.gallery.index.loss`).
+`fpmatch.gallery.index.loss`). The prints that are most similar are compared again by the templates
+of the gallery, so that their scores are those of a verification.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from fpmatch.gallery.index.print_segment import (
     ridge_agreements,
 )
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.gallery_index import GalleryIndex
+    from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
     from fpmatch.gallery.index.state import IndexState
     from fpmatch.gallery.index.terms import ProbeTerms
     from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
@@ -49,7 +52,9 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
-SENT_AT_ONCE: Final = 16  # segments that a worker searches together
+MOST_SEGMENTS: Final = 16  # of a piece
+SHARED_PIECES: Final = 32  # among which threads divide the segments, if there are enough
+MOST_WHOLE: Final = 10  # prints that are compared again by the templates of the gallery
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +82,8 @@ class IndexedSearch(Search):
     """The prints of a gallery by its index, whose segments are read at the first search.
 
     `prepare` makes the search of whole templates. The `state` of the index is that of the gallery
-    now, unless it is given.
+    now, unless it is given. `added` are packed templates of prints that are not in the gallery, by
+    number.
     """
 
     in_stages = True
@@ -88,9 +94,10 @@ class IndexedSearch(Search):
         damaged: Mapping[int, str],
         prepare: Callable[[], Search],
         state: IndexState | None = None,
+        added: Mapping[int, bytes] | None = None,
     ) -> None:
         self.matcher, self.damaged, self.index = index.matcher, damaged, index
-        self._prepare, self._loaded = prepare, state
+        self._prepare, self._loaded, self._added = prepare, state, added or {}
         self._at_first = index.refresh() if state is None else state
 
     @property
@@ -114,16 +121,16 @@ class IndexedSearch(Search):
         return self.state.fingers
 
     def division(self, of_threads: bool) -> Division:
-        """Return the segments: each, for threads, or several together, for workers."""
-        return self._single if of_threads else self._together
+        """Return the segments, several together; threads share more pieces than workers."""
+        return self._shared if of_threads else self._sent
 
     @cached_property
-    def _single(self) -> Division:
-        return self._divided(1)
+    def _shared(self) -> Division:
+        return self._divided(min(max(len(self.state.parts) // SHARED_PIECES, 1), MOST_SEGMENTS))
 
     @cached_property
-    def _together(self) -> Division:
-        return self._divided(SENT_AT_ONCE)
+    def _sent(self) -> Division:
+        return self._divided(MOST_SEGMENTS)
 
     def _divided(self, at_once: int) -> Division:
         state, segments, pieces = self.state, self.state.segments, []
@@ -142,8 +149,22 @@ class IndexedSearch(Search):
         return Division(pieces, [sum(map(len, one.segments)) for one in pieces], locate)
 
     def print_at(self, place: int) -> PreparedTemplate:
-        """Return a print, prepared from its compact template."""
-        return prepare_prints(self.state.segments, *self.state.places(np.array([place])))[0]
+        """Return a print, prepared from the template of the gallery, or its compact one."""
+        places = np.array([place])
+        _, whole = self._whole_prints(places)
+        return whole[0] if len(whole) else self._compact_prints(places)[0]
+
+    def _compact_prints(self, places: Indices) -> PreparedPrints:
+        """Return prints, prepared from their compact templates."""
+        return prepare_prints(self.state.segments, *self.state.places(places))
+
+    def _whole_prints(self, places: Indices) -> tuple[Indices, PreparedPrints]:
+        """Return which of the prints are still in the gallery, and these, prepared from there."""
+        numbers = self.numbers[places].tolist()
+        packed = {**dict(self.index.gallery.packed_templates(of=numbers)), **self._added}
+        there = np.array([k for k, number in enumerate(numbers) if number in packed], np.intp)
+        templates = CompactTemplates.of_bytes(packed[numbers[k]] for k in there.tolist())
+        return there, prepare_compact(templates, np.arange(len(there)))
 
     def can_be_sent(self) -> bool:
         """Return whether other processes can get the segments."""
@@ -168,17 +189,19 @@ class IndexedSearch(Search):
     def with_prints(self, templates: Sequence[Template]) -> IndexedSearch:
         """Return a search of some templates, too, as a gallery stores them; no file is changed."""
         state, last = self.state, int(self.numbers[-1]) if len(self) else 0
+        added = dict(self._added)
         for first in range(0, len(templates), MOST_PRINTS):
             part = templates[first : first + MOST_PRINTS]
-            stored = [unpack_template(pack_template(one)) for one in part]
+            packed = dict(enumerate(map(pack_template, part), start=last + 1))
+            stored = {number: unpack_template(one) for number, one in packed.items()}
             rows = [
-                (number, number, one, self.matcher.prepare(one))
-                for number, one in enumerate(stored, start=last + 1)
+                (number, number, one, self.matcher.prepare(one)) for number, one in stored.items()
             ]
             last += len(rows)
+            added |= packed
             state = state.with_part(PrintSegment.build(rows), last, ())
         return IndexedSearch(
-            self.index, self.damaged, lambda: self._whole.with_prints(templates), state
+            self.index, self.damaged, lambda: self._whole.with_prints(templates), state, added
         )
 
     def stages(self, options: SearchOptions) -> list[Stage]:
@@ -216,7 +239,8 @@ class IndexedSearch(Search):
                 del of_round[2]
             stages += [stage._replace(of_round=True) for stage in of_round]
         others = partial(self._other_impressions, options.count)
-        return [*stages, self.comparison()._replace(choose=others), self.comparison()]
+        last = self.comparison()._replace(choose=self._with_whole)
+        return [*stages, self.comparison()._replace(choose=others), last]
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
@@ -226,8 +250,7 @@ class IndexedSearch(Search):
 
     def _similarities_across(self, _: Any, probe: Any, places: Indices) -> NDArray[np.float64]:
         """Return the similarities of a probe to prints, prepared together."""
-        prints = prepare_prints(self.state.segments, *self.state.places(places))
-        return similarities(self.matcher, probe, prints)
+        return similarities(self.matcher, probe, self._compact_prints(places))
 
     def _ridge_agreement_across(self, _: Any, probe: Any, places: Indices) -> NDArray[np.float64]:
         """Return the agreement of the ridges of a probe and of prints."""
@@ -250,6 +273,26 @@ class IndexedSearch(Search):
         impressions = self.impressions_of(np.unique(self.finger_of[best]))
         return replace(listed, places=np.setdiff1d(impressions, listed.compared))
 
+    def _with_whole(self, probe: Any, listed: Listed, parts: list[NDArray[np.float64]]) -> Listed:
+        """Compare the most similar prints again, by the templates of the gallery."""
+        listed = listed.with_compared(parts)
+        best = np.argsort(-listed.similarities, kind="stable")[:MOST_WHOLE]
+        similar = listed.similarities.copy()
+        similar[best] = self.whole_similarities(probe, listed.compared[best], similar[best])
+        return replace(listed, similarities=similar)
+
+    def whole_similarities(
+        self, probe: Any, which: Indices, known: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the similarities of a probe to a few prints by the templates of the gallery.
+
+        The `known` ones are those of compact templates; they stay where a print was removed.
+        """
+        there, prints = self._whole_prints(which)
+        found = known.copy()
+        found[there] = similarities(self.matcher, probe, prints)
+        return found
+
 
 def _end_of_round(
     calibration: Calibration,
@@ -270,11 +313,8 @@ def _votes(
     most: int, piece: IndexedPiece, terms: ProbeTerms, _: Places
 ) -> tuple[int, Indices, NDArray[np.uint16]]:
     """Return a piece's first segment, its prints with the most votes, and these."""
-    voted = [preselect(one.terms, terms, most, piece.removed) for one in piece.segments]
-    local = np.concatenate([k + place for k, (place, _) in zip(piece.starts, voted, strict=False)])
-    votes = np.concatenate([votes for _, votes in voted])
-    kept = most_voted(votes, most)
-    return piece.first, local[kept], votes[kept]
+    segments = [one.terms for one in piece.segments]
+    return piece.first, *preselect(segments, terms, most, piece.removed)
 
 
 def _descriptor_scores(

@@ -231,6 +231,15 @@ class Search(ABC):
         ((after,),) = run_stages(self.division, stages, [[probe]], engine or Threads(1), listed)
         return after.similarities
 
+    def whole_similarities(
+        self, probe: Any, which: Indices, known: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the similarities of a probe to a few prints by the templates of the gallery.
+
+        The `known` ones are those of the prints of this search.
+        """
+        return known
+
     def threads(self, workers: int | None) -> Threads:
         """Return so many threads (None: one a core); one, where the matcher compares in Python."""
         return Threads(workers if packs(self.matcher) else 1)

@@ -175,9 +175,17 @@ class GalleryReader(SealedDatabase):
         query = self.whole_rows if where is None else self.whole_rows.where(where)
         return self._rows(query, lambda row: convert(self.opened(row)), after=after)
 
-    def packed_templates(self, *, after: int | None = None) -> Iterator[tuple[int, bytes]]:
-        """Yield number and packed template of all entries, or of those of numbers over `after`."""
-        return self._whole_rows(as_packed, after=after)
+    def packed_templates(
+        self, *, after: int | None = None, of: Collection[int] | None = None
+    ) -> Iterator[tuple[int, bytes]]:
+        """Yield number and packed template of all entries, or of those of numbers over `after`.
+
+        With `of`, of those of some numbers that are there.
+        """
+        if of is None:
+            yield from self._whole_rows(as_packed, after=after)
+        for some in parts(of or ()):
+            yield from self._whole_rows(as_packed, where=ENTRY.c.id.in_(some))
 
     def templates(self, *, after: int | None = None) -> Iterator[tuple[int, Template]]:
         """Yield number and template of all entries, or of those of numbers over `after`."""

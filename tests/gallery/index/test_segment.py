@@ -288,13 +288,13 @@ def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
     votes = segment_of(templates).votes(terms)
     left = np.setdiff1d(np.arange(40), removed)
     expected = sorted(left.tolist(), key=lambda k: (-int(votes[k]), k))[:most]
-    whole, of_whole = preselect(segment_of(templates), terms, most, removed)
+    whole, of_whole = preselect([segment_of(templates)], terms, most, removed)
     assert (whole.tolist(), of_whole.tolist()) == (sorted(expected), votes[whole].tolist())
     numbers, counted = [], []
     for k in range(parts):
         at = np.flatnonzero(part == k)
         segment = Segment.build(at, at, (prepare(templates[one]) for one in at))
-        place, of_part = preselect(segment, terms, most, removed)
+        place, of_part = preselect([segment], terms, most, removed)
         numbers.append(segment.number[place])
         counted.append(of_part)
     chosen = most_voted(np.concatenate(counted), most)
@@ -303,4 +303,5 @@ def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
 
 def test_an_index_of_nothing_passes_nothing_on():
     terms = probe_terms(prepare(gallery(2, 1)[0]))
-    assert [len(one) for one in preselect(segment_of([]), terms, 5)] == [0, 0]
+    for some in ([], [segment_of([])]):
+        assert [len(one) for one in preselect(some, terms, 5)] == [0, 0]

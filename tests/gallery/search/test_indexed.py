@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
 from made_prints import entry_of, flipped, scattered
 
@@ -15,16 +16,20 @@ from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed as module
 from fpmatch.gallery.search import opening
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
-from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.entries import GallerySubjects, identify_entries
+from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.identify import compare_probes, identify
 from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers.unit_circle import MATCHER
 
 SIZE = 40
 OPTIONS = SearchOptions(count=1)
@@ -124,6 +129,44 @@ def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch
     (once,) = compare_probes(search, [unmated], OPTIONS, serial())
     assert set(once.listed.compared.tolist()) <= set(other.listed.compared.tolist())
     assert other.listed.similarities.max() >= once.listed.similarities.max()
+
+
+def verified(gallery, one, probe):
+    """Return the similarity that a verification finds, and that of the compact template."""
+    template = gallery.find_template(one.number)
+    several = prepare_compact(CompactTemplates.pack([template]), np.arange(1))
+    prepared = MATCHER.prepare(probe)
+    whole = MATCHER.compare(prepared, MATCHER.prepare(template)).similarity
+    return whole, MATCHER.compare(prepared, several[0]).similarity
+
+
+def test_the_most_similar_are_compared_again_by_the_templates_of_the_gallery(gallery, monkeypatch):
+    shown = list(make_templates(5, range(12), 2))
+    gallery.add([entry_of(k, one, Label(str(k))) for k, one in enumerate(shown[::2])])
+    search, probes = opened(gallery).with_prints(shown[2:4:2]), shown[1:9:2]
+    differ = 0
+    for number, probe in enumerate(probes, start=1):
+        result = identify(search, probe, count=2, transforms=True)
+        first, second = result.candidates
+        assert number in {first.number, 2}  # the second was added, too
+        for one in (first, second):
+            if one.number <= len(shown) // 2:
+                whole, compact = verified(gallery, one, probe)
+                assert one.similarity == whole == one.comparison.similarity
+                differ += whole != compact
+    assert differ
+    # a subject of two fingers is compared again by both
+    pair, subjects = probes[:2], GallerySubjects(gallery)
+    fused = identify_fused(opened(gallery), pair, subjects, engine=serial())
+    for one in fused.candidates[0].fingers:
+        whole, _ = verified(gallery, one, pair[one.probe])
+        assert one.score == load_calibration("unit-circle").score(whole)
+    # one that has been removed since keeps the similarity of its compact template
+    search = opened(gallery)
+    before = identify(search, probes[0], count=1).candidates[0]
+    _, compact = verified(gallery, before, probes[0])
+    gallery.remove([before.number])
+    assert identify(search, probes[0], count=1).candidates[0].similarity == compact
 
 
 def test_a_small_gallery_and_other_candidate_lists_are_searched_as_before(large):

@@ -129,7 +129,7 @@ def main(
     kept = keep / f"gallery-{prints}.db"
     with open_gallery(kept, create=True) as gallery:
         fill(gallery, keep, prints)
-        _ = open_search(gallery, loss=LOSS).numbers
+        _ = open_search(gallery).numbers
     fork = get_context("spawn")
     counts, end = fork.Array("q", 3), fork.Event()
     with tempfile.TemporaryDirectory(dir=keep) as folder:
@@ -138,7 +138,7 @@ def main(
         shutil.copytree(keep / files, Path(folder, files))
         changer = fork.Process(target=change, args=(path, prints, changes, counts, end))
         with open_gallery(path) as gallery:
-            search = open_search(gallery, loss=LOSS)
+            search = open_search(gallery)
             throughput = {n: probes_a_second(gallery, search, asked, n) for n in (1, 2)}
             latencies(gallery, search, asked[:8], 1.0, counts)
             quiet = latencies(gallery, search, asked, seconds, counts)

@@ -81,7 +81,7 @@ def fill(gallery: Gallery, folder: Path, prints: int) -> None:
 
 
 def options_of(kind: str, prints: int) -> dict[str, Any]:
-    """Return the options of a kind of search, of `open_search` and of `identify`."""
+    """Return the options of a kind of search, of `identify`."""
     if kind == "index":
         return {"loss": LOSS}
     return {"candidate_list": "off" if kind == "all" else max(MIN_LIST, prints // 100)}
@@ -149,7 +149,7 @@ def main() -> int:
         fill(gallery, given.keep, given.prints)
         for kind in given.kinds:
             options = options_of(kind, given.prints)
-            search = open_search(gallery, **options)
+            search = open_search(gallery, candidate_list=options.get("candidate_list", "auto"))
             if kind == "index" and not isinstance(search, IndexedSearch):
                 continue  # so small a gallery has none
             first = identify(search, probes[0], workers=1, **options)

@@ -102,7 +102,7 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(tmp_path, cache, *, in
 
 
 def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(tmp_path, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
     monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
     prepared = [(1, 1, entry.template, MATCHER.prepare(entry.template)) for entry in entries]

@@ -181,13 +181,12 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     default="auto",
     hidden=True,
     help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
-    "probe's. auto: all of up to 20,000 prints; of up to 100,000, the best 1 in 100; of more, "
-    "those that an index chooses. off: all.",
+    "probe's. auto: all of up to 20,000 prints; of more, those that an index chooses. off: all.",
 )
 @loss_option(
-    help="Search more than 20,000 prints by their index, which may miss this share of the matching "
-    "prints that comparing all would find, as 0.1%. With less, more prints are compared. A search "
-    "ends early with a clear match; with --impressions it looks for all.",
+    help="Share of the matching prints, of those that comparing all would find, that the index of "
+    "more than 20,000 prints may miss, as 0.1%. With less, more prints are compared. A search ends "
+    "early with a clear match; with --impressions it looks for all.",
 )
 @json_option
 @click.option(

@@ -17,7 +17,6 @@ from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.identify_text import candidates_as_text, subjects_as_text, summary_as_text
 from fpmatch.gallery.cli.notes import notes_as_json, say_damaged, say_failures
-from fpmatch.gallery.cli.options import requested_loss
 from fpmatch.printable import count, json_text
 
 if TYPE_CHECKING:
@@ -89,7 +88,6 @@ class Run:
             progress=bars.show,
             note=say_note,
             candidate_list=self.options.candidate_list,
-            loss=requested_loss(),
         )
 
     def about(self, gallery: Gallery, search: Search) -> dict[str, Any]:

@@ -7,17 +7,9 @@ from functools import partial
 from typing import Final
 
 import click
-from click.core import ParameterSource
 
 FROM_0: Final = click.IntRange(min=0)
 FROM_1: Final = click.IntRange(min=1)
-
-
-def requested_loss() -> float | None:
-    """Return the loss that the command line states; None where it states none."""
-    context = click.get_current_context()
-    stated = context.get_parameter_source("loss") is ParameterSource.COMMANDLINE
-    return context.params["loss"] if stated else None
 
 
 def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:

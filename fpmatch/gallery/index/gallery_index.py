@@ -20,6 +20,8 @@ from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.engine.folder_lock import folder_lock
+from fpmatch.gallery.engine.in_threads import Threads
+from fpmatch.gallery.engine.local import Serial
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.gallery.index.files import IndexFolder
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, PrintSegment
@@ -59,6 +61,7 @@ class GalleryIndex:
     ) -> None:
         self.gallery, self.matcher = gallery, matcher
         self._engine, self._progress, self._note = engine, progress, note
+        self._threads = 1 if isinstance(engine, Serial) else None  # that check segments
         self._state: IndexState | None = None
         self._unwritable = False  # whether a note states it
 
@@ -121,7 +124,9 @@ class GalleryIndex:
         """
         for _ in range(MOST_ATTEMPTS):
             state = self._state or self.refresh()
-            damaged = [(part, fault) for part in state.parts if (fault := _fault(part))]
+            with Threads(self._threads) as threads:
+                faults = list(threads.map(_fault_of, None, state.parts))
+            damaged = [one for one in zip(state.parts, faults, strict=True) if one[1]]
             if not damaged:
                 self._state = state.exact()
                 return self._state
@@ -145,7 +150,7 @@ class GalleryIndex:
         with suppress(OSError, FpmatchError), folder_lock(before.folder.path):
             now = self._reusing(read_present(self.gallery, before.folder, before.parts))
             for part in now.parts:
-                _fault(part)
+                _fault_of(None, part)
         self._state = now
         if now is None or now.revision.last < before.revision.last:
             self._state = None
@@ -314,7 +319,7 @@ def _merged(state: IndexState) -> IndexState:
     return state
 
 
-def _fault(part: Part) -> str:
+def _fault_of(_: None, part: Part) -> str:
     """Return the code of the error with which a segment cannot be read; "" if it can be."""
     try:
         part.segment  # noqa: B018

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 DEFAULT_LOSS: Final = 0.01
 EXHAUSTIVE_UP_TO: Final = 20_000  # prints, which are all compared by default
-LISTED_UP_TO: Final = 100_000  # prints, of which a candidate list is compared by default
 VOTE_WEIGHT: Final = 1 / 256
 """What a vote adds to the normalized score of the bit descriptors."""
 RIDGE_WEIGHT: Final = 1.25

@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.finger import refuse_images
-from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO, LISTED_UP_TO
+from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -33,13 +33,13 @@ def open_search(
     progress: Progress = no_progress,
     note: Callable[[str], object] | None = None,
     candidate_list: CandidateListSize = "auto",
-    loss: float | None = None,
     before: Search | None = None,
 ) -> Search:
-    """Prepare the prints that are in a gallery now for a search; it may be closed afterwards.
+    """Prepare the prints that are in a gallery now for a search.
 
-    More than `LISTED_UP_TO` prints are indexed, and more than `EXHAUSTIVE_UP_TO` where a `loss` is
-    wanted, unless all of them are to be compared or to be ranked for a `candidate_list`.
+    More than `EXHAUSTIVE_UP_TO` prints are indexed, unless all of them are to be compared or to be
+    ranked for a `candidate_list`. The gallery may be closed afterwards, but a search by an index
+    connects to it again.
 
     The `engine` prepares prints (default: all cores); `progress` is called with stage "prepare" and
     numbers of prints, and `note` with a line on files that cannot be used, and are prepared or
@@ -53,8 +53,8 @@ def open_search(
     given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
     if not packs(chosen):
         return _prepared_one_by_one(gallery, chosen, progress)
-    most = LISTED_UP_TO if loss is None else EXHAUSTIVE_UP_TO
-    if not (candidate_list == "auto" and chosen.name == DEFAULT_MATCHER and gallery.has_over(most)):
+    large = gallery.has_over(EXHAUSTIVE_UP_TO)
+    if not (large and candidate_list == "auto" and chosen.name == DEFAULT_MATCHER):
         return _prepared(gallery, chosen, **given)
     from fpmatch.gallery.index.gallery_index import GalleryIndex  # noqa: PLC0415  (imports the index)
     from fpmatch.gallery.search.indexed import IndexedSearch  # noqa: PLC0415

@@ -57,8 +57,7 @@ class SearchOptions:
         and the candidates are ranked again; the same fingers are candidates.
     candidate_list : int, "auto" or "off"
         Number of prints to compare; "off": all. "auto": all of up to `EXHAUSTIVE_UP_TO` prints; of
-        up to `LISTED_UP_TO`, one in 100; of more, those that the stages of the index choose (see
-        docs/explanation/searching.md).
+        more, those that the stages of the index choose (see docs/explanation/searching.md).
     calibration : Calibration, optional
         Turns similarities into scores (default: that of the package).
     transforms : bool

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
@@ -31,8 +30,6 @@ MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes 
 MAX_PIECE: Final = 4096
 LEAST_PIECES: Final = 16  # into which a smaller gallery is divided
 COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes others
-PENETRATION_RATE: Final = 0.01  # share of a larger number of prints that is compared
-MIN_CANDIDATE_LIST: Final = 1_000  # smallest number of prints that is compared of a larger one
 
 
 class WholePiece(NamedTuple):
@@ -116,24 +113,18 @@ class WholeSearch(Search):
     def candidate_list_size(self, requested: CandidateListSize = "auto") -> int | None:
         """Return the number of prints to compare with a probe; None for all.
 
-        "auto": all of up to `EXHAUSTIVE_UP_TO` prints, and of more the share `PENETRATION_RATE`,
-        but at least `MIN_CANDIDATE_LIST`; "off": all. Raises MatcherError if it is out of range, or
-        the matcher's prints have no bit descriptors.
+        "auto" and "off": all. Raises MatcherError if it is out of range, or the matcher's prints
+        have no bit descriptors.
         """
-        total, packed = len(self), isinstance(self.prints, PreparedPrints)
-        if requested == "off":
+        if requested == "auto" or requested == "off":  # noqa: PLR1714  (narrows the type)
             return None
-        if requested == "auto":
-            if total <= EXHAUSTIVE_UP_TO or not packed:
-                return None
-            return max(MIN_CANDIDATE_LIST, round(PENETRATION_RATE * total))
         if not str(requested).isdecimal() or requested < 1:
             raise MatcherError(
                 f"a candidate list is a number from 1 on, auto or off, not {requested}"
             )
-        if not packed:
+        if not isinstance(self.prints, PreparedPrints):
             raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
-        return requested if requested < total else None
+        return requested if requested < len(self) else None
 
     def can_be_sent(self) -> bool:
         """Return whether other processes can get the prepared prints."""

@@ -43,7 +43,7 @@ def identify(
     threshold: float = 0.0,
     matcher: str | Matcher = DEFAULT_MATCHER,
     dpi: float | None = None,
-    loss: float | None = None,
+    loss: float = DEFAULT_LOSS,
     workers: int | None = None,
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
@@ -66,8 +66,7 @@ def identify(
         Resolution of an image (default: that in the file, else by its ridges).
     loss : float, optional
         Share of the mates, of those that comparing all prints would find, that the search of a
-        gallery of more than 20,000 prints may miss: it is searched by an index (default: 0.01 where
-        there are more than 100,000 prints, else a candidate list).
+        gallery of more than 20,000 prints may miss: it is searched by an index.
     workers : int, optional
         Processes that prepare prints, and threads that search (default: one a core).
 
@@ -101,12 +100,12 @@ def identify(
                 loss=loss,
                 workers=workers,
             )
-    search = open_search(gallery, matcher, engine=processes(workers), loss=loss)
+    search = open_search(gallery, matcher, engine=processes(workers))
     limits: dict[str, Any] = {
         "workers": workers,
         "count": count,
         "threshold": threshold,
-        "loss": DEFAULT_LOSS if loss is None else loss,
+        "loss": loss,
     }
     result, entries = identify_entries(gallery, search, template, **limits)
     for number, why in gallery.damaged.items():

@@ -54,11 +54,11 @@ class EnrolmentIndex:
 
     def _refresh(self, left: int, *, full_segments: bool) -> None:
         from fpmatch.gallery.index.gallery_index import GalleryIndex  # noqa: PLC0415  (imports matchers)
-        from fpmatch.gallery.index.loss import LISTED_UP_TO  # noqa: PLC0415
+        from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO  # noqa: PLC0415
         from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher  # noqa: PLC0415
 
         with suppress(FpmatchError):
-            if not self._gallery.has_over(max(0, LISTED_UP_TO - left)):
+            if not self._gallery.has_over(max(0, EXHAUSTIVE_UP_TO - left)):
                 return
             if self._index is None:
                 self._index = GalleryIndex(

@@ -17,7 +17,6 @@ from fpmatch.gallery.cli.options import (
     loss_option,
     pattern_option,
     places_argument,
-    requested_loss,
     workers_option,
 )
 from fpmatch.lab.cli.columns import IDENTIFICATION
@@ -65,9 +64,7 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
     help="Fill the gallery with these prints, of fingers that are not in DIR; a gallery is not "
     "changed.",
 )
-@loss_option(
-    help="Search a background of more than 20,000 prints by its index, as fpmatch identify --loss."
-)
+@loss_option(help="With a background of more than 20,000 prints, as fpmatch identify --loss.")
 @click.option(
     "--fingers",
     metavar="N",
@@ -155,7 +152,7 @@ def evaluate_identification(
             matcher, filled = get_matcher(name), None
             if background is not None:
                 given = {"enhance": enhance, "apart_from": datasets, **how, **labels}
-                given |= {"dpi": dpi, "reading": reading, "loss": requested_loss()}
+                given |= {"dpi": dpi, "reading": reading}
                 filled = load_background(background, matcher, **given)
             of_matcher = []
             for size in sorted({1, fingers or 1}, reverse=True):  # first that of fewest subjects

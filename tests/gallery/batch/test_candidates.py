@@ -154,7 +154,7 @@ def test_a_cluster_of_which_a_worker_is_killed(
 ):
     options = OPTIONS["short lists"]
     if kind == "index":
-        monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
+        monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
         options = replace(options, candidate_list="auto")
     _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
     address = local_cluster.scheduler_address
@@ -249,12 +249,3 @@ def test_an_audit_that_cannot_be_written_stops_the_run(gallery, probes, tmp_path
         run(gallery, probes, tmp_path / "c.csv")
     assert recorded[0] == ("identify", "0.json", 3)
     assert not (tmp_path / "c.csv").exists()
-
-
-def test_the_limits_of_lists_are_those_of_single_searches(gallery, probes, tmp_path, monkeypatch):
-    """A gallery over the limit is searched by a candidate list by default."""
-    monkeypatch.setattr(whole, "EXHAUSTIVE_UP_TO", 20)
-    monkeypatch.setattr(whole, "MIN_CANDIDATE_LIST", 8)
-    _, content = run(gallery, probes, tmp_path / "c.csv")
-    rows = [row for row in csv.DictReader(content.decode().splitlines()) if row["rank"]]
-    assert {row["compared"] for row in rows} == {"8"}

@@ -13,7 +13,6 @@ from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.fingers.finger import fused_score, verify_finger
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import consolidated as consolidated_module
-from fpmatch.gallery.search import whole
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.identification import expected_by_chance
 from fpmatch.gallery.search.identify import identify
@@ -191,20 +190,15 @@ def test_a_candidate_list_has_room_for_all_candidates(search):
     assert everything == identify(search, scattered(7), candidate_list="off")
 
 
-def test_a_small_gallery_is_compared_as_a_whole_and_a_large_one_is_not(search, monkeypatch):
-    assert search.candidate_list_size() is None
-    monkeypatch.setattr(whole, "EXHAUSTIVE_UP_TO", 11)
-    assert search.candidate_list_size() == whole.MIN_CANDIDATE_LIST
-    monkeypatch.setattr(whole, "MIN_CANDIDATE_LIST", 2)
-    assert search.candidate_list_size() == 2
-    monkeypatch.setattr(whole, "PENETRATION_RATE", 0.5)
-    assert search.candidate_list_size() == 6
-    assert search.candidate_list_size("off") is None
-    assert identify(search, scattered(7)).compared == 10  # as many as there are candidates
+def test_all_prints_are_compared_unless_a_list_is_asked_for(search):
+    assert search.candidate_list_size() is search.candidate_list_size("off") is None
+    assert search.candidate_list_size(2) == 2
+    assert identify(search, scattered(7)).compared == len(search)
+    # as many as there are candidates
+    assert identify(search, scattered(7), candidate_list=2).compared == 10
 
 
-def test_a_matcher_without_bit_descriptors_compares_all(fill, monkeypatch):
-    monkeypatch.setattr(whole, "EXHAUSTIVE_UP_TO", 1)
+def test_a_matcher_without_bit_descriptors_compares_all(fill):
     search = fill(1, 2, 3)
     assert search.candidate_list_size() is None
     with pytest.raises(MatcherError, match="fake supports no candidate list"):

@@ -38,7 +38,6 @@ OPTIONS = SearchOptions(count=1)
 @pytest.fixture(autouse=True)
 def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
-    monkeypatch.setattr(opening, "LISTED_UP_TO", 10)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
     monkeypatch.setattr(
         module, "search_rounds", lambda loss, *_, **__: [(SearchPlan(loss, 0.5, 20, 6), inf)]
@@ -294,13 +293,12 @@ def test_the_command_states_loss_and_stages(run, large, probe):
     assert (document["loss"], document["compared"]) == (None, SIZE)
 
 
-def test_a_gallery_of_middle_size_is_indexed_only_where_a_loss_is_wanted(large, monkeypatch):
-    monkeypatch.setattr(opening, "LISTED_UP_TO", SIZE)
-    assert not isinstance(open_search(large), IndexedSearch)
-    assert isinstance(open_search(large, loss=0.1), IndexedSearch)
-    assert not isinstance(open_search(large, loss=0.1, candidate_list="off"), IndexedSearch)
+def test_a_gallery_over_the_limit_is_indexed(large, monkeypatch):
+    monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE - 1)
+    assert isinstance(open_search(large), IndexedSearch)
+    assert not isinstance(open_search(large, candidate_list="off"), IndexedSearch)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE)
-    assert not isinstance(open_search(large, loss=0.1), IndexedSearch)
+    assert not isinstance(open_search(large), IndexedSearch)
 
 
 def test_the_function_of_the_package_takes_a_loss(large):

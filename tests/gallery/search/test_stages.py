@@ -83,7 +83,7 @@ def small_parts(tmp_path_factory):
         patch.setattr(whole, "COMPARED_AT_ONCE", 3)
         patch.setattr(indexed, "PRINTS_AT_ONCE", 4)
         patch.setattr(indexed, "PREPARED_AT_ONCE", 2)
-        patch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", 10)
+        patch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
         patch.setattr("fpmatch.gallery.search.entries.MAX_BATCH", 3)
         patch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 5)
         patch.setattr(indexed, "search_rounds", rounds_of)
@@ -290,7 +290,7 @@ def test_prints_that_cannot_be_sent_are_compared_in_this_process(gallery, worker
 
 @pytest.mark.parametrize("limit", [-1, 10], ids=["index", "whole"])
 def test_an_empty_gallery_and_no_probes(gallery, monkeypatch, limit):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.LISTED_UP_TO", limit)
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", limit)
     search = open_search(gallery, engine=serial())
     assert search.in_stages == (limit < 0)
     for engine in (Threads(2), serial(), processes(2)):

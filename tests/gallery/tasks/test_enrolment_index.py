@@ -20,7 +20,7 @@ FULL = 16  # prints of a segment
 @pytest.fixture(autouse=True)
 def small_limits(monkeypatch):
     """Index galleries of more than 40 prints, and look for full segments every five prints."""
-    monkeypatch.setattr("fpmatch.gallery.index.loss.LISTED_UP_TO", 40)
+    monkeypatch.setattr("fpmatch.gallery.index.loss.EXHAUSTIVE_UP_TO", 40)
     for module in ("gallery_index", "state"):
         monkeypatch.setattr(f"fpmatch.gallery.index.{module}.MOST_PRINTS", FULL)
     monkeypatch.setattr(enrolment_index, "PRINTS_PER_CHECK", 5)

@@ -79,7 +79,6 @@ def load_background(
     enhance: str = "",
     apart_from: Sequence[Dataset] = (),
     dpi: float | None = None,
-    loss: float | None = None,
     reading: Mapping[str, Any] = MappingProxyType({}),
     **labels: Any,
 ) -> BackgroundPrints:
@@ -88,16 +87,16 @@ def load_background(
     Prints that cannot be read are left out. None may be of the databases `apart_from`. `labels` are
     the parameters `pattern` and `by_folder` of `load_dataset`, `reading` further ones of
     `dataset_reader`; `dpi` is the resolution of all images, and `enhance` names the ridge
-    enhancement, as for `extract_image`; `loss` is as for `open_search`. The stages of `progress`
-    are "extract background", and "prepare" for a gallery. Raises a `DatasetError` or a
-    `GalleryError` if there is no such place, it cannot be read, or a print is one that is searched
-    for; a `TemplateError` if a gallery cannot store a template.
+    enhancement, as for `extract_image`. The stages of `progress` are "extract background", and
+    "prepare" for a gallery. Raises a `DatasetError` or a `GalleryError` if there is no such place,
+    it cannot be read, or a print is one that is searched for; a `TemplateError` if a gallery cannot
+    store a template.
     """
     how: dict[str, Any] = {"engine": engine, "progress": progress}
     probes = {os.path.realpath(one.path) for dataset in apart_from for one in dataset.impressions}
     if kind_of(place) == "gallery":
         with open_gallery(place) as gallery:
-            search = open_search(gallery, matcher, loss=loss, **how)
+            search = open_search(gallery, matcher, **how)
             labelled = {}
             for entry in gallery.entries():
                 labelled[entry.id] = entry.label.of_finger

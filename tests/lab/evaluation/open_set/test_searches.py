@@ -197,7 +197,7 @@ def test_the_background_is_a_gallery_whose_subjects_count_once(people, made):
 
 def test_a_large_background_is_searched_by_its_index_with_a_loss(people, made, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 4)
-    filled = load_background(people, MATCHER, engine=serial(), loss=0.002)
+    filled = load_background(people, MATCHER, engine=serial())
     test = IdentificationTest(fpirs=(0.2,), bootstrap=0, loss=0.002)
     report = evaluate_identification([made], filled.of_subjects(1), test=test)
     assert report.as_json()["loss"] == 0.002

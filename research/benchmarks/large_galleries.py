@@ -27,7 +27,8 @@ from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
-from fpmatch.gallery.search.indexed import MOST_SEGMENTS, MOST_WHOLE
+from fpmatch.gallery.search.indexed import MOST_SEGMENTS
+from fpmatch.gallery.search.search import MOST_WHOLE
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER

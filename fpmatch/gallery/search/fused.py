@@ -24,7 +24,7 @@ from fpmatch.gallery.search.identification import (
     expected_by_chance,
 )
 from fpmatch.gallery.search.identify import compare_probes, find_candidates
-from fpmatch.gallery.search.search import USUAL, SearchOptions
+from fpmatch.gallery.search.search import MOST_WHOLE, USUAL, SearchOptions
 from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
-MOST_WHOLE: Final = 10  # subjects that are compared again by the templates of the gallery
 CONSIDERED: Final = 300
 """Fingers of each probe's list whose subjects are compared by all fingers, if no more are wanted.
 

@@ -29,7 +29,7 @@ from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prep
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
-from fpmatch.gallery.search.search import Search
+from fpmatch.gallery.search.search import MOST_WHOLE, Search
 from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.calibration import load_calibration
@@ -54,7 +54,6 @@ if TYPE_CHECKING:
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
 MOST_SEGMENTS: Final = 16  # of a piece
 SHARED_PIECES: Final = 32  # among which threads divide the segments, if there are enough
-MOST_WHOLE: Final = 10  # prints that are compared again by the templates of the gallery
 
 
 @dataclass(frozen=True, slots=True, eq=False)

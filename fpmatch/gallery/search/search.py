@@ -110,6 +110,7 @@ class SearchOptions:
 
 
 USUAL: Final = SearchOptions()
+MOST_WHOLE: Final = 10  # prints, or subjects, that an index has compared again by whole templates
 
 
 class Search(ABC):

@@ -288,9 +288,9 @@ class IndexedSearch(Search):
         The `known` ones are those of compact templates; they stay where a print was removed.
         """
         there, prints = self._whole_prints(which)
-        found = known.copy()
-        found[there] = similarities(self.matcher, probe, prints)
-        return found
+        similar = known.copy()
+        similar[there] = similarities(self.matcher, probe, prints)
+        return similar
 
 
 def _end_of_round(

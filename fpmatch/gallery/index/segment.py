@@ -171,11 +171,11 @@ class Segment:
         is added to them.
         """
         counted = np.zeros(len(self), np.uint16)
+        cursor = np.empty(len(probe.term), np.uint32)
+        table = np.empty(TABLE, np.uint32)
         p = probe
-        if len(p.term):
-            room = np.empty(len(p.term), np.uint32), np.empty(TABLE, np.uint32)
-            looked_up = p.term, p.weight, p.reading, p.shift
-            count_votes(self.term_start, self.posting, *looked_up, self._factor, *room, counted)
+        looked_up = p.term, p.weight, p.reading, p.shift
+        count_votes(self.term_start, self.posting, *looked_up, self._factor, cursor, table, counted)
         add_similarity(self.embedding, p.embedding, counted)
         return counted
 

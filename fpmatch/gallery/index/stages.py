@@ -48,8 +48,7 @@ def preselect(
     Prints with the numbers `removed` are left out. Where the numbers of segments ascend, the
     `most_voted` prints of the results of all are those of the whole index, however it is divided.
     """
-    none = np.empty(0, np.uint16)
-    votes = np.concatenate([none, *(segment.votes(terms) for segment in segments)])
+    votes = np.concatenate([segment.votes(terms) for segment in segments])
     if not len(removed):
         place = most_voted(votes, most)
         return place, votes[place]

@@ -4,8 +4,8 @@ The terms of the index choose prints whose bit descriptors are compared; these c
 whose ridges are compared in one place, and these the prints that are compared whole, by their
 compact templates (see `fpmatch.gallery.index`). A first round of the stages finds clear mates. A
 second one, which passes more prints on, follows only where it finds none (see
-`fpmatch.gallery.index.loss`). The prints that are most similar are compared again by the templates
-of the gallery, so that their scores are those of a verification.
+`fpmatch.gallery.index.loss`). The most similar prints are compared again by the templates in the
+gallery, as a verification compares them.
 """
 
 from __future__ import annotations
@@ -283,9 +283,10 @@ class IndexedSearch(Search):
     def whole_similarities(
         self, probe: Any, which: Indices, known: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the similarities of a probe to a few prints by the templates of the gallery.
+        """Return the similarities of a probe to a few prints by the templates in the gallery.
 
-        The `known` ones are those of compact templates; they stay where a print was removed.
+        A print that was removed from the gallery keeps its `known` similarity, by the compact
+        template.
         """
         there, prints = self._whole_prints(which)
         similar = known.copy()

@@ -234,9 +234,9 @@ class Search(ABC):
     def whole_similarities(
         self, probe: Any, which: Indices, known: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the similarities of a probe to a few prints by the templates of the gallery.
+        """Return the similarities of a probe to a few prints by the templates in the gallery.
 
-        The `known` ones are those of the prints of this search.
+        This search compares these anyway: the `known` similarities are returned.
         """
         return known
 

@@ -180,7 +180,7 @@ class GalleryReader(SealedDatabase):
     ) -> Iterator[tuple[int, bytes]]:
         """Yield number and packed template of all entries, or of those of numbers over `after`.
 
-        With `of`, of those of some numbers that are there.
+        With `of`, only entries with these numbers are read; numbers without an entry are skipped.
         """
         if of is None:
             yield from self._whole_rows(as_packed, after=after)

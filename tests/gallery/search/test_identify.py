@@ -190,7 +190,7 @@ def test_a_candidate_list_has_room_for_all_candidates(search):
     assert everything == identify(search, scattered(7), candidate_list="off")
 
 
-def test_all_prints_are_compared_unless_a_list_is_asked_for(search):
+def test_all_prints_are_compared_unless_a_candidate_list_is_requested(search):
     assert search.candidate_list_size() is search.candidate_list_size("off") is None
     assert search.candidate_list_size(2) == 2
     assert identify(search, scattered(7)).compared == len(search)

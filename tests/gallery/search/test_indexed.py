@@ -139,7 +139,7 @@ def verified(gallery, one, probe):
     return whole, MATCHER.compare(prepared, several[0]).similarity
 
 
-def test_the_most_similar_are_compared_again_by_the_templates_of_the_gallery(gallery, monkeypatch):
+def test_the_most_similar_are_compared_again_by_the_templates_of_the_gallery(gallery):
     shown = list(make_templates(5, range(12), 2))
     gallery.add([entry_of(k, one, Label(str(k))) for k, one in enumerate(shown[::2])])
     search, probes = opened(gallery).with_prints(shown[2:4:2]), shown[1:9:2]

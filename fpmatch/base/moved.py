@@ -60,7 +60,7 @@ MOVED: Final[Mapping[str, str]] = {
     "image.skeleton.spurious": "image.skeleton.minutiae",
     "indexing": "gallery.index",
     "kernels": "base.kernels",
-    "matching.candidate_list": "gallery.index.prints.candidate_list",
+    "matching.candidate_list": "gallery.index.prints.descriptor_scores",
     "matching.compact_template": "gallery.index.prints.compact_template",
     "matching.consolidate": "gallery.fingers.consolidate",
     "matching.finger": "gallery.fingers.finger",

@@ -19,13 +19,13 @@ import numpy as np
 import repository  # noqa: F401
 from scipy.spatial import Delaunay
 
-from fpmatch.gallery.index.prints.candidate_list import prefilter_scores
 from fpmatch.gallery.index.prints.compact_template import (
     CompactTemplates,
     compact,
     expand,
     prepare_compact,
 )
+from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import Segment

@@ -21,9 +21,9 @@ from scipy.spatial import Delaunay
 
 from fpmatch.gallery.index.loss import chosen_by_ridges, search_rounds, with_ridges, with_votes
 from fpmatch.gallery.index.print_segment import MOST_PRINTS, prepare_prints, ridge_agreements
-from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE, SizeNormalization
 from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.index.prints.compare import ridge_agreement, similarities
+from fpmatch.gallery.index.prints.descriptor_scores import PRINTS_AT_ONCE, SizeNormalization
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms

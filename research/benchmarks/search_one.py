@@ -5,8 +5,8 @@
 
 The gallery has synthetic prints of different fingers (`made_gallery.py`); they and its database are
 kept in FOLDER. Probes of other fingers are searched for, one after the other: with all prints
-compared, with a candidate list, and in stages by an index. Numbers of threads take turns; wall
-times are the best of all rounds. The cores must be idle for it: the load of the machine is printed.
+compared, and in stages by an index. Numbers of threads take turns; wall times are the best of all
+rounds. The cores must be idle for it: the load of the machine is printed.
 
 Where they are not, processor times of one thread say what idle cores would do: threads share the
 part during which the interpreter's lock is released, and take turns with the rest. The second ratio
@@ -29,7 +29,7 @@ from made_gallery import PART, SEED, sensor_of, template_of, template_rows
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import segment
-from fpmatch.gallery.index.prints import candidate_list, compare, ridge_samples, stored_columns
+from fpmatch.gallery.index.prints import compare, ridge_samples, stored_columns
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 
 RELEASING = (  # nearly all of their time is spent in kernels that release the lock
     (compare, "_fill"),
-    (candidate_list, "prefilter_scores"),
     (StoredDescriptors, "scores"),
     (segment, "count_votes"),
     (bit_descriptors, "encode_neighbours"),
@@ -58,8 +57,7 @@ RELEASING = (  # nearly all of their time is spent in kernels that release the l
 )
 BATCH = 1000  # entries a transaction
 LOSS = 0.01
-MIN_LIST = 1000
-KINDS = ("all", "list", "index")  # the last of galleries of more than 20,000 prints
+LOSSES = {"all": 0.0, "index": LOSS}  # the last of galleries of more than 20,000 prints
 
 
 def fill(gallery: Gallery, folder: Path, prints: int) -> None:
@@ -78,13 +76,6 @@ def fill(gallery: Gallery, folder: Path, prints: int) -> None:
                 for k in numbers
             ]
         )
-
-
-def options_of(kind: str, prints: int) -> dict[str, Any]:
-    """Return the options of a kind of search, of `identify`."""
-    if kind == "index":
-        return {"loss": LOSS}
-    return {"candidate_list": "off" if kind == "all" else max(MIN_LIST, prints // 100)}
 
 
 def measure(
@@ -139,7 +130,7 @@ def main() -> int:
     parser.add_argument("--probes", type=int, default=4)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
+    parser.add_argument("--kinds", nargs="+", choices=LOSSES, default=list(LOSSES))
     given = parser.parse_args()
     numbers = range(given.probes)
     probes = [t for k in numbers for t in make_templates(SEED + 1, [k], sensors=[sensor_of(k)])]
@@ -148,8 +139,8 @@ def main() -> int:
     with open_gallery(given.keep / f"gallery-{given.prints}.db", create=True) as gallery:
         fill(gallery, given.keep, given.prints)
         for kind in given.kinds:
-            options = options_of(kind, given.prints)
-            search = open_search(gallery, candidate_list=options.get("candidate_list", "auto"))
+            options = {"loss": LOSSES[kind]}
+            search = open_search(gallery, **options)
             if kind == "index" and not isinstance(search, IndexedSearch):
                 continue  # so small a gallery has none
             first = identify(search, probes[0], workers=1, **options)

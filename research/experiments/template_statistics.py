@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.gallery.index.prints.candidate_list import SIZE_OFFSET, prefilter_scores
 from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.descriptor_scores import SIZE_OFFSET, prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import STANDARD_DPI

@@ -188,7 +188,7 @@ def bad_input(place: Place) -> Tries:
     pair: Words = ("verify", PROBE, REFERENCE)
     options: dict[str, Words] = {
         **dict.fromkeys(("--dpi", "--fmr", "--threshold"), pair),
-        **dict.fromkeys(("--loss", "-k", "--candidate-list"), ("identify", gallery, PROBE)),
+        **dict.fromkeys(("--loss", "-k"), ("identify", gallery, PROBE)),
         "--tolerance": ("points", SAMPLES / "stars.csv", SAMPLES / "catalogue.csv"),
         "--size": ("convert", PROBE, "out.iso"),
         "--min-quality": ("enrol", gallery, PROBE),

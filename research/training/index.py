@@ -12,7 +12,7 @@ import fpmatch
 from fpmatch.base.output import check_writable
 from fpmatch.gallery.index.loss import BY_RIDGES, LossTable, cost, with_votes
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
-from fpmatch.gallery.index.prints.candidate_list import SizeNormalization, prefilter_scores
+from fpmatch.gallery.index.prints.descriptor_scores import SizeNormalization, prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.segment import MAX_PRINTS, Segment
 from fpmatch.gallery.index.terms import print_terms, probe_terms

@@ -122,7 +122,7 @@ def write_candidates(
     check_candidates_format(target)
     about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": options.listed}
     options = options.checked(search.matcher)
-    search = search.for_list(options.candidate_list)
+    search = search.for_loss(options.loss)
     search.stages(options)  # raises before a file is made
     run = _description(search, options) | {
         "gallery": gallery.name,
@@ -176,7 +176,6 @@ def _description(search: Search, options: SearchOptions) -> dict[str, str]:
         "number of candidates": repr(options.count),
         "threshold": repr((options.threshold, options.by_chance)),
         "list": repr((options.listed, options.consolidate, options.transforms)),
-        "candidate list": repr(options.candidate_list),
         "loss": repr(options.loss if search.in_stages else None),
     }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -24,21 +23,8 @@ from fpmatch.gallery.cli.options import FROM_1, check_where, loss_option, schedu
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.gallery.search.search import CandidateListSize
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
-
-
-def _candidate_list_size(
-    ctx: click.Context, param: click.Parameter, value: str
-) -> CandidateListSize:
-    """Return the number, `auto` or `off` that an option means."""
-    match value:
-        case "auto" | "off":
-            return value
-    if re.fullmatch("0{0,9}[1-9][0-9]{0,9}", value) is None:
-        raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
-    return int(value)
 
 
 @click.command(
@@ -173,20 +159,10 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     hidden=True,
     help="Score as fitted by fpmatch calibrate to prints of your own.",
 )
-@click.option(
-    "--candidate-list",
-    "candidate_list",
-    metavar="N|auto|off",
-    callback=_candidate_list_size,
-    default="auto",
-    hidden=True,
-    help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
-    "probe's. auto: all of up to 20,000 prints; of more, those that an index chooses. off: all.",
-)
 @loss_option(
     help="Share of the matching prints, of those that comparing all would find, that the index of "
-    "more than 20,000 prints may miss, as 0.1%. With less, more prints are compared. A search ends "
-    "early with a clear match; with --impressions it looks for all.",
+    "more than 20,000 prints may miss, as 0.1%. With less, more prints are compared, with 0 all. A "
+    "search ends early with a clear match; with --impressions it looks for all.",
 )
 @json_option
 @click.option(

@@ -87,7 +87,7 @@ class Run:
             engine=self.engine(),
             progress=bars.show,
             note=say_note,
-            candidate_list=self.options.candidate_list,
+            loss=self.options.loss,
         )
 
     def about(self, gallery: Gallery, search: Search) -> dict[str, Any]:

@@ -14,10 +14,8 @@ FROM_1: Final = click.IntRange(min=1)
 
 def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """Return the share that an option means, which is in percent."""
-    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None or not float(
-        value.strip(" %")
-    ):
-        raise click.BadParameter(f"{value!r} is not a percentage over 0 and under 100")
+    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None:
+        raise click.BadParameter(f"{value!r} is not a percentage from 0 to under 100")
     return float(value.strip(" %")) / 100
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from fpmatch.base.parsing import parse_json
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.index.model import MODEL_FILE
-from fpmatch.gallery.index.prints.candidate_list import size_normalized
+from fpmatch.gallery.index.prints.descriptor_scores import size_normalized
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -66,7 +66,7 @@ def identify_each(
     search was opened. Probes are drawn as they are needed.
     """
     given = options.checked(search.matcher)
-    search = search.for_list(given.candidate_list)
+    search = search.for_loss(given.loss)
     consolidated = None
     if given.consolidate:
         consolidated = ConsolidatedFingers(gallery, search, given.calibration)

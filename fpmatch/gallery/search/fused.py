@@ -102,9 +102,9 @@ def identify_fused(
     """
     named = _checked_positions(probes, positions)
     given = replace(options, **changes)
+    search = search.for_loss(given.loss)
     each = SearchOptions(
         count=max(given.count, CONSIDERED),
-        candidate_list=given.candidate_list,
         calibration=given.calibration,
         loss=given.loss,
         all_mates=given.all_mates or bool(skipped),

@@ -117,7 +117,7 @@ class _Outcome:
 
     @property
     def preselected(self) -> bool:
-        """Whether only the prints on candidate lists were compared."""
+        """Whether pre-selection left out prints, so that fewer were compared than are enrolled."""
         return self.compared < self.enrolled
 
     def is_extrapolated(self, candidate: Candidate | SubjectCandidate) -> bool:

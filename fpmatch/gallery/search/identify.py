@@ -52,9 +52,8 @@ def identify(
     enrolled. So many `workers` are the threads that search (default: one a core; few prints are
     searched by one in any case). The candidates are the same to the last bit.
 
-    Raises MatcherError if the matcher has no calibration, an option is out of range, or the matcher
-    has no bit descriptors for a candidate list; GalleryError if `consolidated` cannot read the
-    gallery.
+    Raises MatcherError if the matcher has no calibration or an option is out of range; GalleryError
+    if `consolidated` cannot read the gallery.
 
     Examples
     --------
@@ -103,7 +102,7 @@ def compare_probes(
     search: Search, probes: Sequence[Template], options: SearchOptions, engine: Engine
 ) -> list[ComparedProbe]:
     """Compare a few probes with the prints that the stages of a search list for each."""
-    search = search.for_list(options.candidate_list)
+    search = search.for_loss(options.loss)
     prepared = [search.matcher.prepare(probe) for probe in probes]
     with engine, closing(search.compare([prepared], options, engine)) as compared:
         (listed,) = compared  # of one batch

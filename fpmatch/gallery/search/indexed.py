@@ -24,9 +24,9 @@ from fpmatch.gallery.index.print_segment import (
     prepare_prints,
     ridge_agreements,
 )
-from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE
 from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.descriptor_scores import PRINTS_AT_ONCE
 from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.search.search import MOST_WHOLE, Search
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
     from fpmatch.gallery.index.state import IndexState
     from fpmatch.gallery.index.terms import ProbeTerms
-    from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
+    from fpmatch.gallery.search.search import SearchOptions
     from fpmatch.gallery.search.stages import Indices, Places
     from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.calibration import Calibration
@@ -173,9 +173,9 @@ class IndexedSearch(Search):
     def _whole(self) -> Search:
         return self._prepare()
 
-    def for_list(self, size: CandidateListSize) -> Search:
-        """Return this search, or for a list that is not made by the index, that of whole prints."""
-        return self if size == "auto" else self._whole
+    def for_loss(self, loss: float) -> Search:
+        """Return the search that loses so many mates: this, or that of whole prints."""
+        return self if loss else self._whole
 
     def current(self, gallery: GalleryReader) -> Search:
         """Return the search of the open gallery as it is now: this one, if it has not changed."""

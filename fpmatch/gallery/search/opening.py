@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.finger import refuse_images
-from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
+from fpmatch.gallery.index.loss import DEFAULT_LOSS, EXHAUSTIVE_UP_TO
 from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.search.search import CandidateListSize, Search
+    from fpmatch.gallery.search.search import Search
     from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.result import Matcher
 
@@ -32,19 +32,18 @@ def open_search(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     note: Callable[[str], object] | None = None,
-    candidate_list: CandidateListSize = "auto",
+    loss: float = DEFAULT_LOSS,
     before: Search | None = None,
 ) -> Search:
     """Prepare the prints that are in a gallery now for a search.
 
-    More than `EXHAUSTIVE_UP_TO` prints are indexed, unless all of them are to be compared or to be
-    ranked for a `candidate_list`. The gallery may be closed afterwards, but a search by an index
-    connects to it again.
+    More than `EXHAUSTIVE_UP_TO` prints are indexed, unless a `loss` of 0, as it will be given to
+    `fpmatch.gallery.search.identify.identify`, demands that all are compared. The gallery may be
+    closed afterwards, but a search by an index connects to it again.
 
     The `engine` prepares prints (default: all cores); `progress` is called with stage "prepare" and
     numbers of prints, and `note` with a line on files that cannot be used, and are prepared or
-    built again (default: a RuntimeWarning). The `candidate_list` is as it will be given to
-    `fpmatch.gallery.search.identify.identify`; the index of `before`, an earlier search of the
+    built again (default: a RuntimeWarning). The index of `before`, an earlier search of the
     gallery, is continued. Raises GalleryError if the gallery cannot be read; MatcherError if the
     matcher is unknown.
     """
@@ -54,7 +53,7 @@ def open_search(
     if not packs(chosen):
         return _prepared_one_by_one(gallery, chosen, progress)
     large = gallery.has_over(EXHAUSTIVE_UP_TO)
-    if not (large and candidate_list == "auto" and chosen.name == DEFAULT_MATCHER):
+    if not (large and loss and chosen.name == DEFAULT_MATCHER):
         return _prepared(gallery, chosen, **given)
     from fpmatch.gallery.index.gallery_index import GalleryIndex  # noqa: PLC0415  (imports the index)
     from fpmatch.gallery.search.indexed import IndexedSearch  # noqa: PLC0415

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
 
-CandidateListSize = int | Literal["auto", "off"]
-"""Number of prints that are compared with a probe; see `SearchOptions`."""
 ListedAs = Literal["subjects", "fingers", "impressions"]
 
 
@@ -55,16 +53,14 @@ class SearchOptions:
     consolidate : bool
         Whether each candidate is compared also with the consolidated template of its impressions,
         and the candidates are ranked again; the same fingers are candidates.
-    candidate_list : int, "auto" or "off"
-        Number of prints to compare; "off": all. "auto": all of up to `EXHAUSTIVE_UP_TO` prints; of
-        more, those that the stages of the index choose (see docs/explanation/searching.md).
     calibration : Calibration, optional
         Turns similarities into scores (default: that of the package).
     transforms : bool
         Whether candidates have their transforms, too.
     loss : float
         Share of the mates that comparing all prints would find, with a score of at least
-        `threshold`, and that the stages of the index may miss.
+        `threshold`, and that the index of more than `EXHAUSTIVE_UP_TO` prints may miss (see
+        docs/explanation/searching.md); of 0, all prints are compared.
     all_mates : bool
         Whether to look for all mates where an index would end the search with a clear one.
     """
@@ -74,7 +70,6 @@ class SearchOptions:
     by_chance: float = inf
     listed: ListedAs = "fingers"
     consolidate: bool = False
-    candidate_list: CandidateListSize = "auto"
     calibration: Calibration | None = None
     transforms: bool = False
     loss: float = DEFAULT_LOSS
@@ -95,8 +90,8 @@ class SearchOptions:
             raise MatcherError(f"the number by chance is over 0, not {number_text(self.by_chance)}")
         if self.listed == "impressions" and self.consolidate:
             raise MatcherError("single impressions are not compared with consolidated templates")
-        if not 0 < self.loss < 1:
-            raise MatcherError(f"a loss is between 0 and 1, not {number_text(self.loss)}")
+        if not 0 <= self.loss < 1:
+            raise MatcherError(f"a loss is from 0 to under 1, not {number_text(self.loss)}")
         return replace(self, calibration=self.calibration or load_calibration(matcher.name))
 
     def allow(self, candidate: Candidate | SubjectCandidate) -> bool:
@@ -166,8 +161,8 @@ class Search(ABC):
         """Return the search of the open gallery as it is now, if this one follows it."""
         return self
 
-    def for_list(self, size: CandidateListSize) -> Search:
-        """Return the search that makes a candidate list: this, or that of whole prints."""
+    def for_loss(self, loss: float) -> Search:
+        """Return the search that loses so many mates: this, or one that compares all prints."""
         return self
 
     def __len__(self) -> int:

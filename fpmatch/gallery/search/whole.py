@@ -1,4 +1,4 @@
-"""Search of prints that are prepared from their whole templates: of all, or of a candidate list."""
+"""Search of prints that are prepared from their whole templates: all are compared."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.prints.candidate_list import PRINTS_AT_ONCE, greatest, prefilter_scores
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.search.stages import Division, Listed, Stage, add_compared
+from fpmatch.gallery.search.stages import Division, Stage, add_compared
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 
 if TYPE_CHECKING:
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.search.search import CandidateListSize, SearchOptions
+    from fpmatch.gallery.search.search import SearchOptions
     from fpmatch.gallery.search.stages import Places
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
@@ -90,18 +88,8 @@ class WholeSearch(Search):
         return self.prints[place]
 
     def stages(self, options: SearchOptions) -> list[Stage]:
-        """Return the comparison, of more prints after a choice by bit descriptors."""
-        size = self.candidate_list_size(options.candidate_list)
-        if size is None or max(size, options.count) >= len(self):
-            return [self.comparison()]
-        most, prints = max(size, options.count), self.prints
-        assert isinstance(prints, PreparedPrints)
-        sizes = np.diff(prints.minutiae_start)
-
-        def choose(probe: Any, _: Listed, scores: list[NDArray[np.uint16]]) -> Listed:
-            return Listed(greatest(np.concatenate(scores), sizes, probe, most))
-
-        return [Stage(_descriptor_scores, choose, PRINTS_AT_ONCE), self.comparison()]
+        """Return the comparison of all prints."""
+        return [self.comparison()]
 
     def comparison(self) -> Stage:
         """Return the stage that compares the prints that are listed."""
@@ -109,22 +97,6 @@ class WholeSearch(Search):
         # else all in Python, of which one thread runs at a time
         at_once = COMPARED_AT_ONCE if packed else None
         return Stage(_similarities, add_compared, at_once)
-
-    def candidate_list_size(self, requested: CandidateListSize = "auto") -> int | None:
-        """Return the number of prints to compare with a probe; None for all.
-
-        "auto" and "off": all. Raises MatcherError if it is out of range, or the matcher's prints
-        have no bit descriptors.
-        """
-        if requested == "auto" or requested == "off":  # noqa: PLR1714  (narrows the type)
-            return None
-        if not str(requested).isdecimal() or requested < 1:
-            raise MatcherError(
-                f"a candidate list is a number from 1 on, auto or off, not {requested}"
-            )
-        if not isinstance(self.prints, PreparedPrints):
-            raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
-        return requested if requested < len(self) else None
 
     def can_be_sent(self) -> bool:
         """Return whether other processes can get the prepared prints."""
@@ -161,12 +133,6 @@ def piece_size(prints: int) -> int:
     (512, 1250, 4096)
     """
     return max(MIN_PIECE, min(MAX_PIECE, -(-prints // LEAST_PIECES)))
-
-
-def _descriptor_scores(piece: WholePiece, probe: Any, places: slice) -> NDArray[np.uint16]:
-    """Return the scores of the bit descriptors of prints of a piece."""
-    assert isinstance(piece.prints, PreparedPrints)
-    return prefilter_scores(probe, piece.prints, places.start, places.stop).astype(np.uint16)
 
 
 def _similarities(piece: WholePiece, probe: Any, places: Places) -> NDArray[np.float64]:

@@ -66,7 +66,8 @@ def identify(
         Resolution of an image (default: that in the file, else by its ridges).
     loss : float, optional
         Share of the mates, of those that comparing all prints would find, that the search of a
-        gallery of more than 20,000 prints may miss: it is searched by an index.
+        gallery of more than 20,000 prints may miss: it is searched by an index. Of 0, all prints
+        are compared.
     workers : int, optional
         Processes that prepare prints, and threads that search (default: one a core).
 
@@ -100,7 +101,7 @@ def identify(
                 loss=loss,
                 workers=workers,
             )
-    search = open_search(gallery, matcher, engine=processes(workers))
+    search = open_search(gallery, matcher, engine=processes(workers), loss=loss)
     limits: dict[str, Any] = {
         "workers": workers,
         "count": count,

@@ -1,4 +1,4 @@
-"""Matching of templates of 40 minutiae, in triangulations by scipy; search of a large gallery."""
+"""Matching of templates of 40 minutiae, in triangulations by scipy; scores of many prints."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ import pytest
 from in_turn import OURS, cpu, in_turn
 from made_prints import prints, repeated, without_prefilter
 
-from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.index.prints.compare import similarities
+from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.gallery.search.search import SearchOptions
-from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verification import find_scale
 from fpmatch.matching.verify import verify
@@ -113,27 +111,23 @@ def test_verification(benchmark: Any, side: str, templates: dict[str, Template])
 
 
 @pytest.fixture(scope="module")
-def search() -> WholeSearch:
-    """Return a search of prints of 40 minutiae, five of each finger."""
-    few = PreparedPrints.pack(prints(np.random.default_rng(42), COMPARED))
-    numbers = np.arange(PRINTS)
-    return WholeSearch(MATCHER, numbers, numbers, repeated(few, PRINTS))
+def many() -> PreparedPrints:
+    """Return prints of 40 minutiae, five of each finger."""
+    return repeated(PreparedPrints.pack(prints(np.random.default_rng(42), COMPARED)), PRINTS)
 
 
-@cpu("search by a candidate list")
+@cpu("scoring of bit descriptors")
 @in_turn(3)
-def test_search(benchmark: Any, side: str, search: WholeSearch) -> None:
-    """Score all prints by bit descriptors, compare the candidates; the yardstick aligns all."""
-    probe = search.print_at(0)
-    assert search.candidate_list_size() is not None
+def test_descriptors(benchmark: Any, side: str, many: PreparedPrints) -> None:
+    """Score all prints by bit descriptors; the yardstick aligns them."""
+    probe = many[0]
 
-    def ours() -> NDArray[np.float64]:
-        ((listed,),) = search.compare([[probe]], SearchOptions(), Threads(1))
-        return listed.similarities
+    def ours() -> NDArray[np.int32]:
+        return prefilter_scores(probe, many)
 
     def yardstick() -> NDArray[np.float64]:
         with without_prefilter():
-            return similarities(MATCHER, probe, search.prints, 0, COMPARED)
+            return similarities(MATCHER, probe, many, 0, COMPARED)
 
     benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED
     benchmark.pedantic(ours if side == OURS else yardstick, rounds=3, warmup_rounds=1)

@@ -44,7 +44,7 @@ MEASURES: Final = (
     ),
     Measure("comparison, 1:1", 0.5, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Measure("comparison, 1:N", 0.25, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
-    Measure("search by a candidate list", 0.1, TIMES_THE_TIME, "every print compared in full"),
+    Measure("scoring of bit descriptors", 0.1, TIMES_THE_TIME, "every print compared in full"),
     Measure("preparation", 3, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Measure("verification, no with reasons", 3, TIMES_THE_TIME, "yes, with the scale"),
     Measure("cold start of verify", 3, TIMES_THE_TIME, 'python -c "import numpy, cv2"'),

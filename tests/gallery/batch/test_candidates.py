@@ -29,9 +29,9 @@ from tests.gallery.conftest import kill_one
 
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
-    "short lists": SearchOptions(listed="subjects", count=2, candidate_list=9, threshold=1.0),
+    "short lists": SearchOptions(listed="subjects", count=2, threshold=1.0),
     "fingers": SearchOptions(listed="fingers", consolidate=True, count=4),
-    "impressions": SearchOptions(listed="impressions", candidate_list="off"),
+    "impressions": SearchOptions(listed="impressions", loss=0),
 }
 
 
@@ -155,7 +155,6 @@ def test_a_cluster_of_which_a_worker_is_killed(
     options = OPTIONS["short lists"]
     if kind == "index":
         monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
-        options = replace(options, candidate_list="auto")
     _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
     address = local_cluster.scheduler_address
     assert run(gallery, probes, tmp_path / "calm.csv", options, dask(address))[1] == expected
@@ -199,7 +198,7 @@ def test_another_run_is_not_resumed(gallery, probes, tmp_path):
         ({"listed": "fingers"}, "list"),
         ({"transforms": True}, "list"),
         ({"threshold": 2.0}, "threshold"),
-        ({"candidate_list": 5}, "candidate list"),
+        ({"by_chance": 0.1}, "threshold"),
     ):
         with pytest.raises(ScoringError, match=f"an unfinished run, but with another {what}"):
             run(gallery, probes, output, replace(OPTIONS["usual"], **changes))
@@ -215,7 +214,7 @@ def test_another_run_is_not_resumed(gallery, probes, tmp_path):
         ("nowhere/c.csv", {}, OutputError, "no such file or directory"),
         ("c.csv", {"count": 0}, MatcherError, "at least 1"),
         ("c.csv", {"threshold": 101.0}, MatcherError, "between 0 and 100"),
-        ("c.csv", {"candidate_list": 0}, MatcherError, "a number from 1 on"),
+        ("c.csv", {"loss": 1.0}, MatcherError, "from 0 to under 1"),
         ("c.csv", {"listed": "impressions", "consolidate": True}, MatcherError, "consolidated"),
     ],
 )

@@ -80,18 +80,6 @@ def test_consolidated_templates_change_scores_of_fingers_alone(run, gallery, pri
     assert scores[0]["1"] != scores[1]["1"]
 
 
-def test_a_candidate_list_is_said(run, gallery, prints):
-    words = ("identify", gallery, prints / "1_1.png", "-k", 1, "--candidate-list", 2)
-    words += ("--workers", 1)
-    result = run(*words)
-    assert (result.exit_code, result.stderr) == (0, "")
-    head, _, first, _ = result.stdout.splitlines()
-    assert head.startswith(f"{prints}/1_1.png: 2 of 3 prints compared in ")
-    assert first.split()[-3] == "1_1"
-    document = json.loads(run(*words, "--json").stdout)
-    assert (document["enrolled"], document["compared"]) == (3, 2)
-
-
 def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     open_gallery(tmp_path / "empty.db", create=True).close()
     probe = prints / "untagged.tif"

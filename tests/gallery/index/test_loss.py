@@ -24,7 +24,7 @@ from fpmatch.gallery.index.loss import (
     with_ridges,
 )
 from fpmatch.gallery.index.model import MODEL_FILE, IndexModel, index_model
-from fpmatch.gallery.index.prints.candidate_list import size_normalized
+from fpmatch.gallery.index.prints.descriptor_scores import size_normalized
 from fpmatch.matching.pipeline._kernels import _local_kernel
 
 

@@ -99,7 +99,7 @@ def test_an_empty_gallery_has_no_candidate(fill):
     "wrong",
     [
         *({"count": 0}, {"threshold": -1.0}, {"threshold": 101.0}),
-        *({"candidate_list": 0}, {"candidate_list": "some"}, {"candidate_list": 5}),
+        *({"loss": -0.01}, {"loss": 1.0}, {"loss": float("nan")}),
     ],
 )
 def test_what_is_out_of_range_is_refused(fill, wrong):
@@ -128,17 +128,6 @@ def search(gallery):
     """Return a search of 12 prints, whose numbers are those of their seeds."""
     gallery.add(entries_of(*map(scattered, range(1, 13))))
     return open_search(gallery, engine=serial())
-
-
-def test_a_candidate_list_finds_what_comparing_all_finds(search):
-    whole = identify(search, scattered(7), count=1, transforms=True)
-    short = identify(search, scattered(7), count=1, transforms=True, candidate_list=3)
-    assert (whole.enrolled, whole.compared, whole.preselected) == (12, 12, False)
-    assert (short.enrolled, short.compared, short.preselected) == (12, 3, True)
-    (one,), (other,) = whole.candidates, short.candidates
-    assert one.comparison.pairs.tolist() == other.comparison.pairs.tolist()
-    assert (one.number, one.score) == (other.number, other.score)
-    assert one.expected_false < other.expected_false == pytest.approx(12 * one.fmr)  # of few rivals
 
 
 def test_chance_is_measured_by_the_fifth_best_of_the_others():
@@ -183,28 +172,6 @@ def test_candidates_that_chance_explains_are_left_out(search):
         identify(search, scattered(7), by_chance=-1.0)
 
 
-def test_a_candidate_list_has_room_for_all_candidates(search):
-    assert len(identify(search, scattered(7), count=5, candidate_list=2).candidates) == 5
-    everything = identify(search, scattered(7), candidate_list=12)
-    assert not everything.preselected
-    assert everything == identify(search, scattered(7), candidate_list="off")
-
-
-def test_all_prints_are_compared_unless_a_candidate_list_is_requested(search):
-    assert search.candidate_list_size() is search.candidate_list_size("off") is None
-    assert search.candidate_list_size(2) == 2
-    assert identify(search, scattered(7)).compared == len(search)
-    # as many as there are candidates
-    assert identify(search, scattered(7), candidate_list=2).compared == 10
-
-
-def test_a_matcher_without_bit_descriptors_compares_all(fill):
-    search = fill(1, 2, 3)
-    assert search.candidate_list_size() is None
-    with pytest.raises(MatcherError, match="fake supports no candidate list"):
-        search.candidate_list_size(2)
-
-
 @pytest.fixture
 def fingers(fill):
     """Return a search of finger a with three impressions and b and c of the same subject."""
@@ -232,15 +199,6 @@ def test_impressions_can_be_listed_by_themselves(fingers):
     assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
     assert found.candidates[0].expected_false == pytest.approx(5e-10)
     assert numbers_of(identify_at(fingers, 52, count=2)) == [2, 3]
-
-
-def test_impressions_outside_the_candidate_list_count_as_no_match(gallery):
-    labels = [Label("x", "", f"{k}") for k in range(1, 5)]
-    gallery.add(entries_of(*map(scattered, range(1, 5)), labels=labels))
-    search = open_search(gallery, engine=serial())
-    (found,) = identify(search, scattered(3), count=1, candidate_list=1).candidates
-    assert (found.number, found.impressions) == (3, 4)
-    assert found.score == pytest.approx(fused_score([found.impression_score, 0.0, 0.0, 0.0]))
 
 
 def touches_of(finger):

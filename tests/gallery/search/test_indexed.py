@@ -168,16 +168,13 @@ def test_the_most_similar_are_compared_again_by_the_templates_of_the_gallery(gal
     assert identify(search, probes[0], count=1).candidates[0].similarity == compact
 
 
-def test_a_small_gallery_and_other_candidate_lists_are_searched_as_before(large):
-    search = opened(large)
-    whole = opened(large, candidate_list="off")
+def test_a_loss_of_0_compares_all_prints_and_so_does_a_search_of_a_small_gallery(large):
+    search, whole = opened(large), opened(large, loss=0)
     assert not isinstance(whole, IndexedSearch)
     probe = print_of(3)
-    for size in ("off", 15, 1000):
-        one, other = (identify(s, probe, candidate_list=size) for s in (search, whole))
-        assert one == other
-        assert (one.loss, one.passed_on) == (None, ())
-        assert one.compared == (15 if size == 15 else SIZE)
+    one, other = (identify(s, probe, loss=0) for s in (search, whole))
+    assert one == other == identify(whole, probe)
+    assert (one.loss, one.passed_on, one.compared) == (None, (), SIZE)
     large.remove(range(11, SIZE + 1))
     assert not isinstance(opened(large), IndexedSearch)
 
@@ -221,7 +218,7 @@ def test_the_server_continues_the_index_of_its_last_search(filled, monkeypatch):
 
 
 def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large):
-    search = opened(large, candidate_list="off")
+    search = opened(large, loss=0)
     assert best(large, search, 5)[0] == 6
     large.remove([6])
     result, entries = identify_entries(large, search, print_of(5))
@@ -232,7 +229,7 @@ def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large)
 def test_the_score_of_a_finger_is_that_of_all_its_impressions(gallery):
     fingers = [k // 4 for k in range(SIZE)]
     gallery.add([new_entry(k, finger) for k, finger in enumerate(fingers)])
-    search, whole = opened(gallery), opened(gallery, candidate_list="off")
+    search, whole = opened(gallery), opened(gallery, loss=0)
     for k in range(0, SIZE, 5):
         one, other = (identify(s, print_of(k), count=1) for s in (search, whole))
         (best,), (same,) = one.candidates, other.candidates
@@ -267,7 +264,7 @@ def test_damage_of_a_segment_is_noted_at_the_first_search(large):
     assert repr(identify(opened(large), print_of(3))) == expected
 
 
-@pytest.mark.parametrize("loss", [0.0, -1.0, 1.0, float("nan")])
+@pytest.mark.parametrize("loss", [-1.0, 1.0, float("nan")])
 def test_an_impossible_loss_is_refused(large, loss):
     with pytest.raises(MatcherError, match="loss"):
         identify(opened(large), print_of(3), loss=loss)
@@ -289,14 +286,14 @@ def test_the_command_states_loss_and_stages(run, large, probe):
     document = json.loads(run(*words, "--json").stdout)
     assert (document["loss"], document["compared"]) == (0.001, 6)
     assert document["probes"][0]["passed_on"] == [20, 6, 6]
-    document = json.loads(run(*words, "--candidate-list", "off", "--json").stdout)
+    document = json.loads(run(*words[:-1], "0", "--json").stdout)
     assert (document["loss"], document["compared"]) == (None, SIZE)
 
 
 def test_a_gallery_over_the_limit_is_indexed(large, monkeypatch):
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE - 1)
     assert isinstance(open_search(large), IndexedSearch)
-    assert not isinstance(open_search(large, candidate_list="off"), IndexedSearch)
+    assert not isinstance(open_search(large, loss=0), IndexedSearch)
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE)
     assert not isinstance(open_search(large), IndexedSearch)
 
@@ -313,7 +310,7 @@ def test_the_default_of_the_command_is_that_of_the_function():
     assert option.callback(None, option, option.default) == DEFAULT_LOSS
 
 
-@pytest.mark.parametrize("loss", ["0", "0%", "100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])
+@pytest.mark.parametrize("loss", ["100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])
 def test_the_command_refuses_an_impossible_loss(run, large, probe, loss):
     done = run("identify", large.name, probe, "--loss", loss)
     assert done.exit_code == 2
@@ -349,6 +346,6 @@ def test_prints_are_added_to_a_search_and_not_to_the_gallery(large):
     found = [identify(with_more, print_of(k), count=1).candidates[0].number for k in (3, 70, 71)]
     assert found == [number, last + 1, last + 2]
     assert identify(with_more, print_of(71), skipped={last + 2}).candidates[0].number != last + 2
-    whole = identify(with_more, print_of(71), count=1, candidate_list="off")
+    whole = identify(with_more, print_of(71), count=1, loss=0)
     assert (whole.compared, whole.candidates[0].number) == (SIZE + 2, last + 2)
     assert (len(search), large.content_hash()) == (SIZE, before)

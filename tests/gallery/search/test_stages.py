@@ -10,12 +10,9 @@ from math import inf
 import numpy as np
 import platformdirs
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from made_prints import FAKE, entries_of, entry_of, scattered, template_at
 
 from fpmatch import identify as identify_in
-from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine import in_threads
 from fpmatch.gallery.engine.engine import dask, processes, serial
@@ -23,9 +20,7 @@ from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import loss
 from fpmatch.gallery.index.loss import SearchPlan, chosen_by_ridges, combined_scores
-from fpmatch.gallery.index.prints.candidate_list import greatest, prefilter_scores
 from fpmatch.gallery.index.prints.compare import ridge_agreement
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.stages import unoriented_share
 from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.listing.entry import Label
@@ -43,8 +38,6 @@ from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
 from fpmatch.gallery.search.whole import WholeSearch, piece_size
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.registry import get_matcher
 from fpmatch.server import gallery as served
 
 SIZE = 60
@@ -52,9 +45,7 @@ SHOWN = list(make_templates(5, range(25)))  # with ridges; every third print has
 PRINTS = [one if k % 3 else scattered(k, 30) for k, one in enumerate(SHOWN)]
 PROBES = [PRINTS[k] for k in (4, 18, 23, 24)]
 KINDS = {
-    "all": {"candidate_list": "off"},
-    "list": {"candidate_list": 9},
-    "list of all": {"candidate_list": 9, "count": SIZE},
+    "all": {"loss": 0},
     "index": {},
 }
 LISTS = (
@@ -85,7 +76,7 @@ def small_parts(tmp_path_factory):
         patch.setattr(indexed, "PREPARED_AT_ONCE", 2)
         patch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
         patch.setattr("fpmatch.gallery.search.entries.MAX_BATCH", 3)
-        patch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 5)
+        patch.setattr("fpmatch.gallery.index.prints.descriptor_scores.LEAST_PRINTS", 5)
         patch.setattr(indexed, "search_rounds", rounds_of)
         patch.setattr(loss, "LEAST_BY_RIDGES", 4)
         yield
@@ -123,9 +114,7 @@ def helpers(monkeypatch):
 
 
 def opened(gallery, kind):
-    search = open_search(
-        gallery, engine=serial(), candidate_list=kind.get("candidate_list", "auto")
-    )
+    search = open_search(gallery, engine=serial(), **kind)
     assert isinstance(search, IndexedSearch) == (not kind)
     assert not isinstance(search, IndexedSearch) or len(search.division(True).pieces) > 1
     return search
@@ -189,26 +178,6 @@ def test_subjects_of_two_fingers_are_those_of_one_thread(filled, helpers, kind, 
 def compared(search, probe, engine, **options):
     (one,) = compare_probes(search, [probe], SearchOptions(**options), engine)
     return one.listed
-
-
-@given(st.lists(st.integers(0, 3), min_size=1, max_size=40), st.integers(1, 45), st.integers(1, 50))
-def test_a_list_has_the_prints_of_the_greatest_scores_of_all(kinds, most, least_pieces):
-    """Many prints are equal: ties are everywhere, within pieces and between them."""
-    kept = [prepare(scattered(k, 8)) for k in range(4)]
-    packed = PreparedPrints.pack([kept[k] for k in kinds])
-    numbers = np.arange(len(kinds))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(whole, "LEAST_PIECES", least_pieces)
-        patch.setattr("fpmatch.gallery.index.prints.candidate_list.LEAST_PRINTS", 20)
-        search = WholeSearch(get_matcher("unit-circle"), numbers, numbers, packed)
-        listed = compared(search, scattered(0, 8), Threads(2), candidate_list=most, count=1)
-        scores = prefilter_scores(kept[0], packed)
-        expected = greatest(scores, np.diff(packed.minutiae_start), kept[0], most)
-    assert listed.compared.tolist() == expected.tolist()
-    compare = search.matcher.compare
-    assert listed.similarities.tolist() == [
-        compare(kept[0], packed[k]).similarity for k in expected.tolist()
-    ]
 
 
 @pytest.mark.parametrize(("probe", "count"), [*zip(PROBES, [1, 10, 10, 1], strict=True)])
@@ -275,8 +244,6 @@ def test_other_matchers_are_compared_in_one_thread(gallery, helpers, workers):
         listed = compared(search, template_at(50), engine)
         assert listed.similarities.tolist() == [60.0, 100.0, 0.0, 98.0, 95.0]
     assert not helpers
-    with pytest.raises(MatcherError, match="no candidate list"):
-        compared(search, template_at(50), serial(), candidate_list=2)
 
 
 def test_prints_that_cannot_be_sent_are_compared_in_this_process(gallery, workers):

@@ -56,8 +56,8 @@ class IdentificationReport:
     """The error rates of identification by one matcher, by databases and pooled.
 
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
-    `background` of them without prints in the databases. `preselected` is whether only prints on
-    candidate lists were compared; of a search by an index, `loss` is the one wanted.
+    `background` of them without prints in the databases. `preselected` is whether only prints that
+    the index passed on were compared, and `loss` the share of mates that it may miss.
     `presented` are the presentations that `searches` number.
     """
 
@@ -80,7 +80,7 @@ class IdentificationReport:
         low, high = self.enrolled
         enrolled = count(high, "subject") if low == high else f"{low} to {high} subjects"
         of = f", {self.background} of them background" if self.background else ""
-        listed = "; only prints on candidate lists were compared" if self.preselected else ""
+        listed = "; only prints that the index passed on were compared" if self.preselected else ""
         if self.preselected and self.loss is not None:
             listed += f", with a loss of {100 * self.loss:g} %"
         return f"{count(self.fingers, 'finger')} a subject, {enrolled} in the gallery{of}{listed}"

@@ -15,7 +15,7 @@ from matching_prints import (
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
-from fpmatch.gallery.index.prints.candidate_list import prefilter_scores
+from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.matching.prints.bit_descriptors import prefilter_of

@@ -202,7 +202,9 @@ def test_a_large_background_is_searched_by_its_index_with_a_loss(people, made, m
     report = evaluate_identification([made], filled.of_subjects(1), test=test)
     assert report.as_json()["loss"] == 0.002
     caption = replace(report, preselected=True).as_text().partition("\n")[0]
-    assert caption.endswith("only prints on candidate lists were compared, with a loss of 0.2 %")
+    assert caption.endswith(
+        "only prints that the index passed on were compared, with a loss of 0.2 %"
+    )
 
 
 def test_the_background_is_a_folder_of_templates(tmp_path, made):

@@ -1,4 +1,4 @@
-"""Candidate list: the prints that are likeliest to match a probe, by their bit descriptors."""
+"""Scores of prints by their bit descriptors, and their normalization by the sizes of prints."""
 
 from __future__ import annotations
 
@@ -112,26 +112,3 @@ def _line(
     slope = slope / spread if spread > 0 else 0.0
     line: NDArray[np.float64] = level + slope * (_LOG_SIZE - middle)
     return line
-
-
-def greatest(
-    scores: NDArray[np.integer], sizes: NDArray[np.integer], probe: PreparedTemplate, count: int
-) -> NDArray[np.intp]:
-    """Return the numbers, ascending, of the `count` prints of the greatest normalized scores.
-
-    Given are the scores and sizes of all prints. Of equals, the first are taken.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.matching.prints.prepare import prepare
-    >>> from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-    >>> near = Minutiae([50, 90, 60, 70, 85, 30], [40, 50, 80, 60, 90, 60], [0, 1, 2, 3, 4, 5])
-    >>> far = Minutiae([20, 150, 60, 70, 9, 80], [40, 50, 80, 160, 90, 90], [3, 1, 0, 2, 5, 1])
-    >>> prints = [prepare(Template(m, 200, 200)) for m in (far, near, far)]
-    >>> scores = prefilter_scores(prints[1], PreparedPrints.pack(prints))
-    >>> greatest(scores, np.array([6, 6, 6]), prints[1], 1).tolist()
-    [1]
-    """
-    order = np.argsort(-size_normalized(scores, sizes, len(probe)), kind="stable")
-    return np.sort(order[: max(count, 0)])

@@ -1,4 +1,4 @@
-"""Shortlists: the mate comes first, parts are as the whole, and prints of any size are ranked."""
+"""Scores of bit descriptors: the mate comes first, and prints of any size are ranked."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, moved, spread_points, template_of, templates
 
-from fpmatch.gallery.index.prints.candidate_list import (
+from fpmatch.gallery.index.prints.descriptor_scores import (
     LEAST_PRINTS,
     SIZE_OFFSET,
     SizeNormalization,
-    greatest,
     prefilter_scores,
     size_normalized,
 )
@@ -44,12 +43,7 @@ def test_the_mate_is_first_and_parts_are_as_the_whole():
     assert np.concatenate(parts).tolist() == whole.tolist()
     assert prefilter_scores(probe, many, 30, 20).size == 0
     sizes = np.diff(many.minutiae_start)
-    assert greatest(whole, sizes, probe, 1).tolist() == [40]
-    rank = whole / (sizes + SIZE_OFFSET)
-    ten = greatest(whole, sizes, probe, 10)
-    assert ten.tolist() == sorted(np.argsort(-rank, kind="stable")[:10].tolist())
-    assert greatest(whole, sizes, probe, 99).tolist() == list(range(41))
-    assert greatest(whole, sizes, probe, 0).size == 0
+    assert np.argmax(size_normalized(whole, sizes, len(probe))) == 40
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 65, 200, 255])
@@ -64,7 +58,7 @@ def test_prints_of_any_size(n):
         assert weights[0][0] > 0
     nobody = PreparedPrints.pack([])
     scores = prefilter_scores(prints[0], nobody)
-    assert scores.size == greatest(scores, np.empty(0, np.intp), prints[0], 5).size == 0
+    assert scores.size == size_normalized(scores, scores, 30).size == 0
 
 
 def scores_of_sizes(sizes, rng):

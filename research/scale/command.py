@@ -9,13 +9,11 @@ import click
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
-from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.registry import DEFAULT_MATCHER
 from research.commands import PATH, Command, folders, json_file, print_and_write, workers
 from research.databases import extract_folders
 from research.scale.constants import Assumptions, Constants
 from research.scale.measure import measure as measured_constants
-from research.scale.plan import SEARCHES, found_shares, limits, make_plan, threshold
+from research.scale.plan import SEARCHES, limits, make_plan
 from research.scale.simulate import load_rows, loss_row
 from research.tables.pages import read_json
 from research.tables.scale import format_constants, format_scale
@@ -24,7 +22,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 LOADS = (0.5, 1.0, 1.5, 1.9)
-GALLERIES = (10_000, 100_000, 1_000_000, *SEARCHES)
 
 
 @click.group(
@@ -75,7 +72,6 @@ def search_calls(results: Any) -> list[tuple[int, float]]:
 def plan_all(c: Constants, a: Assumptions) -> dict[str, Any]:
     """Return all that the page shows, as JSON values."""
     plans = [make_plan(prints, rate, c, a) for prints, rate in SEARCHES.items()]
-    measured = load_calibration(DEFAULT_MATCHER).largest_measured_score
     return {
         "assumptions": a.as_dict(),
         "plans": [plan.as_dict() for plan in plans],
@@ -87,12 +83,7 @@ def plan_all(c: Constants, a: Assumptions) -> dict[str, Any]:
             ]
             for plan in plans
         ],
-        "thresholds": [
-            {"prints": prints, "score": threshold(prints), "found": found_shares(prints, c.genuine)}
-            for prints in GALLERIES
-        ],
-        "measured_score": measured,
-        "limits": [list(row) for row in limits(c, a, measured)],
+        "limits": [list(row) for row in limits(c, a)],
     }
 
 

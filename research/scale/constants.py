@@ -30,7 +30,6 @@ class Constants:
     index_bytes: dict[str, float]  # bytes a print of the index by part
     database_bytes: float  # bytes a print of the database
     search: list[tuple[int, float]]
-    genuine: list[int]  # genuine pairs by score: of those from k to k + 1, entry k; the last, 100
 
     @property
     def print_bytes(self) -> float:
@@ -71,7 +70,7 @@ class Constants:
             sound = ascending and all(0 < value < math.inf for value in numbers)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise FpmatchError(f"constants of a plan: {error!r}") from error
-        if not sound or len(made.genuine) != 101 or sum(made.genuine) < 1:
+        if not sound:
             raise FpmatchError("constants of a plan: a number is impossible")
         return made
 

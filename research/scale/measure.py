@@ -6,7 +6,6 @@ import hashlib
 import tempfile
 import time
 from functools import partial
-from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,9 +21,7 @@ from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
-from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from research.scale.plan import MAX_SCORE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -65,7 +62,6 @@ def measure(sets: Sequence[ExtractedSet], search: list[tuple[int, float]]) -> di
         "index_bytes": index_bytes,
         "database_bytes": database_bytes,
         "search": [(prints, 1e-6 * calls * delaunay_us) for prints, calls in search],
-        "genuine": _genuine(sets),
     }
 
 
@@ -111,22 +107,3 @@ def _index(templates: Sequence[Template]) -> tuple[dict[str, float], dict[str, f
         "templates": CompactTemplates.pack(stored).nbytes / count,
     }
     return taken, sizes
-
-
-def _genuine(sets: Sequence[ExtractedSet]) -> list[int]:
-    """Return how many genuine pairs have each whole score, rounded down; failures score 0."""
-    calibration = load_calibration(MATCHER.name)
-    counts = [0] * (MAX_SCORE + 1)
-    for one in sets:
-        fingers: dict[object, list[Any]] = {}
-        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
-            template = found.template
-            prepared = None if template is None else MATCHER.prepare(template)
-            fingers.setdefault(impression.finger, []).append(prepared)
-        for prints in fingers.values():
-            for probe, reference in combinations(prints, 2):
-                score = 0.0
-                if probe is not None and reference is not None:
-                    score = calibration.score(MATCHER.compare(probe, reference).similarity)
-                counts[int(score)] += 1
-    return counts

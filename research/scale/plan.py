@@ -6,21 +6,14 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
-from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.index.print_segment import MOST_PRINTS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from research.scale.constants import Assumptions, Constants
 
 HOURS: Final = 730.0  # of a month
 SEARCHES: Final = {10_000_000: 10.0, 100_000_000: 50.0, 1_000_000_000: 200.0}
 """Assumed searches a second, by the prints of a gallery."""
-FPIR: Final = 0.01
-MAX_SCORE: Final = 100
 MOST_SHARDS: Final = 100_000
 MAPPED_FILES: Final = 65_530.0  # vm.max_map_count
 
@@ -105,64 +98,12 @@ def make_plan(prints: int, searches_s: float, c: Constants, a: Assumptions) -> P
     )
 
 
-def threshold(prints: int) -> float:
-    """Return the score that one search in a hundred without a mate exceeds by chance."""
-    return -10.0 * math.log10(FPIR / prints)
-
-
-def found_shares(prints: int, genuine: list[int]) -> tuple[float, float]:
-    """Return the shares of genuine pairs, and of two of them fused, that reach the threshold.
-
-    The two are drawn independently: fingers of one person are rather alike in quality, so that
-    fewer are found in truth. Scores of a gallery of P subjects with two fingers each are compared
-    with the threshold for P.
-    """
-    counts = np.array(genuine, float) / sum(genuine)
-    score = np.arange(len(counts), dtype=float)
-    needed = threshold(prints)
-    one = float(counts[score >= needed].sum())
-    pairs = np.stack(np.meshgrid(score, score), axis=-1)
-    both = np.outer(counts, counts)
-    subjects = threshold(max(1, prints // 2))
-    return one, float(both[_fused(pairs) >= subjects].sum())
-
-
-def _fused(pairs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the scores of two fingers by Fisher's rule, which may be over 100 here.
-
-    ``q * (1 - ln q)`` is the rate at which the product of two rates is at most q.
-    """
-    exponent = pairs.sum(axis=-1) * (math.log(10.0) / 10.0)
-    fused = pairs.sum(axis=-1) - 10.0 / math.log(10.0) * np.log1p(exponent)
-    return np.where(fused < MAX_SCORE, fuse_fingers(pairs), fused)
-
-
-def limits(c: Constants, a: Assumptions, measured_score: float) -> list[tuple[float, str, str]]:
-    """Return the prints at which each limit is reached, ascending, with what it is and what then.
-
-    `measured_score` is the largest one that the calibration has measured.
-    """
+def limits(c: Constants, a: Assumptions) -> list[tuple[float, str, str]]:
+    """Return the prints at which each limit is reached, ascending, the limit, and what then."""
     memory = a.memory_gb * 1e9 * a.memory_share / c.print_bytes
     day = 24 * 3600 / (c.enrol_us / 1e6)
-    share = np.cumsum(c.genuine[::-1]) / sum(c.genuine)
-    median = MAX_SCORE - int(np.searchsorted(share, 0.5))
-    found = [
-        (
-            FPIR * 10 ** (median / 10),
-            "half of the genuine pairs miss the threshold of an FPIR of 1 % (extrapolated)",
-            "two fingers a search",
-        ),
-        (
-            FPIR * 10 ** (measured_score / 10),
-            "false match rates are extrapolated at an FPIR of 1 %",
-            "measure on more impostor pairs; two fingers a search",
-        ),
+    rows = [
         (memory, "memory of one machine", "shards on several machines"),
-        (
-            FPIR * 10 ** (MAX_SCORE / 10),
-            "scores end at 100: no threshold for an FPIR of 1 % with one finger",
-            "two fingers a search; a longer scale of scores",
-        ),
         (365 * day, "one writer at a time enrols so many in a year", "a database a shard"),
         (2.0**31, "numbers of entries on PostgreSQL have 32 bits", "BIGINT, or a database a shard"),
         (
@@ -176,4 +117,4 @@ def limits(c: Constants, a: Assumptions, measured_score: float) -> list[tuple[fl
             "shards on several machines",
         ),
     ]
-    return sorted(found)
+    return sorted(rows)

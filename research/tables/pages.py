@@ -243,7 +243,7 @@ PAGES: Final = {
         {"plan": Part("python -m research scale plan --json", "scale.json", alone=True)},
         {
             (DOCS / "scale.md", name): _shown(format_scale, "plan", name)
-            for name in ("constants", "plans", "simulation", "thresholds", "limits", "assumptions")
+            for name in ("constants", "plans", "simulation", "limits", "assumptions")
         },
     ),
     "searching": Page(

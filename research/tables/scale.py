@@ -20,7 +20,6 @@ def format_scale(results: Mapping[str, Any]) -> dict[str, str]:
         "constants": format_constants(Constants.from_dict(results["constants"])),
         "plans": _plans(plans),
         "simulation": _simulations(plans, results["loads"], results["losses"]),
-        "thresholds": _thresholds(results["thresholds"]),
         "limits": _limits(results["limits"]),
         "assumptions": _assumptions(results["assumptions"]),
     }
@@ -94,14 +93,6 @@ def _simulations(
             cells = [prints, str(row["replicas"]), seconds(row["down_s"]), *map(seconds, times)]
             loss.append([*cells, percent(row["partial"])])
     return f"{markdown_table(load)}\n\n{markdown_table(loss)}"
-
-
-def _thresholds(rows: Sequence[Mapping[str, Any]]) -> str:
-    table = [["prints", "score for an FPIR of 1 %", "one finger found", "two fingers found"]]
-    for row in rows:
-        one, two = row["found"]
-        table.append([f"{row['prints']:,}", f"{row['score']:.0f}", percent(one), percent(two)])
-    return markdown_table(table)
 
 
 def _limits(rows: Sequence[tuple[float, str, str]]) -> str:

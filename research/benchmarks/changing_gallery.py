@@ -21,6 +21,7 @@ import click
 import numpy as np
 from made_gallery import SEED, sensor_of
 from search_one import LOSS, fill
+from two_processes import gain_of_two_processes
 
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.gallery import open_gallery
@@ -120,10 +121,11 @@ def main(
     The gallery has synthetic prints of different fingers (`made_gallery.py`); they, its database
     and its index are kept in FOLDER. Probes of other fingers are searched for in a copy by one
     thread, one after the other: first quietly, then while another process enrols and removes
-    entries once a second, as many a minute as --changes states. Then one batch of probes is
-    searched for by one process and by two, which needs idle cores; of single searches, the waits
-    for a core do not count. The exit status is 1 where the 95th percentile grows by more than half,
-    the other process makes less than nine of ten changes, or results differ.
+    entries once a second, as many a minute as --changes states. One batch of probes is searched for
+    by one process and by two, which needs idle cores, beside two processes of plain arithmetic; of
+    single searches, the waits for a core do not count. The exit status is 1 where the 95th
+    percentile grows by more than half, the other process makes less than nine of ten changes, or
+    results differ.
     """
     asked = templates(0, probes)
     kept = keep / f"gallery-{prints}.db"
@@ -140,6 +142,7 @@ def main(
         with open_gallery(path) as gallery:
             search = open_search(gallery)
             throughput = {n: probes_a_second(gallery, search, asked, n) for n in (1, 2)}
+            arithmetic = gain_of_two_processes()
             latencies(gallery, search, asked[:8], 1.0, counts)
             quiet = latencies(gallery, search, asked, seconds, counts)
             changer.start()
@@ -158,6 +161,7 @@ def main(
         **dict(zip(("enrolled", "removed", "due"), counts, strict=True)),
         "probes_a_second": by_workers,
         "cores": round(by_workers[2] / by_workers[1], 2),
+        "cores_of_arithmetic": round(arithmetic, 2),
         "load": os.getloadavg()[0],
     }
     print_and_write(str(results), results, json_file)

@@ -10,13 +10,13 @@ import compileall
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from in_turn import OURS, cpu_of_processes, in_turn, wall
 from PIL import Image
+from two_processes import gain_of_two_processes
 
 import fpmatch
 
@@ -24,7 +24,6 @@ PACKAGE = Path(fpmatch.__file__).parent
 SAMPLE = Path(__file__).resolve().parents[3] / "sample_data"
 BLOCKS = 5
 TURNS_DEG = (0.0, 4.0)
-ARITHMETIC = "total = 0\nfor k in range(20_000_000): total += k * k % 7"
 
 
 @pytest.fixture(scope="module")
@@ -73,19 +72,6 @@ def test_enrol(
     workers = "2" if side == OURS else "1"
     words = [*command, "enrol", gallery, str(folder), "--workers", workers]
     benchmark.pedantic(_run, (words, environment), rounds=1)
-
-
-def gain_of_two_processes(environment: dict[str, str]) -> float:
-    """Return how many times as much two processes get done as one, in plain arithmetic."""
-    took = []
-    for processes in (1, 2):
-        start = time.perf_counter()
-        words = [sys.executable, "-c", ARITHMETIC]
-        started = [subprocess.Popen(words, env=environment) for _ in range(processes)]
-        for process in started:
-            process.wait()
-        took.append(time.perf_counter() - start)
-    return 2 * took[0] / took[1]
 
 
 def _run(words: list[str], environment: dict[str, str]) -> None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
-from made_gallery import SEED, sensor_of
+from made_gallery import PART, SEED, sensor_of
 from search_one import LOSS, fill
 from two_processes import gain_of_two_processes
 
@@ -48,6 +48,15 @@ def templates(first: int, count: int) -> list[Template]:
     """Return templates of synthetic fingers that the gallery does not have."""
     numbers = range(first, first + count)
     return [t for k in numbers for t in make_templates(SEED + 1, [k], sensors=[sensor_of(k)])]
+
+
+def mates(prints: int, count: int) -> list[Template]:
+    """Return second impressions of as many fingers of the gallery, evenly spaced."""
+    return [
+        made
+        for k in np.linspace(0, prints - 1, count).astype(int).tolist()
+        for made in make_templates(SEED, [k], first_impression=2, sensors=[sensor_of(k // PART)])
+    ]
 
 
 def change(path: Path, prints: int, a_minute: int, counts: Any, end: Any) -> None:
@@ -103,6 +112,7 @@ def probes_a_second(
 @click.option("--keep", type=PATH, required=True, help="Keep the gallery in this folder.")
 @click.option("--prints", default=131_072, show_default=True)
 @click.option("--probes", default=200, show_default=True, help="Probes of one batch.")
+@click.option("--with-mates", is_flag=True, help="Each probe of the batch has a mate.")
 @click.option("--seconds", default=60, show_default=True, help="Time for searches one by one.")
 @click.option("--changes", default=1000, show_default=True, help="Enrolments a minute.")
 @json_file
@@ -112,6 +122,7 @@ def main(
     keep: Path,
     prints: int,
     probes: int,
+    with_mates: bool,
     seconds: int,
     changes: int,
     json_file: Path | None,
@@ -127,7 +138,8 @@ def main(
     percentile grows by more than half, the other process makes less than nine of ten changes, or
     results differ.
     """
-    asked = templates(0, probes)
+    batch = mates(prints, probes) if with_mates else templates(0, probes)
+    asked = templates(0, 16)
     kept = keep / f"gallery-{prints}.db"
     with open_gallery(kept, create=True) as gallery:
         fill(gallery, keep, prints)
@@ -141,9 +153,9 @@ def main(
         changer = fork.Process(target=change, args=(path, prints, changes, counts, end))
         with open_gallery(path) as gallery:
             search = open_search(gallery)
-            throughput = {n: probes_a_second(gallery, search, asked, n) for n in (1, 2)}
+            throughput = {n: probes_a_second(gallery, search, batch, n) for n in (1, 2)}
             arithmetic = gain_of_two_processes()
-            latencies(gallery, search, asked[:8], 1.0, counts)
+            latencies(gallery, search, asked, 1.0, counts)
             quiet = latencies(gallery, search, asked, seconds, counts)
             changer.start()
             while not counts[1]:

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 PREPARED_AT_ONCE: Final = 64  # prints that one thread prepares and compares before it takes others
-MOST_SEGMENTS: Final = 16  # of a piece
+MOST_SEGMENTS: Final = 32  # of a piece
 SHARED_PIECES: Final = 32  # among which threads divide the segments, if there are enough
 
 

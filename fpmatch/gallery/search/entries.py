@@ -8,9 +8,12 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.fused import identify_fused
+from fpmatch.gallery.search.identification import RIVALS
 from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.gallery.search.whole import piece_size
@@ -105,6 +108,9 @@ def _with_entries(
 ) -> tuple[Identification, list[Entry]]:
     """Return the candidates for a probe that was compared, and their entries."""
     cached = _Entries(gallery, compared.search)
+    listed, most = compared.listed, options.count + RIVALS + 1
+    best = listed.compared[np.argsort(-listed.similarities, kind="stable")[:most]]
+    cached.read(compared.search.numbers[best].tolist())
 
     def subject_of(number: int) -> str | None:
         entry = cached.entry(number)
@@ -132,6 +138,10 @@ class _Entries:
         self._removed: set[int] = set()
         self._read: dict[int, Entry | None] = {}
         gallery.damaged |= search.damaged
+
+    def read(self, numbers: Sequence[int]) -> None:
+        """Read entries that are likely to be needed together; `entry` reads what is missing."""
+        self._read |= {entry.id: entry for entry in self._gallery.entries_of(numbers)}
 
     def entry(self, number: int) -> Entry | None:
         """Return an entry, read once; None for one that was removed or is damaged."""

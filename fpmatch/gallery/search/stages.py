@@ -142,6 +142,8 @@ def _round(
         first = next(turns) % copies * len(divided.pieces)
         for piece, chunk in _tasks(divided, stage, batch, apart=apart):
             yield first + piece, chunk
+        if not apart and divided.pieces and all(_is_done(listed) for _, listed in batch):
+            yield first, []  # else the batch would wait for one that has tasks
 
     with (
         closing(batches),
@@ -172,7 +174,7 @@ def _tasks(
     """
     by_piece = defaultdict(list)
     for i, (probe, listed) in enumerate(batch):
-        if listed.places is not None and not len(listed.places):
+        if _is_done(listed):
             continue
         asked = stage.ask(probe)
         if apart and stage.across:
@@ -186,6 +188,11 @@ def _tasks(
             for part in _parts(places, stage.at_once):
                 yield piece, [(i, asked, part)]
     yield from sorted(by_piece.items())
+
+
+def _is_done(listed: Listed) -> bool:
+    """Return whether no print is left for a stage to score."""
+    return listed.places is not None and not len(listed.places)
 
 
 def _within_pieces(divided: Division, places: Indices | None) -> Iterator[tuple[int, Places]]:

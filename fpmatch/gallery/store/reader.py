@@ -148,6 +148,11 @@ class GalleryReader(SealedDatabase):
                     yielded.add(entry.id)
                     yield entry
 
+    def entries_of(self, numbers: Collection[int]) -> Iterator[Entry]:
+        """Yield the entries of some numbers; numbers without one, and damaged ones, are skipped."""
+        for some in parts(numbers):
+            yield from self._whole_rows(as_entry, where=ENTRY.c.id.in_(some))
+
     def entry(self, number: int) -> Entry:
         """Return the entry of a number; GalleryError (code "unknown") if there is none."""
         return self._one(self.whole_rows, number, lambda row: as_entry(self.opened(row)))

@@ -175,6 +175,24 @@ def test_subjects_of_two_fingers_are_those_of_one_thread(filled, helpers, kind, 
     assert identify_entries_fused(filled, search, probes, **options)[0] == expected
 
 
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_probes_are_drawn_as_their_outcomes_are_taken(filled, kind, workers):
+    """Each outcome can be written before the next probes are read; a batch has three."""
+    search, drawn = opened(filled, kind), []
+
+    def probes():
+        for k in range(300):
+            drawn.append(k)
+            yield PROBES[k % 4]
+
+    for engine, most in ((serial(), 3), (workers, 240)):
+        drawn.clear()
+        outcomes = identify_each(filled, search, probes(), SearchOptions(**kind), engine)
+        assert next(outcomes)[0].candidates
+        assert len(drawn) <= most
+        outcomes.close()
+
+
 def compared(search, probe, engine, **options):
     (one,) = compare_probes(search, [probe], SearchOptions(**options), engine)
     return one.listed

@@ -33,7 +33,7 @@ from research.tables.points import PARTS as POINT_PARTS
 from research.tables.points import format_paper_choices
 from research.tables.revocable import format_revocable
 from research.tables.scale import format_scale
-from research.tables.searching import format_searching
+from research.tables.searching import format_before, format_searching
 from research.tables.serving import (
     OTHER_SERVERS,
     format_attacks,
@@ -251,12 +251,16 @@ PAGES: Final = {
             "large": Part(
                 "research/benchmarks/large_galleries.py --json", "searching.json", alone=True
             ),
+            "before": Part(
+                "the same as large, of an earlier version", "searching_before.json", alone=True
+            ),
             "stored": Part(
                 "research/benchmarks/compact_templates.py --json", "stored_prints.json", alone=True
             ),
         },
         {
             (_tables("searching.md"), "measured"): _shown(format_searching, "large"),
+            (_tables("searching.md"), "before"): format_before,
             (_explanation("searching.md"), "stored"): _shown(format_stored, "stored"),
         },
     ),

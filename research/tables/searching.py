@@ -8,7 +8,7 @@ from fpmatch.lab.evaluation.report.rate_text import percent
 from research.markdown import markdown_table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 STAGES: Final = ("terms", "descriptors", "ridges", "comparison")
 PASSED_ON: Final = ("by_terms", "by_descriptors", "by_ridges")
@@ -30,6 +30,40 @@ def format_searching(results: Mapping[str, Any]) -> str:
             _exact(results),
         ]
     )
+
+
+def format_before(results: Mapping[str, Any]) -> str:
+    """Format searches of an earlier version, without rounds, ridges and embeddings, and of this."""
+    head = ["prints", "wanted loss", "threshold", "Delaunay calls before", "with a mate"]
+    head += ["without a mate", "mates lost before", "now", "bytes a print before", "now"]
+    earlier, today = results["before"], results["large"]
+    now = {_searched(s): s for s in today["speed"]}
+    rows = [
+        [
+            _prints(s),
+            f"{s['plan']['loss']:.1%}",
+            _threshold(s["threshold"]),
+            f"{s['calls']:,.0f}",
+            *(f"{one['calls']:,.0f}" for one in (of["mated"], of)),
+            *(_lost(measured["loss"], _searched(s)) for measured in (earlier, today)),
+            *(f"{sum(one['bytes'].values()):,.0f}" for one in (s, of)),
+        ]
+        for s in earlier["speed"]
+        for of in [now[_searched(s)]]
+    ]
+    return markdown_table([head, *rows])
+
+
+def _searched(row: Mapping[str, Any]) -> tuple[int, float, float]:
+    """Return the prints, the wanted loss and the threshold of a search."""
+    return row["prints"], row["plan"]["loss"], row["threshold"]
+
+
+def _lost(rows: Sequence[Mapping[str, Any]], searched: tuple[int, float, float]) -> str:
+    """Return the share of the mates of all databases that a search loses, if it was measured."""
+    of = [r for r in rows if (r["gallery"], r["wanted"], r["threshold"]) == searched]
+    every = sum(r["found"] for r in of)
+    return percent(sum(r["found"] * r["lost"] for r in of) / every) if every else "-"
 
 
 def _speed(results: Mapping[str, Any]) -> str:

@@ -8,8 +8,6 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.fused import identify_fused
@@ -108,9 +106,9 @@ def _with_entries(
 ) -> tuple[Identification, list[Entry]]:
     """Return the candidates for a probe that was compared, and their entries."""
     cached = _Entries(gallery, compared.search)
-    listed, most = compared.listed, options.count + RIVALS + 1
-    best = listed.compared[np.argsort(-listed.similarities, kind="stable")[:most]]
-    cached.read(compared.search.numbers[best].tolist())
+    listed = compared.listed
+    likely = listed.compared[listed.most_similar(options.count + RIVALS + 1)]
+    cached.read(compared.search.numbers[likely].tolist())
 
     def subject_of(number: int) -> str | None:
         entry = cached.entry(number)

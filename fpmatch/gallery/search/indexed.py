@@ -268,14 +268,14 @@ class IndexedSearch(Search):
 
     def _other_impressions(self, count: int, _: Any, listed: Listed, __: Any) -> Listed:
         """List other impressions of the fingers that rank first."""
-        best = listed.compared[np.argsort(-listed.similarities, kind="stable")[:count]]
+        best = listed.compared[listed.most_similar(count)]
         impressions = self.impressions_of(np.unique(self.finger_of[best]))
         return replace(listed, places=np.setdiff1d(impressions, listed.compared))
 
     def _with_whole(self, probe: Any, listed: Listed, parts: list[NDArray[np.float64]]) -> Listed:
         """Compare the most similar prints again, by the templates of the gallery."""
         listed = listed.with_compared(parts)
-        best = np.argsort(-listed.similarities, kind="stable")[:MOST_WHOLE]
+        best = listed.most_similar(MOST_WHOLE)
         similar = listed.similarities.copy()
         similar[best] = self.whole_similarities(probe, listed.compared[best], similar[best])
         return replace(listed, similarities=similar)

@@ -50,6 +50,13 @@ class Listed:
     passed_on: tuple[int, ...] = ()
     ended: bool = False
 
+    def most_similar(self, count: int) -> Indices:
+        """Return which of the `compared` prints are most similar, best first; of equals, the first.
+
+        Others than the best `count` are left out.
+        """
+        return np.argsort(-self.similarities, kind="stable")[:count]
+
     def with_compared(self, parts: Sequence[NDArray[np.float64]]) -> Listed:
         """Return the prints with the similarities of the `places`, part by part."""
         new = np.concatenate([np.empty(0), *parts])
@@ -138,12 +145,12 @@ def _round(
     turns = count()
     score = (stage.across if apart else None) or stage.score
 
-    def tasks_of(batch: _Batch) -> Iterator[tuple[int, list[Any]]]:
+    def tasks_of(batch: _Batch) -> list[tuple[int, list[Any]]]:
         first = next(turns) % copies * len(divided.pieces)
-        for piece, chunk in _tasks(divided, stage, batch, apart=apart):
-            yield first + piece, chunk
-        if not apart and divided.pieces and all(_is_done(listed) for _, listed in batch):
-            yield first, []  # else the batch would wait for one that has tasks
+        tasks = _tasks(divided, stage, batch, apart=apart)
+        made = [(first + piece, chunk) for piece, chunk in tasks]
+        # without any, a batch would wait for a later one that has some
+        return made or ([(first, [])] if divided.pieces else [])
 
     with (
         closing(batches),
@@ -174,7 +181,7 @@ def _tasks(
     """
     by_piece = defaultdict(list)
     for i, (probe, listed) in enumerate(batch):
-        if _is_done(listed):
+        if listed.places is not None and not len(listed.places):
             continue
         asked = stage.ask(probe)
         if apart and stage.across:
@@ -188,11 +195,6 @@ def _tasks(
             for part in _parts(places, stage.at_once):
                 yield piece, [(i, asked, part)]
     yield from sorted(by_piece.items())
-
-
-def _is_done(listed: Listed) -> bool:
-    """Return whether no print is left for a stage to score."""
-    return listed.places is not None and not len(listed.places)
 
 
 def _within_pieces(divided: Division, places: Indices | None) -> Iterator[tuple[int, Places]]:

@@ -29,7 +29,7 @@ from tests.gallery.conftest import kill_one
 
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
-    "short lists": SearchOptions(listed="subjects", count=2, threshold=1.0),
+    "over a threshold": SearchOptions(listed="subjects", count=2, threshold=1.0),
     "fingers": SearchOptions(listed="fingers", consolidate=True, count=4),
     "impressions": SearchOptions(listed="impressions", loss=0),
 }
@@ -152,7 +152,7 @@ def test_several_processes(gallery, probes, tmp_path):
 def test_a_cluster_of_which_a_worker_is_killed(
     gallery, probes, tmp_path, kind, monkeypatch, local_cluster
 ):
-    options = OPTIONS["short lists"]
+    options = OPTIONS["over a threshold"]
     if kind == "index":
         monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
     _, expected = run(gallery, probes, tmp_path / "expected.csv", options)

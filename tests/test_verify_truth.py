@@ -14,6 +14,7 @@ from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -188,3 +189,17 @@ def test_real_prints_are_decided_rightly(reference, match):
     probe, other = (extract(FVC2002_DB1 / f"{name}.tif", dpi=500) for name in ("101_1", reference))
     result = verify(probe, other)
     assert (result.match, result.reason == "") == (match, match)
+
+
+@pytest.mark.skipif(not COMPILED, reason="takes a hundred times as long")
+@pytest.mark.skipif(not FVC2002_DB1.is_dir(), reason="the FVC images are not beside the project")
+def test_ridges_of_different_fingers_agree_as_the_legend_states():
+    prints = {file: extract(file, dpi=500) for file in sorted(FVC2002_DB1.glob("*_[1-4].tif"))}
+    compared = [
+        verify(a, b).compared
+        for (path, a), (other, b) in itertools.combinations(prints.items(), 2)
+        if not same_finger((path.name, other.name))
+    ]
+    agreements = [one.ridge_agreement for one in compared if one and one.ridge_area_mm2]
+    assert len(agreements) > 50
+    assert np.mean(agreements) == pytest.approx(IMPOSTOR_MEAN, abs=0.02)

@@ -151,6 +151,7 @@ class Ridges(BaseModel):
     """Where the ridges of two prints agree."""
 
     mean: float = Field(description="Mean of the cells, as ridge_agreement in compared")
+    impostor_mean: float = Field(description="Mean agreement of different fingers")
     area_mm2: float
     cell_px: float = Field(description="Side of a cell, in pixels of the reference")
     rotation_deg: float = Field(description="Rotation of the rows of cells, clockwise")

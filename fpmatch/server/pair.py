@@ -19,6 +19,7 @@ from fpmatch.drawing.scene.items import Box, bounds, of_transform, zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, webp_bytes
 from fpmatch.errors import GalleryError
+from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_rows, odds
@@ -209,8 +210,8 @@ def _ridges(verification: Verification) -> dict[str, Any] | None:
     document = ridges.as_dict()
     cells = [(*cell, hexadecimal(agreement(cell[2]))) for cell in document["cells"]]
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
-    area = {"area_mm2": compared.ridge_area_mm2}
-    return {**document, **area, "cells": cells, "colours": colours}
+    beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_MEAN}
+    return {**document, **beside, "cells": cells, "colours": colours}
 
 
 def _warped(pair: ComparedPair, warp: PairWarp) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from PIL import Image
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
+from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server import models
 from fpmatch.server.app import STATIC
@@ -119,6 +120,7 @@ def test_further_views_are_of_the_same_comparison(client, prints):
     compared = shown["result"]["compared"]
     assert ridges["mean"] == pytest.approx(compared["ridge_agreement"], rel=1e-12)
     assert ridges["area_mm2"] == compared["ridge_area_mm2"]
+    assert ridges["impostor_mean"] == IMPOSTOR_MEAN
     assert {len(cell) for cell in ridges["cells"]} == {4}
     assert all(re.fullmatch("#[0-9a-f]{6}", cell[3]) for cell in ridges["cells"])
     assert views["drawn"].startswith("warped through")

@@ -27,6 +27,7 @@ from fpmatch.drawing.scene.items import (
     of_transform,
     zoomed,
 )
+from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,7 +44,7 @@ _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
 _INK: Final[palette.Colour] = (70, 72, 76)
 _STEPS: Final = 64  # of the scale of colours
 _AGREEMENTS: Final = (
-    *((0.0, "0"), (0.2, "0.2: usual of different fingers")),
+    *((0.0, "0"), (IMPOSTOR_MEAN, f"{IMPOSTOR_MEAN:.2g}: mean of different fingers")),
     *((0.6, "0.6"), (0.8, "0.8"), (1.0, "1: the ridges coincide")),
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepare import PreparedTemplate
 
+IMPOSTOR_MEAN: Final = 0.27
+"""Mean agreement of the ridges of different fingers, under the transform that aligns them best."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RidgeMap:
@@ -28,8 +31,7 @@ class RidgeMap:
     The cells are squares of one of the prints, of about two ridge periods. Each is compared, with
     the cells that touch it, where the mesh of pairs maps it, shifted by up to half a ridge period.
     Its correlation is 2·p - 1, where p is the share of samples that are ridge in both prints or
-    valley in both: 1 where the ridges coincide, about 0.2 for different fingers whose ridges have
-    the same orientation.
+    valley in both: 1 where the ridges coincide, on average `IMPOSTOR_MEAN` for different fingers.
 
     Parameters
     ----------

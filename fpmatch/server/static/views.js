@@ -15,20 +15,20 @@ export function cells({ cell_px: side, rotation_deg: degrees, cells: found }) {
   )));
 }
 
-// The scale of colours, with ticks at what is usual of different fingers and at this comparison.
-export function scale({ mean, colours }) {
+// The scale of colours, with ticks at the mean of different fingers and at this comparison.
+export function scale({ mean, impostor_mean: impostors, colours }) {
   const tick = (value, name) => {
     const made = el("i", { class: name });
     made.style.left = `${100 * clamped(value)}%`;
     return made;
   };
-  const bar = el("div", { class: "scale-bar" }, tick(0.2, "usual"), tick(mean, "mean"));
+  const bar = el("div", { class: "scale-bar" }, tick(impostors, "usual"), tick(mean, "mean"));
   bar.style.background = `linear-gradient(90deg, ${colours.join()})`;
   return [el("span", {}, "Ridges differ"), bar, el("span", {}, "coincide")];
 }
 
-export const aboutRidges = ({ mean, area_mm2: area }) =>
-  `Ridge agreement ${mean.toFixed(2)} (thick tick) on ${area.toFixed(0)} mm²; of different fingers about 0.2 (thin tick). White: not compared.`;
+export const aboutRidges = ({ mean, impostor_mean: impostors, area_mm2: area }) =>
+  `Ridge agreement ${mean.toFixed(2)} (thick tick) on ${area.toFixed(0)} mm²; of different fingers ${impostors.toFixed(2)} on average (thin tick). White: not compared.`;
 
 // The probe with its minutiae where the mesh has them; no transform moves it any more.
 export function bent(probe, { minutiae }) {

@@ -60,3 +60,4 @@ def test_the_note_states_the_time_as_measured():
     shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
     (measured,) = [one["value"] for one in shown["figures"] if one["name"] == BENCHMARK]
     assert pytest.approx(measured, rel=0.2) == SLOWER
+    assert f"[{SLOWER} times](docs/explanation/performance.md)" in (ROOT / "README.md").read_text()

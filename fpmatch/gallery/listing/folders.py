@@ -77,7 +77,9 @@ def prints_by_folder(root: Path, *, certain: bool = False) -> list[PrintFile]:
     """
     prints = prints_below(root)
     if not prints:
-        raise ImageReadError("the folder holds no images", path=root, code="empty folder")
+        raise ImageReadError(
+            "the folder contains no images and no templates", path=root, code="empty folder"
+        )
     if not certain:
         _check_no_databases(prints)
     above = {folder for file in prints for folder in file.path.parent.parents}

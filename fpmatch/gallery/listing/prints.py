@@ -183,7 +183,9 @@ def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iter
         return prints_by_folder(place, certain=by_folder)
     if files := prints_below(place):
         return _labelled(files, pattern)
-    raise ImageReadError("the folder holds no images", path=place, code="empty folder")
+    raise ImageReadError(
+        "the folder contains no images and no templates", path=place, code="empty folder"
+    )
 
 
 def _labelled(files: Iterable[PrintFile], pattern: NamePattern | None) -> list[PrintFile]:

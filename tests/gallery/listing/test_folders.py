@@ -89,7 +89,7 @@ def test_links_that_lead_back_are_not_followed(people):
 def test_a_folder_of_empty_folders_has_no_prints(people):
     root = people("ada/notes.txt")
     for options in ({}, {"by_folder": True}, {"pattern": NamePattern()}):
-        with pytest.raises(ImageReadError, match="the folder holds no images"):
+        with pytest.raises(ImageReadError, match="the folder contains no images and no templates"):
             find_prints([root], **options)
 
 

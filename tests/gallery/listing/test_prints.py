@@ -35,7 +35,9 @@ def test_what_is_not_there_is_refused(folder):
     with pytest.raises(ImageReadError, match=r"9_2\.tif: no such file or folder"):
         find_prints([folder, folder / "9_2.tif"])
     (folder / "empty").mkdir()
-    with pytest.raises(ImageReadError, match="empty: the folder holds no images"):
+    with pytest.raises(
+        ImageReadError, match="empty: the folder contains no images and no templates"
+    ):
         find_prints([folder / "empty"])
     with pytest.raises(ResolutionError, match="50 dpi"):
         find_prints([folder], 50)

@@ -76,7 +76,7 @@ class Overlay:
         return png_bytes(reduced(self.pixels, width=_OVERLAY_WIDTH, height=2 * _OVERLAY_WIDTH))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class VerifiedPrints(Verification):
     """A verification with the pictures of the prints; a notebook shows result and overlay.
 
@@ -87,7 +87,7 @@ class VerifiedPrints(Verification):
     """
 
     images: tuple[NDArray[np.uint8] | None, NDArray[np.uint8] | None] = field(
-        default=(None, None), repr=False, compare=False
+        default=(None, None), repr=False
     )
 
     def overlay(

@@ -49,9 +49,9 @@ class Compared:
     ridge_score: float  # about what the ridges add to the score; 0 where they were not compared
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """A matcher's own result, before calibration.
+    """A matcher's own result, before calibration; equal to itself alone.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Comparison:
     overlap: float
     reason: str = ""
     compared: Compared | None = None
-    detail: Any = field(default=None, repr=False, compare=False)
+    detail: Any = field(default=None, repr=False)
 
 
 def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:

@@ -150,9 +150,9 @@ class Explanation:
         return call_matcher(self.matcher, method, self.probe[1], self.reference[1], what)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Verification:
-    """The decision on two templates and the evidence for it.
+    """The decision on two templates and the evidence for it; equal to itself alone.
 
     A decision alone costs one comparison. What else is asked for comes from `explanation`: the
     evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) and what
@@ -197,7 +197,7 @@ class Verification:
     reference: Template = field(repr=False)
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
-    explanation: Explanation | None = field(default=None, repr=False, compare=False)
+    explanation: Explanation | None = field(default=None, repr=False)
     dpi_assumed: tuple[str, ...] = ()
 
     @property

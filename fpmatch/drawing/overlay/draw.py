@@ -11,7 +11,8 @@ from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.overlay.page import Print, panel_of
 from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
-from fpmatch.errors import OutputError
+from fpmatch.errors import ImageError, OutputError, check_type
+from fpmatch.matching.verification import Verification
 
 # The pages that few calls draw are imported where they are drawn.
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.items import Scene
-    from fpmatch.matching.verification import Verification
 
 NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
 NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"
@@ -195,6 +195,7 @@ def overlay_scene(
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
     """Return what `draw` paints, which can also be written as SVG; its errors are raised."""
+    check_type(verification, Verification, "what is drawn is a Verification", ImageError)
     ours = Print.of("probe image", probe, verification.probe)
     theirs = Print.of("reference image", reference, verification.reference)
     transform = verification.transform

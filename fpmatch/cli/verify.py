@@ -166,7 +166,10 @@ def verify(
 
         check_overlay(overlay_file)
     if case_report is not None:
+        from fpmatch.drawing.case_report import check_words
+
         check_writable(case_report, what="a case report", suffixes=(".html", ".htm"))
+        check_words(case_number, notes)
     pair = compare_files(values)
     match = pair.verification.match
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it

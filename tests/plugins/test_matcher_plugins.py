@@ -260,7 +260,8 @@ COMMANDS = {
     "verify --json": "verify {a} {b} --calibration {curve} --json",
     "claim": "verify --gallery {gallery} --subject 101 {a} --calibration {curve}",
     "identify": "identify {gallery} {a} --calibration {curve}",
-    "identify -o": "identify {gallery} --probes {prints} -o out.csv --calibration {curve} --workers 1",
+    "identify -o": "identify {gallery} --probes {prints} -o out.csv --calibration {curve} "
+    "--workers 1",
     "score": "score --references {prints} --probes {prints} -o out.csv --workers 1",
     "evaluate": "evaluate {prints} --workers 1",
     "calibrate": "calibrate {prints} -o out.json --workers 1",

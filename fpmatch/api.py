@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.base.html import html_table
-from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import ImageError
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verification import Verification
@@ -23,6 +22,7 @@ from fpmatch.templates.minutiae import Template
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.scene.items import Scene
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.matching.verify import Identity
@@ -42,21 +42,29 @@ class Overlay:
     ----------
     pixels : ndarray of uint8, shape (height, width, 3)
         The picture, RGB.
+    scene : Scene
+        The same as marks and text, for SVG.
     """
 
     pixels: NDArray[np.uint8]
+    scene: Scene = field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture as PNG.
+        """Write the picture as PNG, or as SVG with vector marks and text.
+
+        Parameters
+        ----------
+        path : path
+            The file; its ending is ``.png`` or ``.svg``. Folders that are missing are made.
 
         Raises
         ------
         OutputError
-            If the file cannot be written.
+            If the ending is another, or the file cannot be written.
         """
-        from fpmatch.drawing.scene.raster import png_bytes  # noqa: PLC0415
+        from fpmatch.drawing.overlay.draw import save_scene  # noqa: PLC0415
 
-        atomic_write_bytes(path, png_bytes(self.pixels))
+        save_scene(path, self.scene)
 
     def __repr__(self) -> str:
         height, width, _ = self.pixels.shape
@@ -68,7 +76,7 @@ class Overlay:
         return png_bytes(reduced(self.pixels, width=_OVERLAY_WIDTH, height=2 * _OVERLAY_WIDTH))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class VerifiedPrints(Verification):
     """A verification with the pictures of the prints; a notebook shows result and overlay.
 
@@ -79,7 +87,7 @@ class VerifiedPrints(Verification):
     """
 
     images: tuple[NDArray[np.uint8] | None, NDArray[np.uint8] | None] = field(
-        default=(None, None), repr=False, compare=False
+        default=(None, None), repr=False
     )
 
     def overlay(
@@ -101,16 +109,16 @@ class VerifiedPrints(Verification):
         OutputError
             If more than one of the three is set.
         """
-        from fpmatch.drawing.overlay.draw import draw  # noqa: PLC0415
+        from fpmatch.drawing.overlay.draw import View, overlay_scene  # noqa: PLC0415
         from fpmatch.drawing.scene.ink import ridge_picture  # noqa: PLC0415  (after the decision)
+        from fpmatch.drawing.scene.raster import paint  # noqa: PLC0415
 
         probe, reference = (
             ridge_picture(template) if image is None else image
             for image, template in zip(self.images, (self.probe, self.reference), strict=True)
         )
-        return Overlay(
-            draw(probe, reference, self, side_by_side=side_by_side, ridges=ridges, warp=warp)
-        )
+        scene = overlay_scene(probe, reference, self, View(side_by_side, ridges, warp))
+        return Overlay(paint(scene), scene)
 
     @cached_property
     def identical(self) -> Identity | None:

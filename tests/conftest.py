@@ -6,6 +6,7 @@ import importlib.util
 import os
 import re
 import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -108,6 +109,21 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if kernels_of(item.path):
             item.add_marker(pytest.mark.kernels)
+
+
+@pytest.fixture
+def tiny_disk(tmp_path):
+    """Return an empty folder on a disk of 64 kB, where this process may mount one."""
+    folder = tmp_path / "tiny"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
+    if (
+        not shutil.which("mount")
+        or subprocess.run(mount, check=False, capture_output=True).returncode
+    ):
+        pytest.skip("no disk can be mounted")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
 
 
 @pytest.fixture

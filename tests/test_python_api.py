@@ -4,6 +4,7 @@ import dataclasses
 import importlib.util
 import shutil
 import time
+from contextlib import suppress
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from PIL import Image
 
 import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
+from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.tasks.enrol import enrol
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
@@ -252,3 +254,106 @@ def test_one_database_is_evaluated_as_a_list_of_one(tmp_path):
     report = fpmatch.evaluate(str(tmp_path), workers=1)
     assert (report.genuine, report.impostor) == (1, 2)
     assert fpmatch.evaluate([tmp_path], workers=1).pooled == report.pooled
+
+
+WRONG = {
+    "template": lambda path, template, image: fpmatch.save_template(template, path),
+    "path": lambda path, template, image: fpmatch.save_template(None, template),
+    "image": lambda path, template, image: fpmatch.save_template(path, image),
+    "load_template": lambda path, template, image: fpmatch.load_template(template),
+    "read_image": lambda path, template, image: fpmatch.read_image(image),
+    "extract": lambda path, template, image: fpmatch.extract(template),
+    "assess": lambda path, template, image: fpmatch.assess(None),
+    "open_gallery": lambda path, template, image: fpmatch.open_gallery(template),
+    "identify": lambda path, template, image: fpmatch.identify(template, A),
+    "enrol": lambda path, template, image: fpmatch.enrol(None, [A]),
+    "draw": lambda path, template, image: fpmatch.draw(
+        fpmatch.verify(template, template), image, image
+    ),
+    "save_overlay": lambda path, template, image: fpmatch.save_overlay(
+        image, image, template, path
+    ),
+    "overlay": lambda path, template, image: (
+        fpmatch.verify(template, template).overlay().save(template)
+    ),
+}
+
+
+@pytest.mark.parametrize("call", WRONG.values(), ids=WRONG)
+def test_arguments_of_another_type_get_one_line(tmp_path, monkeypatch, template, whorl, call):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FpmatchError, match=r", not (Template|NoneType|GreyImage)$") as caught:
+        call("a.json", template, fpmatch.GreyImage(whorl))
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def results_in(found):
+    """Yield a result and all that its fields hold."""
+    if dataclasses.is_dataclass(found):
+        yield found
+        for field in dataclasses.fields(found):
+            yield from results_in(getattr(found, field.name))
+    if isinstance(found, tuple | list):
+        for one in found[:3]:
+            yield from results_in(one)
+
+
+@pytest.mark.filterwarnings("error")
+def test_every_result_can_be_compared_and_hashed_or_says_in_one_line_that_it_cannot(
+    fingers, template, rng, tmp_path, prints
+):
+    points = rng.uniform(size=(30, 2))
+    db, folder = tmp_path / "g.db", tmp_path / "few"
+    folder.mkdir()
+    for name in ("1_1.png", "1_2.png", "2_1.png"):
+        shutil.copy(prints / name, folder)
+
+    def results():
+        verified = fpmatch.verify(fingers[0], np.rot90(fingers[0]).copy())
+        yield from (verified, verified.evidence, verified.scale, verified.ridge_map)
+        yield from (
+            verified.overlay(),
+            fpmatch.verify(template, template),
+            Template(template.minutiae, 9, 9),
+        )
+        yield from (
+            fpmatch.assess(fingers[0]),
+            fpmatch.GreyImage(fingers[0]),
+            fpmatch.match_points(points, 2 * points),
+        )
+        yield from (fpmatch.enrol(db, [folder]), fpmatch.identify(db, folder / "1_1.png"))
+        yield fpmatch.evaluate([folder], workers=1)
+        with fpmatch.open_gallery(db) as gallery:
+            yield list(gallery.entries())
+
+    seen = set()
+    for first, second in zip(results(), results(), strict=True):
+        for one, other in zip(results_in(first), results_in(second), strict=True):
+            seen.add(type(one).__name__)
+            assert one == one  # noqa: PLR0124  (what is tested)
+            assert isinstance(one == other, bool)
+            assert not one == "another"  # noqa: SIM201
+            with suppress(TypeError):
+                assert hash(one) == hash(one)
+                continue
+            with pytest.raises(TypeError, match=r"^unhashable type: '[A-Za-z]+'$"):
+                hash(one)
+    assert seen > {
+        *("VerifiedPrints", "Comparison", "Template", "Minutiae", "RidgeField", "Similarity"),
+        *("Overlay", "AssessedPrint", "PrintQuality", "GreyImage", "PointMatch"),
+        *("IdentifiedFinger", "EvaluationReport", "SetResult", "Rates"),
+    }
+
+
+def test_an_overlay_is_saved_in_the_format_of_its_suffix(tmp_path, template):
+    overlay = fpmatch.verify(template, template).overlay()
+    svg, png = tmp_path / "new" / "a.svg", tmp_path / "new" / "a.PNG"
+    overlay.save(svg)
+    overlay.save(png)
+    assert svg.read_text("utf-8").startswith("<svg")
+    assert np.array_equal(np.asarray(Image.open(png)), overlay.pixels)
+    for name in ("a.jpg", "a"):
+        with pytest.raises(OutputError, match=r"an overlay is written as \.png or \.svg"):
+            overlay.save(tmp_path / name)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.PNG", "a.svg", "new"]

@@ -9,13 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.base.output import atomic_write_bytes, open_private, reason
+from fpmatch.base.output import atomic_write_bytes, make_missing, open_private, reason
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-PRIVATE_FOLDER = 0o700
 _OTHERS = 0o077  # rights of group and others
 _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
@@ -29,13 +28,8 @@ def make_folder(
     already stay as they are, or are made so too with `narrow`.
     """
     folder = Path(path)
-    mode = 0o777 if public else PRIVATE_FOLDER
     try:
-        for place in reversed([folder, *folder.parents]):
-            if not place.is_dir():
-                place.mkdir(mode, exist_ok=True)
-                if not public:
-                    place.chmod(mode)
+        make_missing(folder, public=public)
         if narrow:
             make_private(folder)
     except OSError as error:

@@ -109,12 +109,14 @@ def convert(
     The format of IN is found by its content. All its prints are kept where the format of OUT can
     hold several.
     """
+    from fpmatch.base.output import check_writable
     from fpmatch.formats.files import is_template_file, save_record
     from fpmatch.formats.record import TemplateRecord, View
     from fpmatch.image.dataset_folder import described
     from fpmatch.prints.reading import PrintReader, read_given_print
 
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
+    check_writable(target)
     if source_format or is_template_file(source):
         record = _template(source, source_format, described(source, dpi=dpi)[1], size, angles)
     else:

@@ -126,6 +126,7 @@ def extract(
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
     from fpmatch.base.folders import make_folder
+    from fpmatch.base.output import check_writable
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import described
     from fpmatch.image.folder_polarity import PolarityReader, find_polarities
@@ -146,6 +147,7 @@ def extract(
         check_dpi(dpi)
     _refuse_shared_names(images)
     make_folder(output)
+    check_writable(output / images[0].name)
     reader = PrintReader(raw, quiet=True, angles=angles)
     polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
     of_folder = PolarityReader(reader, polarities, dpi)
@@ -166,8 +168,9 @@ def extract(
                     files = _draw(recorder, image, output / image.stem)
                 minutiae = len(given.template.minutiae)
                 done.append(_Extracted(image, files, minutiae, given.quality, given.notes))
-            except OutputError:
-                raise
+            except OutputError as error:
+                failures.append(error)
+                break
             except FpmatchError as error:
                 failures.append(error)
             bars.show("extract", number, len(images))

@@ -152,24 +152,43 @@ def verify(
         raise click.UsageError("--view and --warp are of --overlay; --warp of --case-report, too")
     if case_report is None and (case_number or notes):
         raise click.UsageError("--case-number and --notes are of --case-report")
+    if warp and view not in {None, "overlay"}:
+        raise click.UsageError(f"--warp cannot be combined with --view {view}")
     if ridge_map and not as_json:
         raise click.UsageError("--ridge-map is of --json")
+    from fpmatch.base.output import check_writable
+    from fpmatch.errors import MatcherError
+    from fpmatch.matching.result import named
     from fpmatch.prints.report import as_text
 
+    if overlay_file is not None:
+        from fpmatch.drawing.overlay.draw import check_overlay
+
+        check_overlay(overlay_file)
+    if case_report is not None:
+        from fpmatch.drawing.case_report import check_words
+
+        check_writable(case_report, what="a case report", suffixes=(".html", ".htm"))
+        check_words(case_number, notes)
     pair = compare_files(values)
     match = pair.verification.match
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
+    try:
+        if as_json:
+            ridges = pair.verification.ridge_map if ridge_map else None
+            cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
+            answer = json_text(pair.as_dict() | cells)
+        else:
+            answer = as_text(pair.verification, pair.quality, identical=pair.identical)
+    except MatcherError as error:  # of a plug-in that is asked for reasons
+        raise named(error, pair.probe.name, pair.reference.name) from error
+    show(answer)
+    # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
         _draw(overlay_file, pair, view, warp=warp)
     if case_report is not None:
         written = {"case_number": case_number, "notes": notes, "warp": warp}
         _write_case_report(case_report, pair, values, written)
-    if as_json:
-        ridges = pair.verification.ridge_map if ridge_map else None
-        cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
-        show(json_text(pair.as_dict() | cells))
-    else:
-        show(as_text(pair.verification, pair.quality, identical=pair.identical))
     return EXIT_STATUS[pair.verification.decision]
 
 
@@ -177,8 +196,6 @@ def _draw(target: Path, pair: ComparedPair, view: str | None, *, warp: bool) -> 
     """Draw a comparison of two files; print a note where another picture is drawn."""
     from fpmatch.drawing.overlay.draw import View, save_overlay
 
-    if warp and view not in {None, "overlay"}:
-        raise click.UsageError(f"--warp cannot be combined with --view {view}")
     chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges", warp=warp)
     verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
     save_overlay(target, *pixels, verification, **asdict(chosen))

@@ -140,6 +140,14 @@ def _resolution(given: GivenPrint, dpi: float | None) -> str:
     return f"{given.template.dpi:g} dpi, {source}"
 
 
+def check_words(case_number: str, *notes: str) -> None:
+    """Raise CaseReportError where the words for a case report are beyond their limits."""
+    if sum(map(len, notes)) > LONGEST_TEXT:
+        raise CaseReportError(f"notes have at most {LONGEST_TEXT:,} characters")
+    if len(case_number) > LONGEST_CASE_NUMBER:
+        raise CaseReportError(f"a case number has at most {LONGEST_CASE_NUMBER} characters")
+
+
 def case_report(
     pair: ComparedPair,
     files: tuple[CaseFile, CaseFile],
@@ -158,12 +166,9 @@ def case_report(
     break in `notes` begins a new line. Raises CaseReportError if notes, case number or marks are
     beyond their limits.
     """
-    if len(notes) + sum(len(mark.note) for mark in marks) > LONGEST_TEXT:
-        raise CaseReportError(f"notes have at most {LONGEST_TEXT:,} characters")
+    check_words(case_number, notes, *(mark.note for mark in marks))
     if len(marks) > _MOST_MARKS:
         raise CaseReportError(f"a case report shows at most {_MOST_MARKS} marks")
-    if len(case_number) > LONGEST_CASE_NUMBER:
-        raise CaseReportError(f"a case number has at most {LONGEST_CASE_NUMBER} characters")
     v = pair.verification
     own = [ExaminerMark(mark_letter(k), m.side, m.x, m.y) for k, m in enumerate(marks)]
     sides = [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats import plain_csv
 from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.angles import AngleConvention
@@ -16,12 +16,12 @@ from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.templates.bounds import check_bounds
+from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
     import os
 
     from fpmatch.formats.codec import Codec
-    from fpmatch.templates.minutiae import Template
 
 ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
 
@@ -62,6 +62,7 @@ def load_template(path: str | os.PathLike[str], *, angles: str | None = None) ->
     ...     load_template(Path(folder, "print.npy"), angles="rad,clockwise")
     Template(31 x 41 px, 500 dpi, 2 minutiae)
     """
+    check_path(path, TemplateError)
     convention = None if angles is None else AngleConvention.parse(angles)
     return load_record(path, options=ReadingOptions(angles=convention)).views[0].template
 
@@ -123,7 +124,8 @@ def save_template(
     Raises
     ------
     TemplateError
-        If the suffix or format is unknown, or the format cannot hold such a template.
+        If the suffix or format is unknown, the format cannot hold such a template, or the two are
+        given in the other order.
     OutputError
         If the file cannot be written.
 
@@ -139,6 +141,8 @@ def save_template(
     ...     load_template(Path(folder, "print.csv")) == template
     True
     """
+    check_path(path, TemplateError)
+    check_type(template, Template, "the template is a Template", TemplateError)
     return save_record(path, TemplateRecord("", (View(template),)), file_format=file_format)
 
 

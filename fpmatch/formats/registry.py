@@ -23,6 +23,7 @@ from fpmatch.formats import (
 )
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.fmr_header import MAGIC
+from fpmatch.formats.record import Encoded, TemplateRecord
 
 if TYPE_CHECKING:
     import os
@@ -124,15 +125,18 @@ def _guarded(codec: Codec) -> Codec:
             warnings.warn(f"format {codec.name}: recognises: {error!r}", stacklevel=2)
             return False
 
-    decode = partial(_naming, codec.name, codec.decode)
-    encode = None if codec.encode is None else partial(_naming, codec.name, codec.encode)
+    decode = partial(_naming, codec.name, TemplateRecord, codec.decode)
+    encode = None if codec.encode is None else partial(_naming, codec.name, Encoded, codec.encode)
     return Codec(codec.name, codec.title, tuple(codec.suffixes), recognises, decode, encode)
 
 
-def _naming(name: str, function: Callable[..., Result], *given: Any) -> Result:
+def _naming(name: str, kind: type[Result], function: Callable[..., Any], *given: Any) -> Result:
     """Call a function of a codec of another package; its faults are TemplateErrors."""
     try:
-        return function(*given)
+        result = function(*given)
+        if not isinstance(result, kind):
+            raise TypeError(f"returned {type(result).__name__}, not {kind.__name__}")
+        return result
     except FpmatchError:
         raise
     except Exception as error:

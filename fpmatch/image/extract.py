@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import ImageError, check_type
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.io.grey import GreyImage, ImageLimits, as_grey
 from fpmatch.image.io.read import name_errors, read_image
@@ -101,6 +101,7 @@ def extract(
     source = read_image(image) if isinstance(image, str | Path) else image
     if isinstance(source, np.ndarray):
         source = GreyImage(as_grey(source))
+    check_type(source, GreyImage, "an image is a path, a GreyImage or an array", ImageError)
     known = source.dpi if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):

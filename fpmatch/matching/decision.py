@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage
+from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage, call_matcher
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH
 from fpmatch.templates.plausibility import OFF_RIDGES
@@ -66,7 +66,7 @@ def evidence_in(matcher: Any, template: Template, prepared: object) -> NDArray[n
     if lacks_ridges(template):
         return np.array(NOTHING)
     if hasattr(matcher, "amount"):
-        amount: NDArray[np.float64] = matcher.amount(prepared)
+        amount: NDArray[np.float64] = call_matcher(matcher, "amount", prepared)
         return amount
     return np.array([len(template.minutiae), *NOTHING[1:]])
 
@@ -125,7 +125,8 @@ def reachable_similarities(
     fewest = np.minimum(probe[..., 0], references[..., 0])
     if not hasattr(matcher, "typical_similarities"):
         return np.where(fewest >= LEAST_MINUTIAE, math.inf, -math.inf)
-    return np.where(fewest > 0, matcher.typical_similarities(probe, references), -math.inf)
+    typical = call_matcher(matcher, "typical_similarities", probe, references)
+    return np.where(fewest > 0, typical, -math.inf)
 
 
 def reachable_scores(
@@ -185,11 +186,11 @@ def _needed(
     """Return how much evidence there is, and how much it takes."""
 
     def reaches(factor: float) -> bool:
-        sides = (matcher.amount(side, factor) for side in (probe, reference))
+        sides = (call_matcher(matcher, "amount", side, factor) for side in (probe, reference))
         reachable = reachable_scores(calibration, reachable_similarities(matcher, *sides))
         return bool(reachable >= threshold)
 
-    minutiae, area = matcher.available(probe, reference)
+    minutiae, area = call_matcher(matcher, "available", probe, reference)
     enough = next(filter(reaches, FACTORS), None)
     if enough is None and minutiae >= LEAST_MINUTIAE:
         message = f"most genuine pairs of prints of any size score less than {threshold:.1f}"

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
+import traceback
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
+from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
 
 
@@ -23,6 +26,7 @@ MATCH: Final = "match"
 NO_MATCH: Final = "no match"
 INCONCLUSIVE: Final = "inconclusive"
 
+PLUG_IN: Final = "plug-in"  # the code of errors of matchers of other packages
 UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
 
 
@@ -45,9 +49,9 @@ class Compared:
     ridge_score: float  # about what the ridges add to the score; 0 where they were not compared
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """A matcher's own result, before calibration.
+    """A matcher's own result, before calibration; equal to itself alone.
 
     Parameters
     ----------
@@ -79,7 +83,7 @@ class Comparison:
     overlap: float
     reason: str = ""
     compared: Compared | None = None
-    detail: Any = field(default=None, repr=False, compare=False)
+    detail: Any = field(default=None, repr=False)
 
 
 def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:
@@ -149,10 +153,80 @@ class DecidesByShare(Protocol):
 def prepare_print(matcher: Any, template: Template, image: NDArray[np.uint8] | None) -> Any:
     """Return what a matcher prepares of a print, with its image where the matcher wants one."""
     if not wants_image(matcher):
-        return matcher.prepare(template)
+        return call_matcher(matcher, "prepare", template)
     if image is None:
         raise MatcherError(f"matcher {matcher.name} compares images: a template is not enough")
-    return matcher.prepare(template, image)
+    return call_matcher(matcher, "prepare", template, image)
+
+
+def compare_prepared(matcher: Matcher, probe: Any, reference: Any) -> Comparison:
+    """Compare two prepared templates; raise MatcherError where a plug-in answers wrongly."""
+    if is_own(matcher):
+        return matcher.compare(probe, reference)
+    comparison = call_matcher(matcher, "compare", probe, reference)
+    if wrong := _what_is_wrong(comparison):
+        raise MatcherError(f"matcher {matcher.name}: compare returned {wrong}", code=PLUG_IN)
+    found: Comparison = comparison
+    return found
+
+
+def check_repeats(matcher: Matcher, probe: Any, reference: Any, similarity: float) -> None:
+    """Raise MatcherError where a plug-in gives another similarity for a comparison made before."""
+    if is_own(matcher):
+        return
+    again = compare_prepared(matcher, probe, reference).similarity
+    if again != similarity:
+        raise MatcherError(
+            f"matcher {matcher.name}: compare changes its answer: "
+            f"{float(similarity)!r}, then {float(again)!r}",
+            code=PLUG_IN,
+        )
+
+
+def call_matcher(matcher: Any, method: str, *given: Any) -> Any:
+    """Call a method of a matcher; raise MatcherError where that of a plug-in fails."""
+    call = getattr(matcher, method)
+    if is_own(matcher):
+        return call(*given)
+    try:
+        return call(*given)
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"line {place.lineno} of {Path(place.filename).name}"
+        raise MatcherError(
+            f"matcher {matcher.name}: {method}: {type(error).__name__}: {error} ({where})",
+            code=PLUG_IN,
+        ) from error
+
+
+def named(error: MatcherError, *prints: object) -> MatcherError:
+    """Return an error with the names of the prints compared before it, if a plug-in is at fault."""
+    if error.code != PLUG_IN:
+        return error
+    names = [*map(str, prints), *([error.path] if error.path else [])]
+    return MatcherError(error.detail, path=" and ".join(names), code=PLUG_IN)
+
+
+def is_own(matcher: object) -> bool:
+    """Return whether a matcher is of this package, so that its answers need no check."""
+    return type(matcher).__module__.startswith("fpmatch.")
+
+
+def _what_is_wrong(comparison: Any) -> str:
+    """Return what is wrong with what a plug-in returned as a comparison; "" where nothing is."""
+    if not isinstance(comparison, Comparison):
+        return f"{type(comparison).__name__}, not Comparison"
+    names = "similarity", "transform", "pairs"
+    similarity, transform, pairs = (getattr(comparison, name) for name in names)
+    if not isinstance(similarity, int | float | np.number):
+        return f"a similarity that is {type(similarity).__name__}, not a number"
+    if not (math.isfinite(similarity) and similarity >= 0):
+        return f"a similarity of {float(similarity)!r}, where it is 0 or more"
+    if not isinstance(transform, Similarity | None):
+        return f"a transform that is {type(transform).__name__}, not Similarity or None"
+    if not (isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu" and pairs.ndim == 2):
+        return "pairs that are not an array of indices"
+    return "" if pairs.shape[1] == 2 else "pairs that do not have two columns"
 
 
 def wants_image(matcher: Matcher) -> bool:

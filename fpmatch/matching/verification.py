@@ -19,6 +19,9 @@ from fpmatch.matching.result import (
     NO_MATCH,
     UNKNOWN_RESOLUTION,
     Shortage,
+    call_matcher,
+    compare_prepared,
+    prepare_print,
     wants_image,
 )
 from fpmatch.matching.scale import ScaleMeasurement, assessed, measure_scale
@@ -71,9 +74,9 @@ class Explanation:
         evidence, matcher = self.comparison, as_explaining(self.matcher)
         if matcher is not None:
             if not self.match:
-                evidence = matcher.explain(self.probe[1], self.reference[1], evidence)
+                evidence = self._ask("explain", evidence)
             if not self.impressions:
-                compared = matcher.compared(self.probe[1], self.reference[1], evidence)
+                compared = self._ask("compared", evidence)
                 evidence = replace(evidence, compared=compared)
         if not self.match and not evidence.reason:
             by_score = self.rho is None
@@ -110,7 +113,7 @@ class Explanation:
         """Where the ridges agree; None where they were not compared."""
         ridges: RidgeMap | None = None
         if hasattr(self.matcher, "ridge_map"):
-            ridges = self.matcher.ridge_map(self.probe[1], self.reference[1], self.evidence)
+            ridges = self._ask("ridge_map", self.evidence)
         return ridges
 
     @cached_property
@@ -118,34 +121,38 @@ class Explanation:
         """The pairs where the matcher's mesh has them; None where it has none."""
         points: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         if hasattr(self.matcher, "mesh_points"):
-            points = self.matcher.mesh_points(self.probe[1], self.reference[1], self.evidence)
+            points = self._ask("mesh_points", self.evidence)
         return points
 
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
-        matcher = as_explaining(self.matcher)
         if wants_image(self.matcher):  # which is at one scale
             return ()
-        return (
-            ratios
-            if matcher is None
-            else matcher.possible_scales(self.probe[1], self.reference[1], ratios)
-        )
+        if as_explaining(self.matcher) is None:
+            return ratios
+        possible: Sequence[float] = self._ask("possible_scales", ratios)
+        return possible
 
     def score_at_scale(self, probe: Template) -> float:
         """Return the score of the probe at another resolution against the reference."""
         # the reference, which is prepared for many comparisons, goes first: the score is the same
-        comparison = self.matcher.compare(self.reference[1], self.matcher.prepare(probe))
+        prepared = prepare_print(self.matcher, probe, None)
+        comparison = compare_prepared(self.matcher, self.reference[1], prepared)
         return score_of(self.calibration, comparison.similarity)
 
     def pairs_at_scale(self, probe: Template) -> NDArray[np.int32]:
         """Return the pairs of the probe at another resolution and the reference."""
-        return self.matcher.compare(self.matcher.prepare(probe), self.reference[1]).pairs
+        prepared = prepare_print(self.matcher, probe, None)
+        return compare_prepared(self.matcher, prepared, self.reference[1]).pairs
+
+    def _ask(self, method: str, what: Any) -> Any:
+        """Return what the matcher answers on the two prints."""
+        return call_matcher(self.matcher, method, self.probe[1], self.reference[1], what)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Verification:
-    """The decision on two templates and the evidence for it.
+    """The decision on two templates and the evidence for it; equal to itself alone.
 
     A decision alone costs one comparison. What else is asked for comes from `explanation`: the
     evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) and what
@@ -190,7 +197,7 @@ class Verification:
     reference: Template = field(repr=False)
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
-    explanation: Explanation | None = field(default=None, repr=False, compare=False)
+    explanation: Explanation | None = field(default=None, repr=False)
     dpi_assumed: tuple[str, ...] = ()
 
     @property

@@ -17,7 +17,7 @@ from fpmatch.matching.calibration import (
     score_to_fmr,
 )
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import may_match, prepare_print
+from fpmatch.matching.result import check_repeats, compare_prepared, may_match, prepare_print
 from fpmatch.matching.verification import Explanation, Verification
 from fpmatch.templates.bounds import have_same_minutiae
 
@@ -123,7 +123,8 @@ def verify(
     chosen, curve = rule.matcher, rule.calibration
     sides = zip((probe, reference), images, strict=True)
     ours, theirs = (prepare_print(chosen, *side) for side in sides)
-    comparison = chosen.compare(ours, theirs)
+    comparison = compare_prepared(chosen, ours, theirs)
+    check_repeats(chosen, ours, theirs, comparison.similarity)
     score = score_of(curve, comparison.similarity)
     return rule.decide((probe, ours), (reference, theirs), comparison, score)
 

@@ -12,6 +12,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
 from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
+from fpmatch.matching.result import named
 from fpmatch.matching.verification import CANDIDATE_RATIOS
 from fpmatch.matching.verify import find_identity, verify
 from fpmatch.prints.reading import GivenPrint
@@ -127,7 +128,10 @@ def _verified(probe: GivenPrint, reference: GivenPrint, options: dict[str, Any])
     sides = {"probe": probe, "reference": reference}
     unstated = tuple(name for name, given in sides.items() if not given.dpi_stated)
     images = [None if one.image is None else one.image.pixels for one in sides.values()]
-    verified = verify(probe.template, reference.template, images=images, **options)
+    try:
+        verified = verify(probe.template, reference.template, images=images, **options)
+    except MatcherError as error:
+        raise named(error, probe.name, reference.name) from error
     return ComparedPair(probe, reference, replace(verified, dpi_assumed=unstated))
 
 

@@ -1,6 +1,8 @@
+import errno
 import os
+import shutil
 import stat
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -69,7 +71,7 @@ def test_rights_are_narrowed_but_those_of_a_group_that_may_write(tmp_path, befor
     assert make_private(tmp_path / "missing") is False
 
 
-@pytest.mark.parametrize("target", ["missing/a.png", "file/a.png", "folder"])
+@pytest.mark.parametrize("target", ["file/a.png", "file/b/a.png", "folder"])
 def test_what_cannot_be_written_is_named(tmp_path, target):
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "folder").mkdir()
@@ -95,13 +97,20 @@ def test_an_interrupted_file_is_not_there(tmp_path):
 
 
 def test_places_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="is a folder"):
         check_writable(tmp_path)
     with pytest.raises(OutputError, match="cannot be written"):
-        check_writable(tmp_path / "nowhere" / "scores.csv")
+        check_writable(tmp_path / "file" / "folder" / "scores.csv")
+    (tmp_path / "file").unlink()
     with pytest.raises(OutputError, match="name too long"):
         atomic_write_bytes(tmp_path / ("x" * 5000), b"")
+    with pytest.raises(OutputError, match=r"a picture is written as \.png or \.svg"):
+        check_writable(tmp_path / "a.jpg", what="a picture", suffixes=(".png", ".svg"))
+    with pytest.raises(OutputError, match="the path is a text or path-like, not bytes"):
+        check_writable(b"a.png")
     check_writable(tmp_path / "scores.csv")
+    check_writable(tmp_path / "new" / "folder" / "scores.csv")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -119,3 +128,43 @@ def test_unfinished_files_are_known_by_their_names(tmp_path):
     (tmp_path / "kept").rename(left)
     remove_unfinished(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_folders_that_are_missing_are_made_and_removed_where_the_file_is_not_written(tmp_path):
+    path = tmp_path / "new" / "folder" / "a.png"
+
+    def write_on_a_full_disk():
+        with atomic_write(path):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), ".hidden.part")
+
+    with pytest.raises(OutputError) as caught:
+        write_on_a_full_disk()
+    assert str(caught.value) == f"{path}: cannot be written: no space left on device"
+    assert list(tmp_path.iterdir()) == []
+    atomic_write_bytes(path, b"1")
+    assert path.read_bytes() == b"1"
+
+
+def test_a_folder_that_vanishes_while_a_file_is_written_is_one_line(tmp_path):
+    path = tmp_path / "folder" / "a.png"
+
+    def write_and_lose_the_folder():
+        with atomic_write(path) as stream:
+            stream.write(b"half")
+            shutil.rmtree(path.parent)
+
+    with pytest.raises(OutputError) as caught:
+        write_and_lose_the_folder()
+    assert str(caught.value) == f"{path}: cannot be written: no such file or directory"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_found_before_the_work(tiny_disk):
+    fill = tiny_disk / "fill"
+    with suppress(OSError), fill.open("wb", buffering=0) as stream:
+        while stream.write(bytes(4096)):
+            pass
+    with pytest.raises(OutputError) as caught:
+        check_writable(tiny_disk / "a.png")
+    assert str(caught.value) == f"{tiny_disk / 'a.png'}: cannot be written: no space left on device"
+    assert [path.name for path in tiny_disk.iterdir()] == ["fill"]

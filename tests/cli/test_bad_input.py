@@ -32,7 +32,7 @@ CASES = {
         ("notes.txt -o c.json", "notes.txt: line 1: "),
         ("scores.csv -o c.json", "too few"),
         ("empty -o c.json", "empty: holds no prints"),
-        ("set -o no/c.json", "c.json: cannot be written"),
+        ("set -o notes.txt/c.json", "c.json: cannot be written"),
         ("set -o .", "is a folder"),
         ("set -o c.json --matcher nobody", "unknown matcher 'nobody'"),
     ],
@@ -40,7 +40,7 @@ CASES = {
         ("gone.iso out.csv", "gone.iso: no such file"),
         ("in.json out.doc", "'.doc'"),
         ("in.json out.an2", "'.an2'"),
-        ("in.json gone/out.csv", "cannot be written"),
+        ("in.json in.json/out.csv", "cannot be written"),
     ],
     "enrol": [
         ("new.db nowhere", "nowhere: "),
@@ -57,14 +57,14 @@ CASES = {
         ("empty", "empty: holds no prints"),
         ("set set", "set: database"),
         ("set --matcher nobody", "unknown matcher 'nobody'"),
-        ("set --scores nowhere/s.csv", "s.csv: cannot be written"),
+        ("set --scores notes.txt/s.csv", "s.csv: cannot be written"),
         ("set --scores .", "is a folder"),
         ("set --report notes.txt", "notes.txt: cannot be made a folder"),
         ("set --baseline nowhere.csv", "nowhere.csv: "),
         ("set --baseline notes.txt", "notes.txt: line 1: "),
         ("set --ground-truth", "1.json: no such file"),
         ("set --det det.doc", ".svg"),
-        ("set --det nowhere/det.svg", "cannot be written"),
+        ("set --det notes.txt/det.svg", "cannot be written"),
         ("set --table rates.xls", "a table's name ends with .tex, .csv"),
     ],
     "evaluate-identification --workers 1": [
@@ -95,7 +95,7 @@ CASES = {
     "explain -o out": [
         ("1_1.png text.png", "text.png: "),
         ("p.csv word.csv", "word.csv: not an image, a template or a table of points (line 3: "),
-        ("p.csv q.csv -o notes.txt", "notes.txt: cannot be written"),
+        ("p.csv q.csv -o notes.txt", "notes.txt/index.html: cannot be written"),
         ("p.csv q.csv --pair 99", "--pair 99: "),
     ],
     "points": [
@@ -117,8 +117,8 @@ CASES = {
         ("p.csv .", ".: is a folder"),
         # outputs are looked at before anything is read
         ("gone.csv gone.csv --plot plot.pdf", "plot.pdf: "),
-        ("gone.csv gone.csv --pairs no/pairs.csv", "no/pairs.csv: "),
-        ("gone.csv gone.csv --pairs .", ".: cannot be written"),
+        ("gone.csv gone.csv --pairs notes.txt/pairs.csv", "notes.txt/pairs.csv: "),
+        ("gone.csv gone.csv --pairs pairs.xlsx", "a list of pairs is written as .csv"),
     ],
     "score --references set --probes set -o s.csv --workers 1": [
         ("--references nowhere", "nowhere: "),
@@ -127,7 +127,7 @@ CASES = {
         ("--pairs list.csv", "list.csv: line 1: "),
         ("--pairs gone.csv", "gone.csv: "),
         ("-o scores.xlsx", "scores.xlsx: "),
-        ("-o nowhere/s.csv", "s.csv: cannot be written"),
+        ("-o notes.txt/s.csv", "s.csv: cannot be written"),
         ("--matcher nobody", "unknown matcher 'nobody'"),
         ("--threshold 200", "threshold"),
         ("--calibration notes.txt", "notes.txt: "),

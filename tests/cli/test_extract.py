@@ -90,3 +90,17 @@ def test_stages_are_pictures_with_a_sheet_of_them_all(run, prints, tmp_path):
     for picture in pictures:
         with Image.open(picture) as opened:
             assert opened.width >= 280
+
+
+def test_a_disk_that_fills_up_ends_the_work_and_says_what_is_written(run, prints, tiny_disk):
+    (tiny_disk / "fill").write_bytes(bytes(48_000))
+    names = [prints / name for name in ("1_1.png", "1_2.png", "2_1.png")]
+    result = run("extract", *names, "-o", tiny_disk / "t", "--json")
+    assert result.exit_code == 2
+    document = json.loads(result.stdout)
+    written = {file for one in document["templates"] for file in one["files"]}
+    assert {str(path) for path in (tiny_disk / "t").iterdir()} >= written
+    (failure,) = document["failures"]
+    assert failure.endswith(": cannot be written: no space left on device")
+    assert result.stderr == f"fpmatch: error: {failure}\n"
+    assert not [path for path in tiny_disk.rglob("*") if path.name.startswith(".")]

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -280,3 +281,66 @@ def test_the_reference_lists_every_field_of_the_json(run):
     document = decision(run("verify", *pair, "--json", "--ridge-map"))
     inner = document["compared"].keys() | document.pop("ridge_map").keys()
     assert listed == document.keys() | inner
+
+
+OUTPUTS = [("--overlay", "a.png"), ("--overlay", "a.svg"), ("--case-report", "a.html")]
+
+
+@pytest.mark.parametrize(("option", "name"), OUTPUTS)
+def test_missing_folders_of_an_output_are_made(run, prints, tmp_path, option, name):
+    target = tmp_path / "new" / "folder" / name
+    result = run("verify", prints / "1_1.png", prints / "1_2.png", option, target)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [target]
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "reason"),
+    [
+        ("--overlay", "a.jpg", "a.jpg: an overlay is written as .png or .svg"),
+        ("--case-report", "a.pdf", "a.pdf: a case report is written as .html or .htm"),
+        ("--overlay", "file/a.png", "file/a.png: cannot be written: not a directory"),
+        ("--case-report", "file/a.html", "file/a.html: cannot be written: not a directory"),
+    ],
+)
+def test_an_output_that_cannot_be_written_is_found_before_the_work(
+    run, prints, tmp_path, monkeypatch, option, name, reason
+):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr("fpmatch.cli.verify.compare_files", None)
+    result = run("verify", prints / "1_1.png", prints / "1_2.png", option, tmp_path / name)
+    assert_refused(result, reason)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize(("option", "name"), OUTPUTS)
+def test_a_full_disk_does_not_cost_the_decision(run, prints, tiny_disk, option, name, as_json):
+    (tiny_disk / "fill").write_bytes(bytes(56_000))
+    words = ("verify", prints / "1_1.png", prints / "1_2.png", *["--json"] * as_json)
+    result = run(*words, option, tiny_disk / name)
+    assert result.exit_code == 2
+    assert result.stdout == run(*words).stdout != ""
+    line = f"{tiny_disk / name}: cannot be written: no space left on device"
+    assert result.stderr == f"fpmatch: error: {line}\n"
+    assert [path.name for path in tiny_disk.iterdir()] == ["fill"]
+
+
+def test_a_folder_that_vanishes_while_the_picture_is_written_does_not_cost_the_decision(
+    run, prints, tmp_path, monkeypatch
+):
+    target = tmp_path / "folder" / "a.png"
+    written = Path.replace
+
+    def vanish(path, to):
+        shutil.rmtree(target.parent)
+        return written(path, to)
+
+    monkeypatch.setattr(Path, "replace", vanish)
+    words = ("verify", prints / "1_1.png", prints / "1_2.png")
+    result = run(*words, "--overlay", target)
+    assert result.exit_code == 2
+    assert result.stdout == run(*words).stdout != ""
+    line = f"{target}: cannot be written: no such file or directory"
+    assert result.stderr == f"fpmatch: error: {line}\n"
+    assert list(tmp_path.iterdir()) == []

@@ -256,7 +256,7 @@ def test_the_command_writes_it(tmp_path):
         assert "case" in stopped.output
         assert not target.exists()
     refused = CliRunner().invoke(
-        fpmatch, [*words, "--case-report", str(tmp_path / "no" / "a.html")]
+        fpmatch, [*words, "--case-report", str(SAMPLES / "101_1.tif" / "a.html")]
     )
     assert refused.exit_code == 2
     assert "Traceback" not in refused.output

@@ -226,11 +226,12 @@ def test_png_holds_what_draw_draws(sides, tmp_path, compared):
     assert [p.name for p in tmp_path.iterdir()] == ["overlay.PNG"]
 
 
-@pytest.mark.parametrize("name", ["overlay.jpg", "overlay", "missing/overlay.png"])
+@pytest.mark.parametrize("name", ["overlay.jpg", "overlay", "file/overlay.png"])
 def test_refuses_to_write_elsewhere_or_otherwise(sides, tmp_path, compared, name):
+    (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="overlay"):
         save_overlay(tmp_path / name, *sides, compared())
-    assert not any(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 def boxes_of(marks, obstacles=()):

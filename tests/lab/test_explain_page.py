@@ -23,7 +23,7 @@ def test_a_folder_replaces_one_of_its_own_and_no_other(tmp_path):
     assert list(out.parent.iterdir()) == [out]
 
 
-@pytest.mark.parametrize("fails", ["write_files", "Path.rename"])
+@pytest.mark.parametrize("fails", ["make_missing", "Path.rename"])
 def test_a_folder_that_cannot_be_written_whole_is_as_before(tmp_path, monkeypatch, fails):
     write_folder({"page_1.html": b"1"}, tmp_path / "out", replaced=OWN)
     rename, calls = Path.rename, []

@@ -160,17 +160,18 @@ def test_a_png_is_a_picture_of_the_same(tmp_path, sets, match):
     [
         ("plot.pdf", "a plot is written as .png or .svg"),
         ("plot", "a plot is written as .png or .svg"),
-        ("gone/plot.png", "cannot be written: no such file or directory"),
+        ("file/plot.png", "cannot be written: not a directory"),
         ("folder.png", "cannot be written: it is a folder"),
     ],
 )
 def test_where_no_plot_can_go(tmp_path, sets, match, name, reason):
     (tmp_path / "folder.png").mkdir()
+    (tmp_path / "file").touch()
     for refuse in (check_plot, lambda path: save_point_plot(path, *sets, match)):
         with pytest.raises(OutputError) as caught:
             refuse(tmp_path / name)
         assert str(caught.value) == f"{tmp_path / name}: {reason}"
-    assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
 
 
 def test_without_matplotlib_the_error_names_the_extra(tmp_path, sets, match, monkeypatch):

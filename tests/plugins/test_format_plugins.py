@@ -129,3 +129,20 @@ def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, t
     with pytest.raises(TemplateError, match=r"a\.careless: format careless: KeyError: 'fault'"):
         save_template(tmp_path / "a.careless", template)
     assert not (tmp_path / "a.careless").exists()
+
+
+@pytest.mark.usefixtures("deg")
+def test_what_is_no_record_is_an_error_of_the_format(site, template, tmp_path):
+    (site / "idle.py").write_text(
+        "from fpmatch.formats.codec import Codec\n"
+        "same = lambda *given: 3\n"
+        'CODEC = Codec("idle", "Idle", (".idle",), lambda head: head == b"idle", same, same)\n'
+    )
+    install_points(site, "idle", {FORMATS: {"idle": "idle:CODEC"}})
+    forget_plugins()
+    path = tmp_path / "a.idle"
+    with pytest.raises(TemplateError, match="idle: TypeError: returned int, not Encoded"):
+        save_template(path, template)
+    path.write_bytes(b"idle")
+    with pytest.raises(TemplateError, match="idle: TypeError: returned int, not TemplateRecord"):
+        load_template(path)

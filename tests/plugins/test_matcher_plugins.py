@@ -1,6 +1,7 @@
 """Matchers of other packages: found, used by every command, named where they fail."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -10,12 +11,17 @@ from pathlib import Path
 import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
-from fpmatch import Minutiae, Template, verify
+from fpmatch import Minutiae, Template, enrol, extract, save_template, verify
 from fpmatch.base.plugins import MATCHERS, forget_plugins
 from fpmatch.cli.matchers import matcher_failures
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, ScoringError
+from fpmatch.gallery.batch.pair_list import print_names
+from fpmatch.gallery.batch.plan import ListedPairs
+from fpmatch.gallery.batch.score import score
+from fpmatch.gallery.batch.sources import open_source
 from fpmatch.matching.calibration import Calibration, Provenance
 from fpmatch.matching.registry import get_matcher, matcher_names
+from fpmatch.matching.result import nothing_found
 
 GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"
@@ -187,3 +193,172 @@ def test_the_package_is_installed_by_pip(tmp_path, few_prints):
     assert json.loads(done.stdout)["matchers"] == [
         {"name": "counted", "source": "fpmatch-counted 1.0, counted:Counted", "problem": ""}
     ]
+
+
+WRONG = """
+import itertools
+from fpmatch.matching.result import nothing_found
+
+class Base:
+    def prepare(self, template):
+        return len(template.minutiae)
+
+    def compare(self, probe, reference):
+        return nothing_found("counted", float(min(probe, reference)))
+
+class Raises(Base):
+    name = "raises"
+    def compare(self, probe, reference):
+        raise ValueError("two\\nlines")
+
+class Unprepared(Base):
+    name = "unprepared"
+    def prepare(self, template):
+        raise KeyError("fault")
+
+class Three(Base):
+    name = "three"
+    def compare(self, probe, reference):
+        return 3
+
+class NaN(Base):
+    name = "nan"
+    def compare(self, probe, reference):
+        return nothing_found("", float("nan"))
+
+class Negative(Base):
+    name = "negative"
+    def compare(self, probe, reference):
+        return nothing_found("", -1.0)
+
+class Changing(Base):
+    name = "changing"
+    calls = itertools.count()
+    def compare(self, probe, reference):
+        return nothing_found("", float(next(self.calls)))
+
+class Explains(Base):
+    name = "explains"
+    def explain(self, probe, reference, comparison):
+        raise RuntimeError("no reason")
+    def compared(self, probe, reference, comparison):
+        return None
+
+class Sound(Base):
+    name = "sound"
+"""
+SAYS = {
+    "Raises": "matcher raises: compare: ValueError: two\\nlines (line ",
+    "Unprepared": "matcher unprepared: prepare: KeyError: 'fault' (line ",
+    "Three": "matcher three: compare returned int, not Comparison",
+    "NaN": "matcher nan: compare returned a similarity of nan, where it is 0 or more",
+    "Negative": "matcher negative: compare returned a similarity of -1.0, where it is 0 or more",
+    "Changing": "matcher changing: compare changes its answer: ",
+}
+COMMANDS = {
+    "verify": "verify {a} {b} --calibration {curve}",
+    "verify --json": "verify {a} {b} --calibration {curve} --json",
+    "claim": "verify --gallery {gallery} --subject 101 {a} --calibration {curve}",
+    "identify": "identify {gallery} {a} --calibration {curve}",
+    "identify -o": "identify {gallery} --probes {prints} -o out.csv --calibration {curve} "
+    "--workers 1",
+    "score": "score --references {prints} --probes {prints} -o out.csv --workers 1",
+    "evaluate": "evaluate {prints} --workers 1",
+    "calibrate": "calibrate {prints} -o out.json --workers 1",
+}
+NO_MATCH = ("verify", "verify --json", "claim")  # of a matcher that aligns nothing
+NAMED = re.compile(r"\S*10\d_\d\.json and (\S*10\d_\d\.json|entry \d|subject 101)|entry \d")
+
+
+@pytest.fixture(scope="module")
+def places(few_prints, tmp_path_factory):
+    """Return what the commands above are given: templates, their gallery, a calibration."""
+    folder = tmp_path_factory.mktemp("places")
+    prints, gallery, curve = folder / "prints", folder / "g.db", folder / "curve.json"
+    prints.mkdir()
+    for path in few_prints.iterdir():
+        save_template(prints / f"{path.stem}.json", extract(path))
+    enrol(gallery, [prints])
+    curve.write_text(Calibration(((0.0, 0.0), (10.0, 20.0)), tail_scale=1.0).as_json())
+    sides = {"a": prints / "101_1.json", "b": prints / "102_1.json"}
+    return {"prints": prints, "gallery": gallery, "curve": curve} | sides
+
+
+@pytest.fixture
+def wrong(site, places):
+    """Install matchers that answer wrongly."""
+    (site / "wrong.py").write_text(WRONG)
+    return places
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("kind", SAYS)
+def test_a_wrong_answer_is_one_line_that_names_matcher_and_pair(run, wrong, kind, command):
+    result = run(*COMMANDS[command].format(**wrong).split(), "--matcher", f"wrong:{kind}")
+    assert (result.exit_code, result.stdout) == (2, "")
+    line = result.stderr.splitlines()[-1]
+    assert "Traceback" not in result.stderr
+    assert SAYS[kind] in line
+    pair = line.removeprefix("fpmatch: error: ").partition(": matcher ")[0]
+    assert NAMED.fullmatch(pair), line
+    assert not Path("out.csv").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_sound_answer_passes(run, wrong, command):
+    result = run(*COMMANDS[command].format(**wrong).split(), "--matcher", "wrong:Sound")
+    if command == "calibrate":
+        assert "impostor comparisons are too few" in result.stderr
+    else:
+        assert result.exit_code == (1 if command in NO_MATCH else 0), result.stderr
+
+
+@pytest.mark.parametrize("flag", [(), ("--json",)])
+def test_a_matcher_that_cannot_explain_its_no_is_named_with_the_pair(run, wrong, flag):
+    words = COMMANDS["verify"].format(**wrong).split()
+    result = run(*words, *flag, "--threshold", "90", "--matcher", "wrong:Explains")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(
+        f"fpmatch: error: {wrong['a']} and {wrong['b']}: matcher explains: explain: RuntimeError: "
+    )
+
+
+@pytest.mark.parametrize("kind", SAYS)
+def test_the_error_is_typed_in_python(wrong, kind):
+    curve = Calibration(((0.0, 0.0), (10.0, 20.0)), tail_scale=1.0)
+    with pytest.raises(MatcherError, match=f"matcher {kind.lower()}: ") as caught:
+        verify(wrong["a"], wrong["b"], matcher=f"wrong:{kind}", calibration=curve)
+    assert caught.value.code == "plug-in"
+    assert "\n" not in str(caught.value)
+
+
+def test_a_run_is_not_resumed_by_a_matcher_that_answers_otherwise(wrong, tmp_path):
+    class Resumed:
+        """Give the sum, or from some comparison on an interrupt."""
+
+        name, more, left = "resumed", 0.0, 10
+
+        def prepare(self, template):
+            return float(len(template.minutiae))
+
+        def compare(self, probe, reference):
+            self.left -= 1
+            if not self.left:
+                raise KeyboardInterrupt
+            return nothing_found("", probe + reference + self.more)
+
+    output, pairs = tmp_path / "s.csv", tmp_path / "pairs.csv"
+    names = sorted(path.name for path in wrong["prints"].iterdir())
+    rows = [f"{a},{b}" for a in names for b in names]
+    pairs.write_text("\n".join(["probe,reference", *rows]))
+    prints = open_source(wrong["prints"])
+    plan = ListedPairs(pairs, *[print_names(prints.place, prints.names)] * 2, pairs_per_chunk=4)
+    matcher = Resumed()
+    with pytest.raises(KeyboardInterrupt):
+        score(prints, prints, output, pairs=plan, matcher=matcher)
+    matcher.left, matcher.more = -1, 1.0
+    with pytest.raises(ScoringError, match="matcher resumed gives another answer than before"):
+        score(prints, prints, output, pairs=plan, matcher=matcher)
+    matcher.more = 0.0
+    done = score(prints, prints, output, pairs=plan, matcher=matcher)
+    assert 0 < done.resumed < done.pairs == 16

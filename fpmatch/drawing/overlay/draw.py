@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.overlay.page import Print, panel_of
 from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
-from fpmatch.errors import OutputError
+from fpmatch.errors import ImageError, OutputError, check_type
+from fpmatch.matching.verification import Verification
 
 # The pages that few calls draw are imported where they are drawn.
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.items import Scene
-    from fpmatch.matching.verification import Verification
 
 NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
 NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"
@@ -112,7 +112,7 @@ def draw(
     3
     """
     view = View(side_by_side, ridges, warp)
-    return paint(_scene(probe_image, reference_image, verification, view))
+    return paint(overlay_scene(probe_image, reference_image, verification, view))
 
 
 def save_overlay(
@@ -141,20 +141,32 @@ def save_overlay(
     OutputError
         If the ending is another, or the file cannot be written.
     """
-    target = Path(path)
-    suffix = target.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise OutputError(f"{target}: an overlay is written as .png or .svg")
-    view = View(side_by_side, ridges, warp)
-    content = overlay_file(suffix, probe_image, reference_image, verification, view)
-    atomic_write_bytes(target, content)
+    check_overlay(path)
+    save_scene(
+        path,
+        overlay_scene(probe_image, reference_image, verification, View(side_by_side, ridges, warp)),
+    )
+
+
+def check_overlay(path: str | os.PathLike[str]) -> None:
+    """Raise an OutputError for an overlay that could not be written, before it is drawn."""
+    check_writable(path, what="an overlay", suffixes=SUFFIXES)
+
+
+def save_scene(path: str | os.PathLike[str], scene: Scene) -> None:
+    """Write what `overlay_scene` returned; raise an OutputError as `check_overlay` does."""
+    check_overlay(path)
+    atomic_write_bytes(path, _content(Path(path).suffix.lower(), scene))
 
 
 def overlay_file(
     suffix: str, probe: Any, reference: Any, verification: Verification, view: View
 ) -> bytes:
     """Return the content of the file that `save_overlay` writes, for one of `SUFFIXES`."""
-    scene = _scene(probe, reference, verification, view)
+    return _content(suffix, overlay_scene(probe, reference, verification, view))
+
+
+def _content(suffix: str, scene: Scene) -> bytes:
     if suffix == ".png":
         return png_bytes(paint(scene))
     from fpmatch.drawing.scene.svg import svg_text  # noqa: PLC0415
@@ -170,18 +182,20 @@ def panel_picture(
     own: Sequence[ExaminerMark] = (),
 ) -> NDArray[np.uint8]:
     """Draw what `draw` draws, without caption and legend, and the marks of an examiner."""
-    scene = _scene(probe, reference, verification, view, own)
+    scene = overlay_scene(probe, reference, verification, view, own)
     panel = panel_of(scene)
     return paint(scene)[math.ceil(panel.y) : math.floor(panel.bottom)]
 
 
-def _scene(
+def overlay_scene(
     probe: Any,
     reference: Any,
     verification: Verification,
     view: View,
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
+    """Return what `draw` paints, which can also be written as SVG; its errors are raised."""
+    check_type(verification, Verification, "what is drawn is a Verification", ImageError)
     ours = Print.of("probe image", probe, verification.probe)
     theirs = Print.of("reference image", reference, verification.reference)
     transform = verification.transform

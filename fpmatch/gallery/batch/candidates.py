@@ -194,6 +194,7 @@ def identify_probes(
     the gallery records each search before it is yielded.
     """
     pending: deque[StoredTemplate] = deque()
+    names = probes.paths[start:]
 
     def opened(templates: Iterator[StoredTemplate]) -> Iterator[Template | None]:
         for stored in templates:
@@ -202,9 +203,11 @@ def identify_probes(
 
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(identify_each(gallery, search, opened(templates), options, engine)) as outcomes,
+        closing(
+            identify_each(gallery, search, opened(templates), options, engine, names)
+        ) as outcomes,
     ):
-        for path, outcome in zip(probes.paths[start:], outcomes, strict=True):
+        for path, outcome in zip(names, outcomes, strict=True):
             stored = pending.popleft()
             if outcome is None:
                 yield Identified(path, stored.reason, stored.all_notes)

@@ -7,10 +7,18 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import numpy as np
 
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
-from fpmatch.matching.result import prepare_print, wants_image
+from fpmatch.matching.result import (
+    check_repeats,
+    compare_prepared,
+    is_own,
+    named,
+    prepare_print,
+    wants_image,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,20 +76,42 @@ class Comparer(Generic[Key]):
             self._prepared.popitem(last=False)
         return prepared, evidence
 
-    def similarities(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
+    def similarities(
+        self, probe: Key, references: list[Key], names: Sequence[str] = ()
+    ) -> NDArray[np.float64]:
         """Compare a template with others, at once if the matcher has 1:N comparison.
 
         The results are the same to the last bit. References that come again in the next call
-        are packed once.
+        are packed once. An error of a plug-in has the `names`, of the probe and the references.
         """
         if not packs(self.matcher):
-            return self.one_by_one(probe, references)
+            return self.one_by_one(probe, references, names)
         if self._packed[0] != references:
             self._packed = references, PreparedPrints.pack(map(self.prepare, references))
         return similarities(self.matcher, self.prepare(probe), self._packed[1])
 
-    def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
+    def one_by_one(
+        self, probe: Key, references: list[Key], names: Sequence[str] = ()
+    ) -> NDArray[np.float64]:
         """Compare a template with others by the matcher's `compare`."""
-        prepared = self.prepare(probe)
-        compare = self.matcher.compare
-        return np.array([compare(prepared, self.prepare(key)).similarity for key in references])
+        similarity, k = np.zeros(len(references)), 0
+        try:
+            ours = self.prepare(probe)
+            for k, key in enumerate(references):
+                theirs = self.prepare(key)
+                similarity[k] = compare_prepared(self.matcher, ours, theirs).similarity
+        except MatcherError as error:
+            raise named(error, *(names[i] for i in (0, k + 1) if names)) from error
+        return similarity
+
+    def check_repeats(
+        self, probe: Key, reference: Key, similarity: float, names: Sequence[str]
+    ) -> None:
+        """Raise MatcherError where a plug-in now finds another similarity of two templates."""
+        if is_own(self.matcher):
+            return
+        try:
+            both = self.prepare(probe), self.prepare(reference)
+            check_repeats(self.matcher, *both, similarity)
+        except MatcherError as error:
+            raise named(error, *names) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
@@ -11,11 +12,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.errors import ScoringError
 from fpmatch.gallery.batch.comparer import Comparer
 from fpmatch.gallery.batch.decision import outcomes
+from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import COLUMNS, csv_lines, failure_reason
 from fpmatch.gallery.batch.sources import unpack
+from fpmatch.matching.result import is_own
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -23,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.batch.plan import PairChunk, Plan
+    from fpmatch.gallery.batch.plan import Plan
     from fpmatch.gallery.batch.sources import PrintSource
     from fpmatch.gallery.batch.store import Position, Store
     from fpmatch.gallery.engine.engine import Engine
@@ -134,6 +138,7 @@ class ComparisonTask:
     pairs: PairChunk
     probes: Mapping[int, bytes]
     references: Mapping[int, bytes]
+    names: tuple[Mapping[int, str], Mapping[int, str]] = ({}, {})  # of those of both sides
 
 
 class BytesComparer(Comparer[bytes]):
@@ -154,17 +159,22 @@ def compare_pairs(comparer: BytesComparer, task: ComparisonTask) -> NDArray[np.f
     usable = np.isin(task.pairs.reference, list(task.references))
     every = sorted(task.references)
     packed = [task.references[number] for number in every]
+    last: tuple[bytes, bytes, float, tuple[str, str]] | None = None
     for probe, data in task.probes.items():
         rows = np.flatnonzero((task.pairs.probe == probe) & usable)
         numbers = task.pairs.reference[rows].tolist()
         references = packed
+        names = [task.names[0].get(probe, ""), *(task.names[1].get(k, "") for k in numbers)]
         if numbers == every:
-            similarity[rows] = comparer.similarities(data, packed)
+            similarity[rows] = comparer.similarities(data, packed, names)
         else:
             references = [task.references[number] for number in numbers]
-            similarity[rows] = comparer.one_by_one(data, references)
+            similarity[rows] = comparer.one_by_one(data, references, names)
         if numbers:
             reachable[rows] = comparer.reachable(data, references)
+            last = data, references[-1], similarity[rows[-1]], (names[0], names[-1])
+    if last is not None:
+        comparer.check_repeats(*last)
     return both
 
 
@@ -210,6 +220,8 @@ class Comparing:
 
     def _rows(self, engine: Engine, start: int) -> Generator[Rows, None, None]:
         """Yield the rows of the chunks from number `start` on."""
+        if start and not is_own(self.matcher):
+            self._check_rows_before(start)
         pending: deque[PairChunk] = deque()
         tasks = self._tasks(start, pending)
         with closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results:
@@ -221,8 +233,33 @@ class Comparing:
     def _tasks(self, start: int, pending: deque[PairChunk]) -> Iterator[ComparisonTask]:
         for chunk in self.plan.chunks(start):
             pending.append(chunk)
-            yield ComparisonTask(
-                chunk,
-                self.store.templates(self.probes, np.unique(chunk.probe).tolist()),
-                self.store.templates(self.references, np.unique(chunk.reference).tolist()),
+            yield self._task(chunk)
+
+    def _task(self, chunk: PairChunk) -> ComparisonTask:
+        numbers = [np.unique(side).tolist() for side in (chunk.probe, chunk.reference)]
+        sides = zip((self.writer.probes, self.writer.references), numbers, strict=True)
+        probes, references = ({k: side.names[k] for k in some} for side, some in sides)
+        return ComparisonTask(
+            chunk,
+            self.store.templates(self.probes, numbers[0]),
+            self.store.templates(self.references, numbers[1]),
+            ({}, {}) if is_own(self.matcher) else (probes, references),
+        )
+
+    def _check_rows_before(self, start: int) -> None:
+        """Raise ScoringError if a plug-in would not write the row before chunk `start` again."""
+        chunk = next(self.plan.chunks(start - 1))
+        genuine = None if chunk.genuine is None else chunk.genuine[-1:]
+        last = PairChunk(chunk.probe[-1:], chunk.reference[-1:], genuine)
+        similarities = compare_pairs(BytesComparer(self.matcher), self._task(last))
+        line, _, _ = self.writer.lines(last, *similarities)
+        with self.store.writing(), self.store.rows_file.open("rb") as stream:
+            stream.seek(-min(len(line), stream.seek(0, os.SEEK_END)), os.SEEK_END)
+            same = stream.read() == line
+        if not same:
+            names = self.writer.probes.names[last.probe[0]], self.writer.references.names
+            raise ScoringError(
+                f"{self.store.output}: {names[0]} and {names[1][last.reference[0]]}: matcher "
+                f"{self.matcher.name} gives another answer than before the run was interrupted; "
+                f"remove {self.store.folder} to begin again"
             )

@@ -19,8 +19,8 @@ from zlib import crc32
 
 from fpmatch.base.encryption.keys import given_source, keys_for, load_keys
 from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
-from fpmatch.base.folders import PRIVATE_FOLDER, create_private, make_private
-from fpmatch.base.output import reason
+from fpmatch.base.folders import create_private, make_private
+from fpmatch.base.output import make_missing, reason
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
 
@@ -92,7 +92,7 @@ class Store:
         with self.writing():
             if output.is_dir():
                 raise OutputError(f"{output}: cannot be written: it is a folder")
-            self.folder.mkdir(PRIVATE_FOLDER, exist_ok=True)
+            make_missing(self.folder)
             create_private(self.folder / STATE_FILE)
             for path in (self.folder, self.folder / STATE_FILE):
                 make_private(path)

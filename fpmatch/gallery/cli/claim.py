@@ -8,11 +8,13 @@ import click
 
 from fpmatch.cli.notes import say_notes_on, show
 from fpmatch.cli.pair import open_side, pair_options_of
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import matcher_name, states_rho
+from fpmatch.matching.result import named
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import json_text
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
@@ -39,16 +41,19 @@ def verify_claim(
     calibration = load_calibration(matcher_name(options.matcher), options.calibration)
     with open_gallery(gallery) as opened:
         probe = open_side(values, "probe")
-        checked = check_claim(
-            opened,
-            probe.template,
-            subject,
-            finger,
-            matcher=options.matcher,
-            threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
-            calibration=calibration,
-            dpi_assumed=not probe.dpi_stated,
-        )
+        try:
+            checked = check_claim(
+                opened,
+                probe.template,
+                subject,
+                finger,
+                matcher=options.matcher,
+                threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
+                calibration=calibration,
+                dpi_assumed=not probe.dpi_stated,
+            )
+        except MatcherError as error:
+            raise named(error, probe.name, f"subject {subject}") from error
         decision, best = checked.result.verification, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}
         opened.record("verify", probe=values["probe"], **claim)

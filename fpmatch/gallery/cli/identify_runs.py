@@ -14,7 +14,7 @@ import click
 from fpmatch.base.threads import fast_imports
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.errors import FpmatchError
+from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.cli.identify_text import candidates_as_text, subjects_as_text, summary_as_text
 from fpmatch.gallery.cli.notes import notes_as_json, say_damaged, say_failures
 from fpmatch.printable import count, json_text
@@ -160,6 +160,7 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
     from fpmatch.gallery.search.consolidated import ConsolidatedFingers
     from fpmatch.gallery.search.entries import identify_entries
+    from fpmatch.matching.result import named
 
     options, consolidated = run.options, None
     if options.consolidate:
@@ -172,9 +173,11 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
             yield error
             continue
         start = time.perf_counter()
-        result, entries = identify_entries(
-            gallery, search, probe.template, options, consolidated=consolidated, workers=run.workers
-        )
+        how: dict[str, Any] = {"consolidated": consolidated, "workers": run.workers}
+        try:
+            result, entries = identify_entries(gallery, search, probe.template, options, **how)
+        except MatcherError as error:
+            raise named(error, file.path) from error
         seconds = time.perf_counter() - start
         gallery.record("identify", probe=file.path, candidates=result.numbers)
         yield _Answer(str(file.path), result, entries, seconds, probe.all_notes)

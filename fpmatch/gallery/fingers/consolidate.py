@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.gallery.fingers.merge import merge_templates, points_at_500_dpi
+from fpmatch.matching.result import compare_prepared
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def link_impressions(
         for b in range(a + 1, len(prepared)):
             if among is not None and a not in among and b not in among:
                 continue
-            comparison = matcher.compare(prepared[a], prepared[b])
+            comparison = compare_prepared(matcher, prepared[a], prepared[b])
             score = calibration.score(comparison.similarity)
             if score >= least_score and len(comparison.pairs) >= least_pairs:
                 links.append(Link(a, b, score, comparison.pairs))

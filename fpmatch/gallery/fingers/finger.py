@@ -25,7 +25,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import wants_image
+from fpmatch.matching.result import check_repeats, compare_prepared, prepare_print, wants_image
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Finger:
             raise MatcherError("a finger without impressions cannot be compared")
         chosen = choose_impressions(templates, most)
         shown = [templates[k] for k in chosen]
-        prepared = tuple(matcher.prepare(template) for template in shown)
+        prepared = tuple(prepare_print(matcher, template, None) for template in shown)
         together = consolidate(shown, link_impressions(prepared, matcher, calibration))
         shares = [CONSOLIDATED_SHARE * len(one.poses) / len(shown) for one in together]
         alone = np.full(len(shown), (1.0 - sum(shares)) / len(shown))
@@ -102,14 +102,14 @@ class Finger:
             calibration=calibration,
             chosen=tuple(chosen),
             impressions=prepared,
-            consolidated=tuple(matcher.prepare(one.template) for one in together),
+            consolidated=tuple(prepare_print(matcher, one.template, None) for one in together),
             weights=np.concatenate([alone, shares]),
         )
 
     def compare(self, probe: Any) -> FingerComparison:
         """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
-        comparisons = [self.matcher.compare(probe, one) for one in self.impressions]
-        whole = [self.matcher.compare(probe, one) for one in self.consolidated]
+        comparisons = [compare_prepared(self.matcher, probe, one) for one in self.impressions]
+        whole = [compare_prepared(self.matcher, probe, one) for one in self.consolidated]
         scores = self.calibration.scores([one.similarity for one in (*comparisons, *whole)])
         best = int(np.argmax([one.similarity for one in comparisons]))
         alone, together = np.split(scores, [len(comparisons)])
@@ -180,13 +180,15 @@ def verify_finger(
     rule = Rule.of(matcher, threshold, calibration)
     assert rule.calibration is not None  # a threshold is a score
     finger = Finger.of(references, rule.matcher, rule.calibration)
-    prepared = rule.matcher.prepare(probe)
+    prepared = prepare_print(rule.matcher, probe, None)
     fused = finger.compare(prepared)
+    most_similar = finger.impressions[fused.best]
+    check_repeats(rule.matcher, prepared, most_similar, fused.comparison.similarity)
     best = finger.chosen[fused.best]
     shown = [references[k] for k in finger.chosen]
     sides = tuple(zip(shown, finger.impressions, strict=True))
-    ours, most_similar = (probe, prepared), sides[fused.best]
-    verification = rule.decide(ours, most_similar, fused.comparison, fused.score, sides)
+    ours, theirs = (probe, prepared), sides[fused.best]
+    verification = rule.decide(ours, theirs, fused.comparison, fused.score, sides)
     return FingerVerification(verification, fused.scores, finger.chosen, best)
 
 

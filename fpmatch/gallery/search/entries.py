@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections import deque
 from contextlib import closing
 from dataclasses import replace
-from itertools import islice
+from itertools import count, islice
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.errors import GalleryError
+from fpmatch.errors import GalleryError, MatcherError
+from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.identification import RIVALS
 from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL
-from fpmatch.gallery.search.whole import piece_size
+from fpmatch.gallery.search.whole import ENTRY, piece_size
+from fpmatch.matching.result import named, prepare_print
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -60,11 +62,12 @@ def identify_each(
     probes: Iterable[Template | None],
     options: SearchOptions,
     engine: Engine,
+    names: Sequence[str] = (),
 ) -> Generator[tuple[Identification, list[Entry]] | None, None, None]:
     """Identify many probes with the workers of an engine, which is entered; None for no probe.
 
     The outcomes are those of `identify_entries`, but the gallery is searched as it was when the
-    search was opened. Probes are drawn as they are needed.
+    search was opened. Probes are drawn as they are needed. An error of a plug-in has their `names`.
     """
     given = options.checked(search.matcher)
     search = search.for_loss(given.loss)
@@ -74,27 +77,44 @@ def identify_each(
     size = batch_size(search)
     pending: deque[list[Any]] = deque()
 
+    drawn, done = count(), 0
+
+    def prepared(probe: Template | None) -> Any:
+        number = next(drawn)
+        try:
+            return None if probe is None else prepare_print(search.matcher, probe, None)
+        except MatcherError as error:
+            raise named(error, *names[number : number + 1]) from error
+
     def batches() -> Iterator[list[Any]]:
         left = iter(probes)
         while batch := list(islice(left, size)):
-            pending.append([None if p is None else search.matcher.prepare(p) for p in batch])
+            pending.append([prepared(probe) for probe in batch])
             yield [probe for probe in pending[-1] if probe is not None]
 
     with closing(search.compare(batches(), given, engine)) as compared:
-        for listed in compared:
-            each = iter(listed)
-            for probe in pending.popleft():
-                if probe is None:
-                    yield None
-                else:
-                    one = ComparedProbe(search, probe, next(each))
-                    yield _with_entries(gallery, one, given, consolidated)
+        try:
+            for listed in compared:
+                each = iter(listed)
+                for probe in pending.popleft():
+                    if probe is None:
+                        yield None
+                    else:
+                        one = ComparedProbe(search, probe, next(each))
+                        yield _with_entries(gallery, one, given, consolidated)
+                    done += 1
+        except MatcherError as error:
+            if not error.path.startswith(ENTRY):  # of one that is not compared yet
+                raise
+            raise named(error, *names[done : done + 1]) from error
 
 
 def batch_size(search: Search) -> int:
     """Return how many probes are searched for together."""
     if search.in_stages:
         return MAX_BATCH
+    if not packs(search.matcher):  # so that an error is of one probe
+        return 1
     return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // piece_size(len(search))))
 
 

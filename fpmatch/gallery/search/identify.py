@@ -18,6 +18,7 @@ from fpmatch.gallery.search.identification import (
 )
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.matching.result import compare_prepared, prepare_print
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -103,7 +104,7 @@ def compare_probes(
 ) -> list[ComparedProbe]:
     """Compare a few probes with the prints that the stages of a search list for each."""
     search = search.for_loss(options.loss)
-    prepared = [search.matcher.prepare(probe) for probe in probes]
+    prepared = [prepare_print(search.matcher, probe, None) for probe in probes]
     with engine, closing(search.compare([prepared], options, engine)) as compared:
         (listed,) = compared  # of one batch
     return [ComparedProbe(search, *one) for one in zip(prepared, listed, strict=True)]
@@ -218,7 +219,7 @@ def _candidate(
     comparison = None
     if options.transforms and (score >= options.threshold or options.consolidate):
         reference = search.print_at(int(scored.places[k]))
-        comparison = search.matcher.compare(compared.probe, reference)
+        comparison = compare_prepared(search.matcher, compared.probe, reference)
     fmr = score_to_fmr(score)
     return Candidate(
         rank=rank,

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.gallery.index.loss import DEFAULT_LOSS, EXHAUSTIVE_UP_TO
 from fpmatch.gallery.index.prints.compare import packs
-from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.gallery.search.whole import ENTRY, WholeSearch
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.result import named, prepare_print
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,7 +86,10 @@ def _prepared_one_by_one(
     read, references = [], []
     for number, template in gallery.templates():
         read.append(number)
-        references.append(matcher.prepare(template))
+        try:
+            references.append(prepare_print(matcher, template, None))
+        except MatcherError as error:
+            raise named(error, f"{ENTRY}{number}") from error
         progress("prepare", min(len(read), total), total)
     numbers = np.array(read, np.int64)
     fingers = np.array([finger_of.get(number, number) for number in read], np.int64)

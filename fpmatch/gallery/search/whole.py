@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.search.stages import Division, Stage, add_compared
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
+from fpmatch.matching.result import check_repeats, compare_prepared, named, prepare_print
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 MIN_PIECE: Final = 512  # prints of a piece; fewer take less time than it takes to send probes
 MAX_PIECE: Final = 4096
 LEAST_PIECES: Final = 16  # into which a smaller gallery is divided
+ENTRY: Final = "entry "  # before its number, in errors
 COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes others
 
 
@@ -35,6 +38,7 @@ class WholePiece(NamedTuple):
 
     matcher: Matcher
     prints: Sequence[Any] | PreparedPrints
+    numbers: NDArray[np.int64]  # of their entries
 
 
 class WholeSearch(Search):
@@ -70,7 +74,7 @@ class WholeSearch(Search):
         """Return the prints in parts of one size; of threads, which share them, in one part."""
         size, prints = piece_size(len(self)), self.prints
         if of_threads:
-            shared = WholePiece(self.matcher, prints)
+            shared = WholePiece(self.matcher, prints, self.numbers)
             return Division([shared], [len(self)], lambda places: (np.zeros_like(places), places))
         spans = list(pairwise([*range(0, len(self), size), len(self)]))
         if isinstance(prints, PreparedPrints):
@@ -78,7 +82,10 @@ class WholeSearch(Search):
         else:
             parts = [prints[first:last] for first, last in spans]
         return Division(
-            [WholePiece(self.matcher, part) for part in parts],
+            [
+                WholePiece(self.matcher, part, self.numbers[first:last])
+                for part, (first, last) in zip(parts, spans, strict=True)
+            ],
             [last - first for first, last in spans],
             lambda places: divmod(places, size),
         )
@@ -110,7 +117,8 @@ class WholeSearch(Search):
 
     def with_prints(self, templates: Sequence[Template]) -> WholeSearch:
         """Return a search of some templates, too, as a gallery stores them."""
-        stored = [self.matcher.prepare(unpack_template(pack_template(one))) for one in templates]
+        kept = (unpack_template(pack_template(one)) for one in templates)
+        stored = [prepare_print(self.matcher, one, None) for one in kept]
         numbers = np.arange(len(stored)) + (int(self.numbers[-1]) + 1 if len(self) else 0)
         known = self.prints
         return WholeSearch(
@@ -137,13 +145,27 @@ def piece_size(prints: int) -> int:
 
 def _similarities(piece: WholePiece, probe: Any, places: Places) -> NDArray[np.float64]:
     """Return the similarities of a probe to prints of a piece."""
-    matcher, prints = piece
+    matcher, prints, _ = piece
     if not isinstance(prints, PreparedPrints):
         numbers = range(len(prints))[places] if isinstance(places, slice) else places.tolist()
-        return np.array([matcher.compare(probe, prints[k]).similarity for k in numbers])
+        return _one_by_one(piece, probe, numbers)
     if isinstance(places, slice):
         return similarities(matcher, probe, prints, places.start, places.stop)
     parts = range(0, len(places), COMPARED_AT_ONCE)  # few copies at a time
     return np.concatenate(
         [similarities(matcher, probe, prints.take(places[k : k + COMPARED_AT_ONCE])) for k in parts]
     )
+
+
+def _one_by_one(piece: WholePiece, probe: Any, numbers: Sequence[int]) -> NDArray[np.float64]:
+    """Return the similarities of a probe to prints that are not packed."""
+    similarity = np.zeros(len(numbers))
+    k = 0
+    try:
+        for place, k in enumerate(numbers):
+            similarity[place] = compare_prepared(piece.matcher, probe, piece.prints[k]).similarity
+        if len(numbers):
+            check_repeats(piece.matcher, probe, piece.prints[k], similarity[-1])
+    except MatcherError as error:
+        raise named(error, f"{ENTRY}{piece.numbers[k]}") from error
+    return similarity

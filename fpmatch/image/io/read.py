@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.errors import FpmatchError, ImageError, ImageReadError
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError, check_path
 from fpmatch.image.io.grey import (
     DEFAULT_LIMITS,
     GreyImage,
@@ -90,6 +90,7 @@ def read_image(
     >>> image.pixels.shape, image.dpi
     ((80, 64), 500.0)
     """
+    check_path(path, ImageReadError)
     with name_errors(path):
         data = _bytes_of(path, limits)
     try:

@@ -58,10 +58,12 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     numbers.json, with every number in them. The default matcher's steps are shown, or with
     --matcher paper the paper's, which are the only ones for points.
     """
+    from fpmatch.base.output import check_writable
     from fpmatch.lab.explain.page import PAGE, write_page
     from fpmatch.lab.explain.steps import ExplainError
     from fpmatch.prints.report import IDENTITY, as_rows, outcome, verdict
 
+    check_writable(output / PAGE)
     sides = [values["probe"], values["reference"]]
     sets = [_points_of(path, values) for path in sides]
     points = [one for one in sets if one is not None]

@@ -194,22 +194,23 @@ def points(
     if plot is not None:
         check_plot(plot)
     if pairs is not None:
-        check_writable(pairs)
+        check_writable(pairs, what="a list of pairs", suffixes=(".csv",))
     given = _chosen(matcher, tolerance)
     named = columns or (XY,)
     ours, theirs = _read(p, named[0]), _read(q, named[-1])
     maps = _Maps(reflect, model)
     with ProgressBars({"search": "searching"}) as bars:
         match = _match(ours, theirs, maps, given, bars)
+    if as_json:
+        show(_as_json(ours, theirs, match, given, maps))
+    else:
+        show(_as_text(ours, theirs, match))
+    # after the decision, which no file that cannot be written is to cost
     if pairs is not None:
         _write_pairs(pairs, ours, theirs, match)
     if plot is not None:
         names = ours.name, theirs.name
         save_point_plot(plot, ours.points, theirs.points, match, names=names)
-    if as_json:
-        show(_as_json(ours, theirs, match, given, maps))
-    else:
-        show(_as_text(ours, theirs, match))
     return 0 if match.transform is not None else 1
 
 

@@ -148,12 +148,12 @@ def rates(
         for note in notes:
             say_note(f"{matcher}: {note}")
     report = Report.of(results, **draws, baseline=earlier, baseline_name=str(baseline))
-    write_outputs(report, **files)
     document = report.as_json()
     document["notes"] = [
         {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
     ]
     show(json_text(document) if as_json else report.as_text())
+    write_outputs(report, **files)
 
 
 def prepare_outputs(

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.base.folders import make_folder, write_files
+from fpmatch.base.folders import make_folder
 from fpmatch.base.html import page_templates
-from fpmatch.base.output import reason
+from fpmatch.base.output import make_missing, open_private, reason
 from fpmatch.drawing.scene.items import Scene
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError
@@ -72,7 +72,10 @@ def write_folder(
         if other := next((name for name in others if not replaced.fullmatch(name)), None):
             raise OutputError(f"{folder}: holds another file, {other}: name a new folder")
         make_folder(target.parent)
-        write_files(contents, unfinished)
+        make_missing(unfinished)
+        for name, content in contents.items():
+            with open(unfinished / name, "xb", opener=open_private) as stream:
+                stream.write(content)
         if target.exists():
             target.rename(earlier)
         unfinished.rename(target)

@@ -256,7 +256,7 @@ def _interrupt(*_, **__):
         (("p.png", "--workers", 2, "--scheduler", "tcp://x:1"), "exclude each other"),
         (("p.png", "-o", "c.csv", "--scheduler", "nonsense"), "no Dask scheduler answers"),
         (("p.png", "-o", "c.txt"), "candidates are written as .csv"),
-        (("p.png", "-o", "no/where/c.csv"), "no such file or directory"),
+        (("p.png", "-o", "prints.db/c.csv"), "not a directory"),
     ],
 )
 def test_what_a_file_of_candidates_needs(run, gallery, prints, monkeypatch, words, reason):

@@ -128,3 +128,17 @@ def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery
     listed = tmp_path / "list.csv"
     listed.write_text("probe,reference\n2_1,1_1\n2_1,1_2\n")
     assert json.loads(run(*words, "--pairs", listed, "--json").stdout)["identical"]["pairs"] == 0
+
+
+def test_missing_folders_of_its_files_are_made(run, prints, tmp_path):
+    new, few = tmp_path / "new", copied(prints, tmp_path / "few", "1_1.png", "2_1.png")
+    words = ("--references", few, "--probes", few, "--workers", 1)
+    assert run("enrol", tmp_path / "g.db", few).exit_code == 0
+    files = {"a/s.csv": "-o", "b/fingers.csv": "--fingers"}
+    outputs = [word for name, option in files.items() for word in (option, new / name)]
+    assert run("score", *words, *outputs).exit_code == 0
+    for name in ("c/c.csv", "d/c.jsonl"):
+        searched = ("identify", tmp_path / "g.db", "--probes", few, "--workers", 1)
+        assert run(*searched, "-o", new / name).exit_code == 0
+    written = {path.relative_to(new).as_posix() for path in new.rglob("*") if path.is_file()}
+    assert written == {*files, "c/c.csv", "d/c.jsonl"}

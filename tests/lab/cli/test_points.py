@@ -234,3 +234,19 @@ def test_repeated_points_are_noted_once(run, stars):
     result = run("points", p, q)
     assert result.exit_code == 0
     assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"
+
+
+@pytest.mark.parametrize(("option", "name"), [("--pairs", "a.csv"), ("--plot", "a.png")])
+def test_a_full_disk_does_not_cost_the_decision(run, stars, tiny_disk, option, name):
+    if option == "--plot":
+        pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+    (tiny_disk / "fill").write_bytes(bytes(61_440))
+    target = tiny_disk / "new" / name
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.lab.cli.points._PAIR_COLUMNS", ("p" * 9000,))
+        result = run("points", *stars, option, target)
+    assert result.exit_code == 2
+    assert result.stdout == run("points", *stars).stdout != ""
+    line = f"{target}: cannot be written: no space left on device"
+    assert result.stderr == f"fpmatch: error: {line}\n"
+    assert [path.name for path in tiny_disk.iterdir()] == ["fill"]

@@ -55,3 +55,20 @@ def test_imposters_are_impostors(run, tmp_path):
     (tmp_path / "other.txt").write_text("0.1\n0.3\n")
     files = ("--genuine-scores", tmp_path / "genuine.txt", "--imposter-scores")
     assert run("rates", *files, tmp_path / "other.txt").exit_code == 0
+
+
+@pytest.mark.parametrize(("option", "name"), [("--table", "a.csv"), ("--det", "a.svg")])
+def test_a_full_disk_does_not_cost_the_rates(run, tmp_path, tiny_disk, option, name):
+    if option == "--det":
+        pytest.importorskip("matplotlib")
+    path = tmp_path / "x.csv"
+    path.write_text("genuine,impostor\n" + "0.9,0.1\n0.8,0.2\n" * 50)
+    (tiny_disk / "fill").write_bytes(bytes(61_440))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.lab.evaluation.report.papers.csv_lines", lambda rows: bytes(9000))
+        result = run("rates", path, option, tiny_disk / name)
+    assert result.exit_code == 2
+    assert result.stdout == run("rates", path).stdout != ""
+    line = f"{tiny_disk / name}: cannot be written: no space left on device"
+    assert result.stderr.splitlines()[-1] == f"fpmatch: error: {line}"
+    assert [path.name for path in tiny_disk.iterdir()] == ["fill"]

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE, Comparer
 from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.gallery.fingers.finger import Finger, refuse_images
 from fpmatch.lab.evaluation.databases.extraction import SetImages
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.result import wants_image
+from fpmatch.matching.result import compare_prepared, named, wants_image
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,7 +50,7 @@ OUTCOME: Final = np.dtype(
 class _ImpressionComparer(Comparer[tuple[int, int, int]]):
     """Compare impressions by side, database and number; `enrolled` as for `compare_sets`.
 
-    `images` are for a matcher that wants them.
+    `images` are for a matcher that wants them, `names` those of the impressions.
     """
 
     def __init__(
@@ -58,11 +59,12 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         sides: Sides,
         enrolled: Sequence[Enrolled] | None,
         images: SetImages | None,
+        names: Sequence[Sequence[str]],
     ) -> None:
         largest = max((sum(map(len, one)) for one in zip(*sides, strict=True)), default=0)
         super().__init__(matcher, capacity=largest)
         self._sides, self._images = sides, images
-        self._enrolled = enrolled
+        self._enrolled, self._names = enrolled, names
         self._fingers: dict[tuple[int, int], Finger | None] = {}
 
     def template(self, key: tuple[int, int, int]) -> Template | None:
@@ -74,6 +76,24 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
 
     def outcome(self, database: int, probe: int, reference: int) -> tuple[Any, ...]:
         """Return a row of `OUTCOME`."""
+        try:
+            return self._outcome(database, probe, reference)
+        except MatcherError as error:
+            raise named(error, *self._names_of(database, probe, reference)) from error
+
+    def repeat(self, database: int, probe: int, reference: int, similarity: float) -> None:
+        """Raise MatcherError where a plug-in now finds another similarity of a pair."""
+        if self._enrolled is None:
+            keys = (len(self._sides) - 1, database, probe), (0, database, reference)
+            if all(self.template(key) is not None for key in keys):
+                names = self._names_of(database, probe, reference)
+                self.check_repeats(*keys, similarity, names)
+
+    def _names_of(self, database: int, probe: int, reference: int) -> tuple[str, str]:
+        names = self._names[database]
+        return names[probe], names[reference]
+
+    def _outcome(self, database: int, probe: int, reference: int) -> tuple[Any, ...]:
         a = self.prepare((len(self._sides) - 1, database, probe))
         b = self._reference(database, reference)
         if a is None or b is None:
@@ -84,7 +104,7 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
             finger = b.compare(a)
             c = replace(finger.comparison, similarity=finger.score)
         else:
-            c = self.matcher.compare(a, b)
+            c = compare_prepared(self.matcher, a, b)
         cpu_us = (time.process_time_ns() - start) / 1000.0
         t = c.transform
         moved = (math.nan,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
@@ -167,7 +187,8 @@ def compare_sets(
         if any(one.in_gallery for one in datasets):
             refuse_images(matcher, "a gallery has templates alone")
         images = SetImages.of(datasets)
-    comparer = _ImpressionComparer(matcher, sides, enrolled, images)
+    names = [[one.name for one in extracted.dataset.impressions] for extracted in sets]
+    comparer = _ImpressionComparer(matcher, sides, enrolled, images, names)
     results = run_chunks(
         _compare_chunk, comparer, chunks, workers=workers, engine=engine, finished=finished
     )
@@ -178,6 +199,8 @@ def compare_sets(
 def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
     pairs = list(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True))
     outcomes = np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
+    if pairs:
+        comparer.repeat(chunk.database, *pairs[-1], outcomes["similarity"][-1])
     for probe in np.unique(chunk.probe).tolist():
         rows = chunk.probe == probe
         references = chunk.reference[rows].tolist()

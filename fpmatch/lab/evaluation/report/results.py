@@ -39,7 +39,7 @@ _IDENTICAL: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SetRates:
     """The error rates of one database.
 
@@ -98,7 +98,7 @@ class SetRates:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SetResult(SetRates):
     """The results on one database whose images were compared.
 
@@ -131,7 +131,7 @@ class SetResult(SetRates):
         return SetRates.as_json(self) | {"identical": counts}
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class RatesReport:
     """The error rates of one matcher on some databases.
 
@@ -240,7 +240,7 @@ class RatesReport:
         }
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class EvaluationReport(RatesReport):
     """The results of one matcher on some databases whose images were compared.
 

@@ -37,6 +37,20 @@ installed() {
     [[ -f $1/.fpmatch-$2 && $(<"$1/.fpmatch-$2") == "$3" ]]
 }
 
+# is_editable: whether .venv runs the fpmatch of this folder; says where it is a copy, as `pip
+# install .` makes it.
+is_editable() {
+    .venv/bin/python -I -c 'import sys
+from importlib.util import find_spec
+from pathlib import Path
+found = find_spec("fpmatch")
+if not found or not found.origin:
+    sys.exit(1)
+folder = Path(found.origin).parent
+if not folder.samefile("fpmatch"):
+    sys.exit(f"{folder} is a copy of fpmatch; this folder takes its place")'
+}
+
 # install FOLDER NAME STATE PIP-ARGUMENTS...: pip install, and leave the note NAME that says STATE.
 install() {
     local folder=$1 name=$2 state=$3
@@ -79,6 +93,9 @@ install_editable() {
     test) enough="test dev" ;;
     *) enough=$1 ;;
     esac
+    if ! is_editable; then
+        enough=""
+    fi
     for name in $enough; do
         if installed .venv "$name" "$state"; then
             compile_kernels

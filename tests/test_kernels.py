@@ -1,4 +1,7 @@
-"""Compiled kernels state what they were compiled from; `scripts/build` compiles what changed."""
+"""Compiled kernels state what they were compiled from; `scripts/build` compiles what changed.
+
+What runs is what was edited: of the clone, or a note says that it is a copy.
+"""
 
 import importlib
 import importlib.util
@@ -128,17 +131,37 @@ def test_no_kernel_is_out_of_date_where_none_is_compiled(outdated):
     assert outdated() == []
 
 
+PROJECT = """
+[build-system]
+requires = ["setuptools", "Cython"]
+build-backend = "setuptools.build_meta"
+
+[project]
+name = "fpmatch"
+version = "0"
+
+[tool.setuptools.packages.find]
+include = ["fpmatch*"]
+"""
+# As the scripts call pip, without a network: what is to be built with is there.
+OFFLINE = {"PIP_NO_INDEX": "1", "PIP_NO_DEPS": "1", "PIP_NO_BUILD_ISOLATION": "0"}
+
+
 @pytest.fixture
 def build(package):
-    """Return a function that runs `scripts/build` in that tree, with this Python as its .venv."""
-    pytest.importorskip("setuptools", reason="setuptools is not installed")
+    """Return a function that runs `scripts/build` in that tree, in an environment of its own.
+
+    The environment has the packages of this one, and the tree in the place of an editable install.
+    """
+    for name in ("setuptools", "pip", "Cython"):
+        pytest.importorskip(name, reason=f"{name} is not installed")
     tree = package.parent
     shutil.copy(ROOT / "setup.py", tree)
-    (tree / "pyproject.toml").touch()
-    python = tree / ".venv" / "bin" / "python"
-    python.parent.mkdir(parents=True)
-    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
-    python.chmod(0o755)
+    (tree / "pyproject.toml").write_text(PROJECT)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tree / ".venv"], check=True)
+    packages = next((tree / ".venv").glob("[Ll]ib/**/site-packages"))
+    (packages / "__editable__.pth").write_text(f"{tree}\n")
+    (packages / "others.pth").write_text(f"{Path(pytest.__file__).parents[1]}\n")
     compiler = tree / "compiler"  # which takes no time to optimize
     compiler.write_text(f'#!/bin/sh\nexec {COMPILER} "$@" -O0\n')
     compiler.chmod(0o755)
@@ -147,7 +170,7 @@ def build(package):
 
     def run(**environment):
         words = [str(BASH), "scripts/build"]
-        environment = {**os.environ, "CC": str(compiler), **environment}
+        environment = {**os.environ, **OFFLINE, "CC": str(compiler), **environment}
         return subprocess.run(
             words, cwd=tree, env=environment, capture_output=True, text=True, check=False
         )
@@ -186,6 +209,81 @@ def test_build_compiles_what_changed_and_nothing_else(package, outdated, build):
     assert build().stdout == "kernels compiled\n"
     assert (outdated(), total(package)) == ([], 12)
     assert user.stat().st_mtime_ns > compiled
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
+def test_build_replaces_a_copy_that_pip_has_put_in_the_place_of_the_clone(package, build):
+    """After `pip install .` in a clone; what runs anywhere is the kernel that was edited."""
+    assert build().returncode == 0
+    tree = package.parent
+    python = tree / ".venv" / "bin" / "python"
+    next(tree.glob(".venv/[Ll]ib/**/__editable__.pth")).unlink()
+    environment = {**os.environ, **OFFLINE, "FPMATCH_NO_COMPILE": "1"}
+    installs = [python, "-m", "pip", "install", "--quiet", "."]
+    subprocess.run(installs, cwd=tree, env=environment, check=True)
+    code = "from fpmatch import _sum_kernel as k; print(k.__file__, k.total())"
+    runs = [python, "-P", "-c", code]
+    copied = subprocess.run(runs, cwd=tree, capture_output=True, text=True, check=True).stdout
+    assert "site-packages" in copied
+
+    source = package / "_base_kernel.py"
+    source.write_text(source.read_text().replace("1", "2"))
+    done = build()
+    assert (done.returncode, done.stdout) == (0, "kernels compiled\n"), done.stderr
+    assert "a copy" in done.stderr
+    edited = subprocess.run(runs, cwd=tree, capture_output=True, text=True, check=True).stdout
+    assert edited.split() == [str(package / f"_sum_kernel{SUFFIX}"), "12"]
+    assert "a copy" not in build().stderr
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """Return a clone with another matcher than the package that is installed."""
+    shutil.copytree(PACKAGE, tmp_path / "clone" / "fpmatch")
+    (tmp_path / "clone" / "scripts").mkdir()
+    (tmp_path / "clone" / "scripts" / "build").touch()
+    matcher = tmp_path / "clone" / "fpmatch" / "matching" / "matchers" / "paper.py"
+    changed = matcher.read_text().replace("=match.matched_share", "=match.matched_share / 2")
+    assert changed != matcher.read_text()
+    matcher.write_text(changed)
+    return tmp_path / "clone"
+
+
+def test_a_command_in_a_clone_notes_that_it_runs_other_sources(clone, tmp_path, run, monkeypatch):
+    """Once, from any folder of the clone; not elsewhere, and not where the sources are the same."""
+    (clone / "work").mkdir()
+    for folder in (clone, clone / "work"):
+        monkeypatch.chdir(folder)
+        for command in (["verify", "--help"], ["--version"]):
+            (note,) = run(*command).stderr.splitlines()
+            assert note.startswith(f"fpmatch: note: this is the fpmatch of {PACKAGE.parent}, not ")
+            assert f" {clone}, " in note
+            assert "`pip install --no-deps --editable .`" in note
+        assert run("doctor").stderr.startswith(note)
+    shutil.copy(PACKAGE / "matching" / "matchers" / "paper.py", clone / "fpmatch/matching/matchers")
+    assert kernels.other_sources_note() is None
+    (clone / "fpmatch" / "new.py").touch()
+    assert str(clone) in kernels.other_sources_note()
+    for folder in (tmp_path, ROOT / "docs"):
+        monkeypatch.chdir(folder)
+        assert kernels.other_sources_note() is None
+
+
+@pytest.mark.slow
+def test_one_worker_and_several_run_the_same_code_of_a_clone(clone, tmp_path):
+    """By `python -m fpmatch` in a clone, where another copy is installed."""
+    prints = [shutil.copy(path, tmp_path) for path in sorted(ROOT.glob("sample_data/101_?.tif"))]
+    assert len(prints) == 4
+
+    def scores(*options):
+        words = ["score", "--references", tmp_path, "--probes", tmp_path, "--matcher", "paper"]
+        command = [sys.executable, *options[:-1], "-m", "fpmatch", *words, "--workers", options[-1]]
+        output = tmp_path / f"{'_'.join(options)}.csv"
+        subprocess.run([*command, "-o", output], cwd=clone, check=True, capture_output=True)
+        return output.read_text()
+
+    assert scores("1") == scores("2") != scores("-P", "1") == scores("-P", "2")
 
 
 @pytest.mark.skipif(not BASH, reason="no bash")

@@ -1,4 +1,6 @@
-"""Which kernels (modules ``_*_kernel.py``) run compiled, and from which sources; imports none.
+"""Which kernels (modules ``_*_kernel.py``) run compiled, from which sources, and of which copy.
+
+No kernel is imported here.
 
 ``setup.py`` runs this file, too: it imports the standard library only.
 """
@@ -52,7 +54,21 @@ def outdated_kernels() -> list[str]:
 
 def in_source_tree() -> bool:
     """Return whether this package lies in its source tree, as that of an editable install does."""
-    return (_PACKAGE.parent / "scripts" / "build").exists()
+    return _is_clone(_PACKAGE.parent)
+
+
+def other_sources_note() -> str | None:
+    """Return what is noted where the working directory is in a clone with other sources than these.
+
+    None where it is in no clone, in that of this package, or in one with the same sources.
+    """
+    clone = _clone_here()
+    if clone is None or _same_sources(clone / _PACKAGE.name):
+        return None
+    return (
+        f"this is the fpmatch of {_PACKAGE.parent}, not that of the clone {clone}, whose sources "
+        f"differ; `{build_command(clone)}` there installs it"
+    )
 
 
 def sources_statement(files: Iterable[Path], package: Path) -> str:
@@ -110,12 +126,38 @@ def outdated_kernels_note() -> str | None:
     )
 
 
-def build_command() -> str:
-    """Return the command that compiles the kernels of this installation."""
-    if not in_source_tree():
+def build_command(clone: Path | None = None) -> str:
+    """Return the command that compiles the kernels of this installation, or of a clone."""
+    source = clone or (_PACKAGE.parent if in_source_tree() else _clone_here())
+    if source is None:
         return "pip install ."
-    own = Path(sys.prefix).resolve() == (_PACKAGE.parent / ".venv").resolve()
+    own = Path(sys.prefix).resolve() == (source / ".venv").resolve()
     return "scripts/build" if own else "pip install --no-deps --editable ."
+
+
+def _is_clone(folder: Path) -> bool:
+    return (folder / "scripts" / "build").exists() and (folder / _PACKAGE.name).is_dir()
+
+
+def _clone_here() -> Path | None:
+    """Return the clone that the working directory is in; None for that of this package."""
+    try:
+        here = Path.cwd()
+    except OSError:  # it has been removed
+        return None
+    clone = next(filter(_is_clone, (here, *here.parents)), None)
+    return None if clone is None or (clone / _PACKAGE.name).samefile(_PACKAGE) else clone
+
+
+def _same_sources(package: Path) -> bool:
+    """Return whether another copy of the package has the same files of Python and Cython."""
+    from filecmp import cmp  # noqa: PLC0415  (only in a clone)
+
+    here, there = (
+        {path.relative_to(one) for kind in ("py", "pxd") for path in one.rglob(f"*.{kind}")}
+        for one in (_PACKAGE, package)
+    )
+    return here == there and all(cmp(_PACKAGE / one, package / one, shallow=False) for one in here)
 
 
 def _compiled_files() -> dict[str, str | None]:

@@ -103,7 +103,7 @@ class _Fpmatch(LazyGroup):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the sub-command that is named first; note kernels out of date before it runs."""
+        """Return the sub-command that is named first; note before that other code runs, if so."""
         resolved: tuple[str | None, click.Command | None, list[str]]
         name = click.utils.make_str(args[0])
         known = name in CORE or wing_of(name) is not None
@@ -111,10 +111,12 @@ class _Fpmatch(LazyGroup):
             resolved = name, self.get_command(ctx, name), args[1:]
         else:
             resolved = super().resolve_command(ctx, args)
-        if not ctx.resilient_parsing and resolved[0] != "doctor":  # which lists them itself
-            from fpmatch.cli.notes import say_outdated_kernels
+        if not ctx.resilient_parsing:
+            from fpmatch.cli.notes import say_other_sources, say_outdated_kernels
 
-            say_outdated_kernels()
+            say_other_sources()
+            if resolved[0] != "doctor":  # which lists them itself
+                say_outdated_kernels()
         return resolved
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -151,8 +153,9 @@ def _added() -> dict[str, str]:
 def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
     if requested and not ctx.resilient_parsing:
         from fpmatch.base.kernels import kernels_text
-        from fpmatch.cli.notes import show_line
+        from fpmatch.cli.notes import say_other_sources, show_line
 
+        say_other_sources()
         show_line(f"fpmatch {__version__} ({kernels_text()})")
         ctx.exit()
 

@@ -59,6 +59,14 @@ def say_outdated_kernels() -> None:
         say_note(note)
 
 
+def say_other_sources() -> None:
+    """Note in a clone that what runs is not its code, where that is so."""
+    from fpmatch.base import kernels
+
+    if note := kernels.other_sources_note():
+        say_note(note)
+
+
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     """Print each note once, with the first of the prints that it is about."""
     from fpmatch.prints.reading import ASSUMED_DPI

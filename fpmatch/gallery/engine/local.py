@@ -19,7 +19,7 @@ from fpmatch.gallery.engine.processes import (
     safe_import_path,
     single_threaded,
 )
-from fpmatch.gallery.engine.task import init_worker, pack_task, run_chunk, task_file
+from fpmatch.gallery.engine.task import Task, init_worker, pack_task, run_chunk, task_in_memory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Iterable
@@ -145,13 +145,13 @@ class Processes:
         start = nullcontext if needs_main else main_hidden
         executor = self._open(needs_main=needs_main)
 
-        def submit(task: Path, chunk: Chunk) -> Future[Any]:
+        def submit(task: Task, chunk: Chunk) -> Future[Any]:
             # submitting may start a worker
             with interrupt_deferred(), safe_import_path(), start():
                 return executor.submit(run_chunk, task, chunk)
 
         try:
-            with task_file(packed) as task:
+            with task_in_memory(packed) as task:
                 yield from results_in_order(
                     chunks,
                     partial(submit, task),

@@ -1,7 +1,7 @@
 """Arrays that worker processes of this machine map into memory, instead of copies for each.
 
 An array that lies in a mapped file is sent as the place in that file; another one is copied once
-into memory that the workers map. Nothing is left on a disk.
+into memory that the workers map. Nothing is written to a disk.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import EngineError
+from fpmatch.gallery.engine.task import identity_of, memory_file, name_of
 
 if TYPE_CHECKING:
     from typing import BinaryIO, Self
 
     from numpy.typing import NDArray
 
-    Identity = tuple[int, int, int]
+    from fpmatch.gallery.engine.task import Identity
+
     Place = tuple[str, Identity, int]
 
 MIN_BYTES: Final = 1 << 16  # smaller arrays are copied,
@@ -68,13 +70,13 @@ class MappedArrays:
         """
         owner = _owner_of(array)
         if id(owner) not in self._files:
-            stream = _file_of(owner) or _memory_of(owner)
+            stream = _file_of(owner) or memory_file(owner.reshape(-1).view(np.uint8).data)
             if stream is None:
                 return None
             self._files[id(owner)] = stream, owner
         stream = self._files[id(owner)][0]
         at = array.__array_interface__["data"][0] - owner.__array_interface__["data"][0]
-        return _name_of(stream), _identity(stream), at
+        return name_of(stream), identity_of(stream), at
 
 
 class _Pickler(pickle.Pickler):
@@ -105,7 +107,7 @@ def _array_at(
 def _mapped(name: str, identity: Identity) -> np.memmap[Any, np.dtype[np.uint8]]:
     try:
         with Path(name).open("rb") as stream:
-            if _identity(stream) != identity:
+            if identity_of(stream) != identity:
                 raise EngineError("a file that was mapped has been replaced", path=name)
             return np.memmap(stream, np.uint8, "r")
     except OSError as error:
@@ -142,31 +144,3 @@ def _file_of(mapped: NDArray[Any]) -> BinaryIO | None:
             return stream
         stream.close()
     return None
-
-
-def _memory_of(array: NDArray[Any]) -> BinaryIO | None:
-    """Return a file in memory, without a name, with a copy of an array."""
-    if not hasattr(os, "memfd_create"):
-        return None
-    stream = os.fdopen(os.memfd_create("fpmatch"), "w+b")
-    try:
-        stream.write(array.reshape(-1).view(np.uint8).data)
-        stream.flush()
-    except BaseException:
-        stream.close()
-        raise
-    return stream
-
-
-def _name_of(stream: BinaryIO) -> str:
-    """Return a path by which processes of this machine open a file that is open here.
-
-    On Linux it leads to that file though another one stands in its place meanwhile.
-    """
-    name = f"/proc/{os.getpid()}/fd/{stream.fileno()}"
-    return name if Path(name).exists() else str(stream.name)
-
-
-def _identity(stream: BinaryIO) -> Identity:
-    status = os.fstat(stream.fileno())
-    return status.st_dev, status.st_ino, status.st_size

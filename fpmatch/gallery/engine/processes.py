@@ -1,7 +1,8 @@
-"""What new processes inherit: one thread for numpy, a safe import path, no Ctrl-C."""
+"""What new processes inherit: one thread for numpy, the path of imports, no Ctrl-C."""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -14,17 +15,21 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
-SAFE_PATH: Final = "PYTHONSAFEPATH"  # Python's variable
+SAFE_PATH: Final = "PYTHONSAFEPATH"  # Python's variables
+PATH: Final = "PYTHONPATH"
 _starting: Final = threading.RLock()  # environment variables are shared by all threads
 
 
 @contextmanager
 def safe_import_path() -> Iterator[None]:
-    """Let Python processes that start in the block import nothing from the working directory.
+    """Let Python processes that start in the block import from where this one does.
 
-    Python puts that folder first on the path of a process that it starts for `multiprocessing`.
+    Python puts the working directory first on the path of a process that it starts for
+    `multiprocessing`, and a fork server imports before it gets the path of this process: of two
+    copies of fpmatch, it would import the installed one.
     """
-    with _starting, environment(SAFE_PATH, "1"):
+    path = os.pathsep.join(filter(None, sys.path))
+    with _starting, environment(SAFE_PATH, "1"), environment(PATH, path):
         yield
 
 

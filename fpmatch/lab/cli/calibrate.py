@@ -45,7 +45,7 @@ impressions give 2,880 impostor comparisons, 100 fingers 316,800.
 Examples:
   fpmatch calibrate prints -o calibration.json
   fpmatch calibrate prints.db -o calibration.json
-  fpmatch evaluate prints --scores scores.csv
+  fpmatch evaluate prints --matcher unit-circle:beyond_share=0 --scores scores.csv
   fpmatch calibrate scores.csv -o calibration.json
   fpmatch verify probe.tif reference.tif --calibration calibration.json
 """,
@@ -74,7 +74,8 @@ def calibrate(
     """Fit scores to the false match rates of one's own prints.
 
     The prints of DIR, MANIFEST and GALLERY are as for fpmatch evaluate; each SCORES is a file of
-    fpmatch evaluate --scores or fpmatch score. At least 1,000 impostor comparisons are needed. The
+    fpmatch evaluate --scores or fpmatch score, of the default matcher only those with
+    beyond_share=0. At least 1,000 impostor comparisons are needed. The
     largest measured score is printed: scores beyond are extrapolated.
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
@@ -88,7 +89,7 @@ def calibrate(
     with ProgressBars(_STAGES) as bars:
         impostors = gather_impostors(
             sources,
-            matcher=getattr(chosen, "calibrated", chosen),
+            matcher=chosen,
             workers=workers,
             progress=bars.show,
             pattern=pattern,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.databases.extraction import Extractor
-    from fpmatch.lab.evaluation.rates.scores_set import Trials
+    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
     from fpmatch.lab.evaluation.report.results import EvaluationReport
     from fpmatch.matching.result import Matcher
 
@@ -51,16 +51,19 @@ def gather_impostors(
 
     `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
     galleries, whose prints are compared by the extended protocol. `matcher`, `workers`, `progress`,
-    `extractor`, `pattern`, `by_folder`: as for `evaluate`. `dpi`: the resolution of all images;
-    `reading`: further parameters of `dataset_reader`. Raises a `DatasetError` if a source
-    cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
+    `extractor`, `pattern`, `by_folder`: as for `evaluate`; in place of the default matcher, the one
+    whose similarities are not lowered by the pairs that chance makes (`calibrated`) compares and is
+    read. `dpi`: the resolution of all images; `reading`: further parameters of `dataset_reader`.
+    Raises a `DatasetError` if a source cannot be used, or a database comes twice; a `MatcherError`
+    if the matcher is unknown.
     """
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    given = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    chosen: Matcher = getattr(given, "calibrated", given)
     gathered = [
         ImpostorSet(one.name, one.impostors)
         for source in sources
         if kind_of(source) == "file"
-        for one in choose_matcher(read_scores(source), chosen.name, source)
+        for one in _scores_of(chosen, given.name, source)
     ]
     seen: set[str] = set()
     for one in gathered:
@@ -79,6 +82,19 @@ def gather_impostors(
                 raise DatasetError(f"{row.name}: given both as a folder and as scores")
         gathered += impostors_of_report(report)
     return gathered
+
+
+def _scores_of(chosen: Matcher, given: str, source: str | os.PathLike[str]) -> list[ScoresSet]:
+    """Return the sets of a file that a matcher scored; say why not those of the matcher given."""
+    sets = read_scores(source)
+    if {one.matcher for one in sets} == {given} != {chosen.name}:
+        raise DatasetError(
+            f"the highest similarities of {given} are lowered by the pairs that chance makes, and "
+            "a calibration would raise them again; give the prints, or scores of fpmatch evaluate "
+            f"--matcher {chosen.name}",
+            path=source,
+        )
+    return choose_matcher(sets, chosen.name, source)
 
 
 def impostors_of_report(report: EvaluationReport) -> list[ImpostorSet]:

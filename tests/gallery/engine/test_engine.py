@@ -7,8 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import closing
-from functools import partial
+from contextlib import closing, contextmanager
 from itertools import count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +16,7 @@ import chunk_work  # spawned workers must find it by this name
 import pytest
 
 from fpmatch.errors import EngineError, ImageError
-from fpmatch.gallery.engine import cluster, task
+from fpmatch.gallery.engine import cluster, local, task
 from fpmatch.gallery.engine.engine import make_engine, processes
 from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT, Serial
 from tests.gallery.conftest import start_cluster
@@ -79,13 +78,22 @@ def test_an_engine_is_held_until_the_outermost_block_ends(engine):
     assert len(before | after) <= 2
 
 
-@pytest.fixture
-def tasks(tmp_path, monkeypatch):
-    """Return the folder in which tasks are told."""
-    folder = tmp_path / "tasks"
-    folder.mkdir()
-    monkeypatch.setattr(task, "TemporaryDirectory", partial(TemporaryDirectory, dir=folder))
-    return folder
+@pytest.fixture(params=["files in memory", "shared memory"])
+def tasks(request, monkeypatch):
+    """Return the tasks that workers can read now, in each kind of memory."""
+    if request.param == "shared memory":
+        monkeypatch.delattr(os, "memfd_create", raising=False)
+    there = []
+
+    @contextmanager
+    def noted(packed):
+        with task.task_in_memory(packed) as made:
+            there.append(made)
+            assert task._is_there(made)
+            yield made
+
+    monkeypatch.setattr(local, "task_in_memory", noted)
+    return lambda: [one for one in there if task._is_there(one)]
 
 
 def test_two_works_in_turn_keep_what_is_theirs(engine):
@@ -109,8 +117,8 @@ def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
         with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
             assert next(left_off) == 0
             assert next(left_off) == 1
-            assert len(list(tasks.iterdir())) == 1
-        assert list(tasks.iterdir()) == []
+            assert len(tasks()) == 1
+        assert tasks() == []
         assert list(engine.map(chunk_work.add, 10, range(3))) == [10, 11, 12]
     assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
 
@@ -119,7 +127,7 @@ def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
     with processes(2) as engine:
         with pytest.raises(EngineError, match="a worker process ended before its work was done"):
             list(engine.map(chunk_work.die_once, tmp_path, range(8)))
-        assert list(tasks.iterdir()) == []
+        assert tasks() == []
         assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
 
 
@@ -161,11 +169,10 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
             while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
                 assert main.poll() is None
                 time.sleep(0.01)
-            assert len(list(Path(temporary).glob("fpmatch-*"))) == 1
             main.send_signal(signal.SIGKILL)
         while any(_is_there(worker) for worker in workers):
             time.sleep(0.01)
-        assert list(Path(temporary).glob("fpmatch-*")) == []
+        assert not [path for path in Path(temporary).rglob("*") if path.is_file()]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")

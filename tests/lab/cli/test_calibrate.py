@@ -52,3 +52,25 @@ def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
     database = make_database(fingers=2, impressions=2)
     run("calibrate", database, "-o", tmp_path / "c.json", "--workers", 1)
     assert used == ["unit-circle:beyond_share=0"]
+
+
+def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_command(run, tmp_path):
+    """The command that the reason names makes a file that is taken: as the prints are."""
+    prints = tmp_path / "prints.db"
+    made = run("synth", prints, "--templates", "--fingers", 17, "--impressions", 3)
+    assert made.exit_code == 0, made.stderr
+    scores, output = tmp_path / "scores.csv", tmp_path / "c.json"
+    options = ["--scores", scores, "--bootstrap", 0]
+    assert run("evaluate", prints, *options).exit_code == 0
+    refused = run("calibrate", scores, "-o", output)
+    assert (refused.exit_code, refused.stdout, output.exists()) == (2, "", False)
+    assert refused.stderr.startswith(f"fpmatch: error: {scores}: the highest similarities of unit-")
+    named = refused.stderr.strip().rpartition("fpmatch evaluate ")[2].split()
+    assert named == ["--matcher", "unit-circle:beyond_share=0"]
+    assert run("evaluate", prints, *options, *named).exit_code == 0
+    calibrations = []
+    for source in (scores, prints):
+        done = run("calibrate", source, "-o", output)
+        assert done.exit_code == 0, done.stderr
+        calibrations.append(output.read_bytes())
+    assert calibrations[0] == calibrations[1]

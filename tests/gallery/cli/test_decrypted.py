@@ -1,0 +1,168 @@
+"""No file ever contains a decrypted template: while commands run, and after all are killed."""
+
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from made_prints import entries_of, print_of
+
+from fpmatch.base.encryption.key_text import make_keys
+from fpmatch.gallery.batch.sources import pack
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.listing.entry import Label
+from fpmatch.gallery.store.stored_template import pack_template, unpack_template
+from fpmatch.matching.registry import get_matcher
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="kills process groups"),
+]
+SAMPLES = Path(__file__).parents[3] / "sample_data"
+LABELS = [Label(str(finger), "", str(k)) for finger in range(16) for k in (1, 2, 3)]
+PRINTS = [print_of(int(label.subject), int(label.impression)) for label in LABELS]
+RUN = 24  # bytes: six minutiae or so
+LIMIT_S = 60
+
+
+def representations(template):
+    """Yield the bytes of a template in each form that the package gives it."""
+    yield pack_template(template)[32:]
+    stored = unpack_template(pack_template(template))
+    for one in (template, stored):
+        minutiae = one.minutiae
+        columns = minutiae.x, minutiae.y, minutiae.angle, minutiae.xy
+        for column in columns:
+            yield from (column.astype(kind).tobytes() for kind in ["f8", "f4", "u2", "i2", "i4"])
+        yield pack(one)[200:]
+    prepared = get_matcher("unit-circle").prepare(stored)
+    packed = PreparedPrints.pack([prepared])
+    for field in fields(packed):
+        yield np.ascontiguousarray(getattr(packed, field.name)).tobytes()
+    yield pickle.dumps(prepared)[400:]
+
+
+def runs(template):
+    """Return bytes from the middle of each form that are of no other print."""
+    found = set()
+    for content in representations(template):
+        at = len(content) // 2 // 8 * 8
+        run = content[at : at + RUN]
+        if len(run) == RUN and len(set(run)) > RUN // 3:
+            found.add(run)
+    return found
+
+
+WANTED = set().union(*(runs(PRINTS[k]) for k in (0, 16, 35)))
+
+
+def found_in(*folders):
+    """Return the files of folders that contain something of a template."""
+    found = set()
+    for at, _, names in (step for folder in folders for step in os.walk(folder)):
+        for path in (Path(at, name) for name in names):
+            with suppress(OSError):  # deleted meanwhile, or a socket
+                content = path.read_bytes()
+                if any(run in content for run in WANTED):
+                    found.add(path)
+    return found
+
+
+@pytest.fixture
+def place():
+    """Return a folder for all files of commands: an encrypted gallery, probes, a new home."""
+    # of a short name, as fork servers need it
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        place = Path(folder)
+        for name in ("tmp", "home", "cache", "probes"):
+            (place / name).mkdir()
+        make_keys(f"file:{place / 'keys.txt'}")
+        make_gallery(place / "secret.db", encrypt=True, key=f"file:{place / 'keys.txt'}")
+        for number in (1, 2, 3):
+            shutil.copy(SAMPLES / f"101_{number}.tif", place / "probes")
+        yield place
+
+
+def make_gallery(path, **options):
+    with open_gallery(path, create=True, **options) as gallery:
+        gallery.add(entries_of(*PRINTS, labels=LABELS))
+
+
+def started(place, gallery, words):
+    """Start a command on a gallery, in a process group of its own."""
+    changed = {"TMPDIR": "tmp", "HOME": "home", "XDG_CACHE_HOME": "cache"}
+    environment = {**os.environ, **{name: str(place / text) for name, text in changed.items()}}
+    environment["FPMATCH_KEY"] = f"file:{place / 'keys.txt'}"
+    command = [sys.executable, "-m", "fpmatch", *words.replace("GALLERY", f"{gallery}.db").split()]
+    return subprocess.Popen(
+        command,
+        cwd=place,
+        env=environment,
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+
+
+def kill(process):
+    """Kill a command with all its workers."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+COMMANDS = [
+    "identify GALLERY probes/101_1.tif --workers 2",
+    "identify GALLERY --probes probes -o OUT.csv --workers 2",
+    "score --references GALLERY --probes GALLERY -o OUT.csv --workers 2",
+    "evaluate GALLERY --workers 2 --bootstrap 0",
+    "evaluate-identification GALLERY --workers 2 --bootstrap 0",
+    "calibrate GALLERY -o OUT.json --workers 2",
+    "enrol GALLERY probes --workers 2",
+    "gallery check GALLERY",
+    "gallery rewrite GALLERY --encrypt",
+    "extract --gallery GALLERY --format sealed -o OUT",
+    "verify probes/101_1.tif --gallery GALLERY --subject 1",
+    "serve --gallery GALLERY --port 0",
+]
+
+
+def test_the_search_finds_what_is_not_encrypted(place):
+    """In a plain gallery, its prepared prints, an unfinished batch, a task that is pickled."""
+    prepared = [get_matcher("unit-circle").prepare(one) for one in PRINTS]
+    for content in (prepared, PreparedPrints.pack(prepared), [pack(one) for one in PRINTS]):
+        (place / "task").write_bytes(pickle.dumps(content))
+        assert found_in(place) >= {place / "task"}
+    (place / "task").unlink()
+    assert found_in(place) == set()
+    make_gallery(place / "plain.db")
+    with started(place, "plain", COMMANDS[0]) as process:
+        assert process.wait() == 0, process.stderr.read()
+    (prepared_file,) = (place / "plain.db.prepared").iterdir()
+    assert found_in(place) == {place / "plain.db", prepared_file}
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words.split(" -")[0])
+def test_commands_write_nothing_of_an_encrypted_gallery(place, words):
+    """All files are read again and again until it ends; then it is killed in the middle."""
+    ends = not words.startswith("serve")
+    begin = time.monotonic()
+    with started(place, "secret", words.replace("OUT", "whole")) as process:
+        while process.poll() is None and time.monotonic() < begin + (LIMIT_S if ends else 2):
+            assert found_in(place) == set()
+        took = time.monotonic() - begin
+        kill(process)
+        assert process.wait() in ({0, 1} if ends else {-signal.SIGKILL}), process.stderr.read()
+    with started(place, "secret", words.replace("OUT", "killed")) as process:
+        time.sleep(0.75 * took)
+        kill(process)
+    assert found_in(place) == set()

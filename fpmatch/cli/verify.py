@@ -169,7 +169,7 @@ def verify(
         cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
         show(json_text(pair.as_dict() | cells))
     else:
-        show(as_text(pair.verification, pair.quality, identical=pair.identical))
+        show(as_text(pair.verification, pair.quality))
     return EXIT_STATUS[pair.verification.decision]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -27,10 +27,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.result import Comparison, Identity, Matcher
     from fpmatch.templates.minutiae import Template
 
-    Identity = Literal["pixels", "template"]
     Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
 
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
@@ -69,10 +68,12 @@ class Rule:
         comparison: Comparison,
         score: float,
         impressions: Sequence[Side] = (),
+        images: Sequence[NDArray[np.uint8] | None] = (None, None),
     ) -> Verification:
         """Return the decision on two prints, or on a probe and a finger, that have this score.
 
-        Of a finger all `impressions` are given; `reference` is the most similar of them.
+        Of a finger all `impressions` are given; `reference` is the most similar of them. `images`
+        are those of probe and reference.
         """
         curve, rho = self.calibration, self.rho
         enough = score >= self.threshold if rho is None else comparison.similarity > rho
@@ -102,6 +103,7 @@ class Rule:
             else score_to_fmr(curve.largest_measured_score),
             rho=rho,
             explanation=explanation,
+            identical=find_identity((probe[0], reference[0]), images),
         )
 
 
@@ -125,7 +127,7 @@ def verify(
     ours, theirs = (prepare_print(chosen, *side) for side in sides)
     comparison = chosen.compare(ours, theirs)
     score = score_of(curve, comparison.similarity)
-    return rule.decide((probe, ours), (reference, theirs), comparison, score)
+    return rule.decide((probe, ours), (reference, theirs), comparison, score, images=images)
 
 
 def find_identity(

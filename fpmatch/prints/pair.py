@@ -13,7 +13,7 @@ from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
 from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.verification import CANDIDATE_RATIOS
-from fpmatch.matching.verify import find_identity, verify
+from fpmatch.matching.verify import verify
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_dict
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.verification import Verification
-    from fpmatch.matching.verify import Identity
 
 OTHERS_SHARE: Final = 0.25  # of the false match rate, for all other resolutions together
 MOST_UNLIKE: Final = math.log(1.2)  # ratio of the distances of ridges in two prints of a finger
@@ -61,18 +60,11 @@ class ComparedPair:
         """Quality of both images; None for a template."""
         return {"probe": self.probe.quality, "reference": self.reference.quality}
 
-    @cached_property
-    def identical(self) -> Identity | None:
-        """What of the two prints is the same; see `find_identity`."""
-        sides = self.probe, self.reference
-        images = [None if one.image is None else one.image.pixels for one in sides]
-        return find_identity([one.template for one in sides], images)
-
     def as_dict(self) -> dict[str, Any]:
         """Return the object that ``fpmatch verify --json`` prints."""
         sides = {"probe": self.probe, "reference": self.reference}
         names = self.probe.name, self.reference.name
-        document = as_dict(self.verification, *names, self.quality, identical=self.identical)
+        document = as_dict(self.verification, *names, self.quality)
         resolution = {
             side: {"dpi": given.template.dpi, "source": given.dpi_source}
             for side, given in sides.items()

@@ -106,7 +106,6 @@ class Evidence:
     chance: float  # pairs expected where the minutiae in the common region lie there by chance
     features: NDArray[np.float64] = field(repr=False)  # by `FEATURES`, not yet standardised
     total: float  # weighted sum of the features
-    decade: float  # by how much the sum rises where the FMR falls tenfold
     minus_log_fmr: float  # estimate of -ln(FMR): the sum, conditioned on how much was compared
 
     @property
@@ -165,8 +164,7 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
     entries, features = scorer.last_evidence()
     for k in COUNTS:
         entries[k] = int(entries[k])
-    sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
-    values = [*entries, np.array(features), *sums]
+    values = [*entries, np.array(features), float(scorer.total), float(minus_log_fmr)]
     return Evidence(*values)
 
 

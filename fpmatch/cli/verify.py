@@ -42,8 +42,8 @@ The picture of --overlay shows where ridges agree, the paired minutiae with thei
 unpaired ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
 transform is found, the prints are drawn beside each other.
 
-The decision is inconclusive where with so little skin, without ridges, or at an unknown resolution
-prints of one finger may not match either.
+The decision is INCONCLUSIVE where even two prints of one finger may not match: with so little skin,
+without ridges, or at an unknown resolution.
 
 \b
 More examples:

@@ -115,11 +115,13 @@ def verify(
     threshold: float | None = None,
     calibration: Calibration | None = None,
     images: Sequence[NDArray[np.uint8] | None] = (None, None),
+    allowance: float = 0.0,
 ) -> Verification:
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
     The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
-    A matcher that wants them is given the `images`.
+    A matcher that wants them is given the `images`. A score that decides is lowered by `allowance`,
+    for one of several tries.
     """
     rule = Rule.of(matcher, threshold, calibration)
     chosen, curve = rule.matcher, rule.calibration
@@ -127,6 +129,8 @@ def verify(
     ours, theirs = (prepare_print(chosen, *side) for side in sides)
     comparison = chosen.compare(ours, theirs)
     score = score_of(curve, comparison.similarity)
+    if allowance and rule.rho is None:
+        score = max(0.0, score - allowance)
     return rule.decide((probe, ours), (reference, theirs), comparison, score, images=images)
 
 

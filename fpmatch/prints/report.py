@@ -106,7 +106,7 @@ def as_rows(
     if v.rho is None:
         score += f"; a match needs {v.threshold:.1f}"
     else:
-        score += "; it does not decide here" if scored else ""
+        score += "; not used: rho decides" if scored else ""
         share = f"{v.matched_share:.1%} of the minutiae of the smaller print are paired"
         rows.append(("Matched", f"{share}; a match needs more than {v.rho:.4g} of them (rho)"))
     rows.append(("Score", score))

@@ -177,5 +177,6 @@ def main_reason(evidence: Evidence) -> str:
     if evidence.cells and evidence.ridges < POOR_RIDGES:
         return f"the ridges disagree under the best transform: {share}"
     if evidence.agreement >= MOSTLY_PAIRED:
-        return f"what is paired under the best transform agrees no better than by chance: {share}"
+        few = "half of the minutiae or more are paired, but they are too few, or agree too poorly"
+        return f"{few}: {share}"
     return f"too few minutiae agree under the best transform: {share}"

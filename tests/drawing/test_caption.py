@@ -32,6 +32,15 @@ def test_ridge_agreement_is_shown_where_it_is_known(compared):
     assert dict(evidence(compared()))["Overlap"] == "90 %"
 
 
+def test_identical_images_are_named_in_the_verdict_and_have_no_rate(compared):
+    for identical, words in (("pixels", "images"), ("template", "templates")):
+        found = compared(identical=identical)
+        assert "False match rate" not in dict(evidence(found))
+        items, _ = header(found, 900)
+        assert lines(items, "verdict") == [f"MATCH, identical {words}"]
+    assert "False match rate" in dict(evidence(compared()))
+
+
 def test_unknown_values_are_dashes_or_left_out(compared):
     nothing = compared(transform=None)
     assert transform_facts(nothing) == []

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -151,6 +151,7 @@ class ScoreWeights:
 
     models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
+    small_area: ClassVar[float] = SMALL_AREA_PX2  # for the kernel, which imports no room above it
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""

@@ -9,7 +9,6 @@ import numpy as np
 from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 if cython.compiled:
@@ -68,8 +67,8 @@ class EvidenceScorer:
         self.model = 0
         self.total = 0.0
         self.paired_b = memoryview(np.empty(room, np.int32))
-        self.small_area = SMALL_AREA_PX2
-        self.correlator = RidgeCorrelator(room, SMALL_AREA_PX2)
+        self.small_area = weights.small_area
+        self.correlator = RidgeCorrelator(room, weights.small_area)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs

@@ -14,7 +14,6 @@ from fpmatch.base.html import html_table
 from fpmatch.errors import ImageError
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verification import Verification
-from fpmatch.matching.verify import find_identity
 from fpmatch.matching.verify import verify as verify_templates
 from fpmatch.prints.report import as_rows
 from fpmatch.templates.minutiae import Template
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from fpmatch.drawing.scene.items import Scene
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
-    from fpmatch.matching.verify import Identity
     from fpmatch.prints.reading import GivenPrint
 
 # Pixels in a notebook.
@@ -121,11 +119,6 @@ class VerifiedPrints(Verification):
         return Overlay(paint(scene), scene)
 
     @cached_property
-    def identical(self) -> Identity | None:
-        """What of the two prints is the same: "pixels", "template", or None."""
-        return find_identity((self.probe, self.reference), self.images)
-
-    @cached_property
     def _shown(self) -> NDArray[np.uint8]:
         """The overlay, small enough for a notebook."""
         from fpmatch.drawing.scene.raster import reduced  # noqa: PLC0415
@@ -136,7 +129,7 @@ class VerifiedPrints(Verification):
         from fpmatch.drawing.scene.raster import data_url, webp_bytes  # noqa: PLC0415
         from fpmatch.prints.report import outcome  # noqa: PLC0415
 
-        rows = as_rows(self, identical=self.identical)
+        rows = as_rows(self)
         picture = f'<img src="{data_url(webp_bytes(self._shown), "webp")}">'
         return f"<b>{outcome(self)}</b>{html_table(rows, left=2)}{picture}"
 

@@ -18,6 +18,7 @@ from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.tasks.enrol import enrol
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.prints.pair import FIRST_SHARE, allowance
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"
 A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
@@ -51,7 +52,8 @@ def test_a_print_may_be_given_in_any_form(form, template, result, tmp_path):
         "file": file,
     }
     found = fpmatch.verify(forms[form], str(B))
-    assert found.score == pytest.approx(result.score)
+    lowered = allowance(FIRST_SHARE) if form in {"array", "colour", "pil"} else 0.0  # unknown dpi
+    assert found.score == pytest.approx(result.score - lowered)
     assert found.match
     assert fpmatch.as_template(forms[form]).minutiae == template.minutiae
 

@@ -42,8 +42,8 @@ The picture of --overlay shows where ridges agree, the paired minutiae with thei
 unpaired ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
 transform is found, the prints are drawn beside each other.
 
-The decision is inconclusive where with so little skin, without ridges, or at an unknown resolution
-prints of one finger may not match either.
+The decision is INCONCLUSIVE where even two prints of one finger may not match: with so little skin,
+without ridges, or at an unknown resolution.
 
 \b
 More examples:
@@ -179,7 +179,7 @@ def verify(
             cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
             answer = json_text(pair.as_dict() | cells)
         else:
-            answer = as_text(pair.verification, pair.quality, identical=pair.identical)
+            answer = as_text(pair.verification, pair.quality)
     except MatcherError as error:  # of a plug-in that is asked for reasons
         raise named(error, pair.probe.name, pair.reference.name) from error
     show(answer)

@@ -22,7 +22,14 @@ from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.printable import printable, printable_lines
-from fpmatch.prints.report import as_rows, odds, outcome, score_as_high
+from fpmatch.prints.report import (
+    IDENTITY,
+    SELF_COMPARED,
+    as_rows,
+    odds,
+    outcome,
+    score_as_high,
+)
 from fpmatch.templates.minutiae import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -193,9 +200,10 @@ def case_report(
             decision=v.decision,
             v=v,
             scored=scored,
+            same="" if v.identical is None else f"{IDENTITY[v.identical]}: {SELF_COMPARED}",
             rarity=score_as_high(odds(v.fmr)) if scored else "",
             largest=odds(v.smallest_measured_fmr) if scored else "",
-            rows=as_rows(v, pair.quality, identical=pair.identical),
+            rows=as_rows(v, pair.quality),
             settings=settings,
             sides=sides,
             overlay=_picture(pair, View(), own) if v.transform is not None else "",

@@ -193,7 +193,7 @@ def _needed(
     minutiae, area = call_matcher(matcher, "available", probe, reference)
     enough = next(filter(reaches, FACTORS), None)
     if enough is None and minutiae >= LEAST_MINUTIAE:
-        message = f"most genuine pairs of prints of any size score less than {threshold:.1f}"
+        message = f"even of whole prints, most genuine pairs score less than {threshold:.1f}"
         return Shortage(THRESHOLD_TOO_HIGH, message)
     message = f"{count(minutiae, 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
     if enough is not None:

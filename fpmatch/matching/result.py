@@ -26,6 +26,8 @@ MATCH: Final = "match"
 NO_MATCH: Final = "no match"
 INCONCLUSIVE: Final = "inconclusive"
 
+Identity = Literal["pixels", "template"]  # what of two prints is the same
+
 PLUG_IN: Final = "plug-in"  # the code of errors of matchers of other packages
 UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
 
@@ -46,7 +48,6 @@ class Compared:
     area_mm2: float  # of the common region
     ridge_agreement: float | None  # mean correlation, -1 to 1; None where they were not compared
     ridge_area_mm2: float  # on which the ridges were compared
-    ridge_score: float  # about what the ridges add to the score; 0 where they were not compared
 
 
 @dataclass(frozen=True, slots=True, eq=False)

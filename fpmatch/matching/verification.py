@@ -34,7 +34,14 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
-    from fpmatch.matching.result import Compared, Comparison, Decision, Explaining, Matcher
+    from fpmatch.matching.result import (
+        Compared,
+        Comparison,
+        Decision,
+        Explaining,
+        Identity,
+        Matcher,
+    )
     from fpmatch.pointset.geometry.similarity import Similarity
 
     Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
@@ -185,6 +192,9 @@ class Verification:
         What explains the decision; without it `comparison` is all there is.
     dpi_assumed : tuple of str
         The sides, "probe" and "reference", whose resolution neither a file nor the caller states.
+    identical : str or None
+        What of the two prints is the same: "pixels" of their images, or "template"; None where
+        they differ. Else an impression is compared with itself, and `fmr` states no rate.
     """
 
     match: bool
@@ -199,6 +209,7 @@ class Verification:
     rho: float | None = None
     explanation: Explanation | None = field(default=None, repr=False)
     dpi_assumed: tuple[str, ...] = ()
+    identical: Identity | None = None
 
     @property
     def decision(self) -> Decision:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -27,10 +27,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.matching.result import Comparison, Identity, Matcher
     from fpmatch.templates.minutiae import Template
 
-    Identity = Literal["pixels", "template"]
     Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
 
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
@@ -69,10 +68,12 @@ class Rule:
         comparison: Comparison,
         score: float,
         impressions: Sequence[Side] = (),
+        images: Sequence[NDArray[np.uint8] | None] = (None, None),
     ) -> Verification:
         """Return the decision on two prints, or on a probe and a finger, that have this score.
 
-        Of a finger all `impressions` are given; `reference` is the most similar of them.
+        Of a finger all `impressions` are given; `reference` is the most similar of them. `images`
+        are those of probe and reference.
         """
         curve, rho = self.calibration, self.rho
         enough = score >= self.threshold if rho is None else comparison.similarity > rho
@@ -102,6 +103,7 @@ class Rule:
             else score_to_fmr(curve.largest_measured_score),
             rho=rho,
             explanation=explanation,
+            identical=find_identity((probe[0], reference[0]), images),
         )
 
 
@@ -113,11 +115,13 @@ def verify(
     threshold: float | None = None,
     calibration: Calibration | None = None,
     images: Sequence[NDArray[np.uint8] | None] = (None, None),
+    allowance: float = 0.0,
 ) -> Verification:
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
     The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
-    A matcher that wants them is given the `images`.
+    A matcher that wants them is given the `images`. A score that decides is lowered by `allowance`,
+    for one of several tries.
     """
     rule = Rule.of(matcher, threshold, calibration)
     chosen, curve = rule.matcher, rule.calibration
@@ -126,7 +130,9 @@ def verify(
     comparison = compare_prepared(chosen, ours, theirs)
     check_repeats(chosen, ours, theirs, comparison.similarity)
     score = score_of(curve, comparison.similarity)
-    return rule.decide((probe, ours), (reference, theirs), comparison, score)
+    if allowance and rule.rho is None:
+        score = max(0.0, score - allowance)
+    return rule.decide((probe, ours), (reference, theirs), comparison, score, images=images)
 
 
 def find_identity(

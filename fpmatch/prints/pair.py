@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
 from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
-from fpmatch.matching.calibration import fmr_to_score, load_calibration, score_to_fmr
+from fpmatch.matching.calibration import fmr_to_score, load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.result import named
 from fpmatch.matching.verification import CANDIDATE_RATIOS
-from fpmatch.matching.verify import find_identity, verify
+from fpmatch.matching.verify import verify
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_dict
 
@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.verification import Verification
-    from fpmatch.matching.verify import Identity
 
-OTHERS_SHARE: Final = 0.25  # of the false match rate, for all other resolutions together
+# Of the false match rate of a comparison whose resolutions are not all stated, 1 in sum:
+FIRST_SHARE: Final = 0.9  # for the first try,
+USUAL_SHARE: Final = 0.06  # for all other usual resolutions together,
+SCALE_SHARE: Final = 0.04  # and for the one by which the scale differs
 MOST_UNLIKE: Final = math.log(1.2)  # ratio of the distances of ridges in two prints of a finger
 
 
@@ -62,18 +64,11 @@ class ComparedPair:
         """Quality of both images; None for a template."""
         return {"probe": self.probe.quality, "reference": self.reference.quality}
 
-    @cached_property
-    def identical(self) -> Identity | None:
-        """What of the two prints is the same; see `find_identity`."""
-        sides = self.probe, self.reference
-        images = [None if one.image is None else one.image.pixels for one in sides]
-        return find_identity([one.template for one in sides], images)
-
     def as_dict(self) -> dict[str, Any]:
         """Return the object that ``fpmatch verify --json`` prints."""
         sides = {"probe": self.probe, "reference": self.reference}
         names = self.probe.name, self.reference.name
-        document = as_dict(self.verification, *names, self.quality, identical=self.identical)
+        document = as_dict(self.verification, *names, self.quality)
         resolution = {
             side: {"dpi": given.template.dpi, "source": given.dpi_source}
             for side, given in sides.items()
@@ -97,39 +92,57 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
     """Verify two given prints, also at other resolutions where nothing states theirs.
 
     Others are tried where the prints do not match, or match at two scales: the usual ones, then
-    that by which the scale differs. All of one kind together may match by chance in `OTHERS_SHARE`
-    of the stated rate, which lowers their scores.
+    that by which the scale differs. Each try gets a share of the stated rate, the first one too,
+    which lowers its score; see `allowance`.
     """
-    pair = _verified(probe, reference, options)
+    if probe.dpi_stated and reference.dpi_stated:
+        return _verified(probe, reference, options)
+    pair = _verified(probe, reference, options, allowance(FIRST_SHARE))
     first = pair.verification
-    if (probe.dpi_stated and reference.dpi_stated) or first.rho is not None:
+    if first.rho is not None:
         return pair
     if first.match and not _differ_in_scale(pair):
         return pair
     usual = _other_resolutions(probe, reference)
     at = cache(GivenPrint.at)
-    for others, trials in ((usual, len(usual)), (_by_scale(pair), len(CANDIDATE_RATIOS))):
-        tried = [_verified(at(probe, a), at(reference, b), options) for a, b in others]
+    kinds = (
+        (usual, allowance(USUAL_SHARE, len(usual))),
+        (_by_scale(pair), allowance(SCALE_SHARE, len(CANDIDATE_RATIOS))),
+    )
+    for others, lowered in kinds:
+        tried = [_verified(at(probe, a), at(reference, b), options, lowered) for a, b in others]
+        matching = [one for one in tried if one.verification.match]
         if first.match:
-            tried = [one for one in tried if not _differ_in_scale(one)]
-        if not tried:
-            continue
-        best = max(tried, key=lambda one: one.verification.score)
-        v = best.verification
-        allowance = 10.0 * math.log10(trials / OTHERS_SHARE)
-        score = min(first.score, v.score) if first.match else v.score - allowance
-        if v.match and score >= v.threshold:
-            return replace(best, verification=replace(v, score=score, fmr=score_to_fmr(score)))
+            matching = [one for one in matching if not _differ_in_scale(one)]
+        if matching:
+            return max(matching, key=lambda one: one.verification.score)
     return pair
 
 
-def _verified(probe: GivenPrint, reference: GivenPrint, options: dict[str, Any]) -> ComparedPair:
-    """Verify two prints at the resolutions of their templates."""
+def allowance(share: float, tries: int = 1) -> float:
+    """Return by how much the score of each of some tries is lowered, at least one.
+
+    Together they have `share` of the false match rate.
+
+    Examples
+    --------
+    >>> round(allowance(0.1), 6), round(allowance(0.5, 5), 6)
+    (10.0, 10.0)
+    """
+    return 10.0 * math.log10(max(tries, 1) / share)
+
+
+def _verified(
+    probe: GivenPrint, reference: GivenPrint, options: dict[str, Any], lowered: float = 0.0
+) -> ComparedPair:
+    """Verify two prints at the resolutions of their templates, by a score `lowered` so much."""
     sides = {"probe": probe, "reference": reference}
     unstated = tuple(name for name, given in sides.items() if not given.dpi_stated)
     images = [None if one.image is None else one.image.pixels for one in sides.values()]
     try:
-        verified = verify(probe.template, reference.template, images=images, **options)
+        verified = verify(
+            probe.template, reference.template, images=images, allowance=lowered, **options
+        )
     except MatcherError as error:
         raise named(error, probe.name, reference.name) from error
     return ComparedPair(probe, reference, replace(verified, dpi_assumed=unstated))

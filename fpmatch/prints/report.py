@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.matching.result import Identity
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.matching.verification import Verification
-    from fpmatch.matching.verify import Identity
     from fpmatch.pointset.geometry.similarity import Similarity
 
 
@@ -26,10 +26,17 @@ def verdict(match: bool) -> str:
     return "MATCH" if match else "NO MATCH"
 
 
+def decision_in_words(verification: Verification) -> str:
+    """Return the decision on two prints in capitals, and whether they are identical."""
+    of = "images" if verification.identical == "pixels" else "templates"
+    same = "" if verification.identical is None else f", identical {of}"
+    return verification.decision.upper() + same
+
+
 def outcome(verification: Verification) -> str:
-    """Return the decision on two prints in capitals, and what is missing for one."""
+    """Return `decision_in_words`, and what is missing for a decision."""
     shortage = verification.shortage
-    return verification.decision.upper() + ("" if shortage is None else f": {shortage.code}")
+    return decision_in_words(verification) + ("" if shortage is None else f": {shortage.code}")
 
 
 NEARLY_ALL: Final = "nearly all"
@@ -63,21 +70,22 @@ IDENTITY: Final[dict[Identity, str]] = {
     "pixels": "the two images have the same pixels",
     "template": "the two templates are the same",
 }
-SELF_COMPARED: Final = "an impression is compared with itself"
+SELF_COMPARED: Final = (
+    "an impression is compared with itself, so the score says nothing about other impressions"
+)
 MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
 
 
 def as_text(
     verification: Verification,
     quality: Mapping[str, PrintQuality | None] | None = None,
-    identical: Identity | None = None,
 ) -> str:
     """Return decision, evidence and reason, the decision on the first line.
 
     The scale between the prints is included where it is not 1, the quality of their images, by name
-    of the side, where they do not match, and what of the two prints is `identical`, if anything.
+    of the side, where they do not match.
     """
-    rows = as_rows(verification, quality, identical=identical)
+    rows = as_rows(verification, quality)
     lines = [f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows]
     return "\n".join([outcome(verification), *lines])
 
@@ -85,25 +93,24 @@ def as_text(
 def as_rows(
     verification: Verification,
     quality: Mapping[str, PrintQuality | None] | None = None,
-    identical: Identity | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
     v, evidence = verification, verification.evidence
     scored = not math.isnan(v.score)
     score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
     rows: list[tuple[str, str]] = []
-    if identical is not None:
-        rows.append(("Identical", f"{IDENTITY[identical]}: {SELF_COMPARED}"))
+    if v.identical is not None:
+        rows.append(("Identical", f"{IDENTITY[v.identical]}: {SELF_COMPARED}"))
     if ":" in v.matcher:
         rows.append(("Matcher", v.matcher))
     if v.rho is None:
         score += f"; a match needs {v.threshold:.1f}"
     else:
-        score += "; it does not decide here" if scored else ""
+        score += "; not used: rho decides" if scored else ""
         share = f"{v.matched_share:.1%} of the minutiae of the smaller print are paired"
         rows.append(("Matched", f"{share}; a match needs more than {v.rho:.4g} of them (rho)"))
     rows.append(("Score", score))
-    if scored:
+    if scored and v.identical is None:
         rate = f"{'at most ' if v.score >= MAX_SCORE else ''}{odds(v.fmr)}"  # clipped there
         reach = f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})"
         caution = reach if v.fmr < v.smallest_measured_fmr else ""
@@ -119,8 +126,7 @@ def as_rows(
             overlap += f", {c.area_mm2:.0f} mm²"
             words = "not compared"
             if c.ridge_agreement is not None:
-                words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm², about "
-                words += f"{c.ridge_score:+.1f}{' of the score' if scored else ''}"
+                words = f"agreement {c.ridge_agreement:.2f} on {c.ridge_area_mm2:.0f} mm²"
             ridges = [("Ridges", words)]
         rows += [
             ("Agreement", paired),
@@ -147,7 +153,6 @@ def as_dict(
     probe: str | Path,
     reference: str | Path,
     quality: Mapping[str, PrintQuality | None] | None = None,
-    identical: Identity | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints, of the files `probe` and `reference`.
 
@@ -182,7 +187,7 @@ def as_dict(
         "scale": None if verification.scale is None else asdict(verification.scale),
         "missing": None if verification.shortage is None else verification.shortage.code,
         "reachable_score": verification.reachable_score,
-        "identical": identical,
+        "identical": verification.identical,
         "reason": verification.reason,
         "quality": {
             name: None if one is None else one.as_dict() for name, one in (quality or {}).items()

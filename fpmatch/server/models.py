@@ -55,7 +55,6 @@ class Compared(BaseModel):
         description="Mean correlation of the ridges, -1 to 1; null where they were not compared"
     )
     ridge_area_mm2: float = Field(description="Area on which the ridges were compared")
-    ridge_score: float = Field(description="What the ridges add to the score, about")
 
 
 Decision = Literal["match", "no match", "inconclusive"]

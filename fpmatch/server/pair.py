@@ -110,7 +110,7 @@ def show_pair(request: PairRequest) -> dict[str, Any]:
     """Return all that the web interface shows of a verification: a `models.Shown`."""
     pair = request.compare()
     v = pair.verification
-    rows = as_rows(v, pair.quality, identical=pair.identical)
+    rows = as_rows(v, pair.quality)
     return {
         "result": pair.as_dict(),
         "odds": odds(v.fmr),

@@ -50,7 +50,7 @@ def test_a_turned_print_matches_and_the_turn_is_told(run, prints):
 def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
     original, copy = prints / "1_1.png", tmp_path / "copy.bmp"
     Image.open(original).save(copy, dpi=(500, 500))
-    assert run("verify", original, copy).stdout.startswith("MATCH\n  Identical ")
+    assert run("verify", original, copy).stdout.startswith("MATCH, identical images\n")
     assert run("extract", original, "-o", tmp_path / "templates").exit_code == 0
     template = tmp_path / "templates" / "1_1.json"
     for probe, reference, identical in (
@@ -63,6 +63,7 @@ def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
         assert (result["match"], result["identical"]) == (True, identical)
     drawn = run("verify", original, copy, "--overlay", tmp_path / "overlay.png")
     assert "same pixels" in drawn.output
+    assert "pairs of different fingers" not in drawn.output
 
 
 @pytest.mark.parametrize(("subject", "identical"), [(1, "template"), (2, None)])
@@ -71,7 +72,8 @@ def test_a_claim_with_the_enrolled_file_is_called_identical(
 ):
     words = ("verify", "--gallery", gallery, "--subject", subject, prints / "1_1.png")
     assert decision(run(*words, "--json"))["identical"] == identical
-    assert ("  Identical " in run(*words).stdout) == (identical is not None)
+    verdict = "MATCH, identical templates" if identical else "NO MATCH"
+    assert run(*words).stdout.partition("\n")[0] == verdict
 
 
 def test_different_fingers_do_not_match_and_it_says_why(run, prints):
@@ -263,7 +265,7 @@ def test_a_claimed_identity_is_checked_against_all_its_impressions(run, gallery,
     result = run(*words, 1)
     assert (result.exit_code, result.stderr) == (0, "")
     verdict, finger, *_ = result.stdout.splitlines()
-    assert (verdict, finger.split()[1:3]) == ("MATCH", ["2", "impressions"])
+    assert (verdict, finger.split()[1:3]) == ("MATCH, identical templates", ["2", "impressions"])
     other = run(*words, 2, "--json")
     assert (other.exit_code, other.stderr) == (1, "")
     document = decision(other)

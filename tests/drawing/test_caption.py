@@ -24,12 +24,21 @@ def test_the_sense_of_a_rotation_is_that_on_screen(compared):
 
 
 def test_ridge_agreement_is_shown_where_it_is_known(compared):
-    shown = dict(evidence(compared(compared=Compared(44, 93.4, 0.562, 86.2, 14.04))))
+    shown = dict(evidence(compared(compared=Compared(44, 93.4, 0.562, 86.2))))
     assert shown["Overlap"] == "90 %, 93 mm²"
-    assert shown["Ridge agreement"] == "0.56, +14.0 of the score"
-    without = dict(evidence(compared(compared=Compared(44, 93.4, None, 0.0, 0.0))))
+    assert shown["Ridge agreement"] == "0.56"
+    without = dict(evidence(compared(compared=Compared(44, 93.4, None, 0.0))))
     assert "Ridge agreement" not in without
     assert dict(evidence(compared()))["Overlap"] == "90 %"
+
+
+def test_identical_images_are_named_in_the_verdict_and_have_no_rate(compared):
+    for identical, words in (("pixels", "images"), ("template", "templates")):
+        found = compared(identical=identical)
+        assert "False match rate" not in dict(evidence(found))
+        items, _ = header(found, 900)
+        assert lines(items, "verdict") == [f"MATCH, identical {words}"]
+    assert "False match rate" in dict(evidence(compared()))
 
 
 def test_unknown_values_are_dashes_or_left_out(compared):

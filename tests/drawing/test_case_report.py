@@ -88,7 +88,11 @@ def test_the_warped_overlay_says_what_it_is(match):
 @pytest.mark.usefixtures("words_alone")
 def test_a_print_compared_with_itself_is_called_identical(match):
     itself = pair_of(SAMPLES / "101_1.tif", SAMPLES / "101_1.tif")
-    assert "the two images have the same pixels" in page(itself)
+    html = page(itself)
+    verdict = html.partition('<div class="verdict')[2].partition("</div>")[0]
+    assert "MATCH, identical images" in verdict
+    assert "The two images have the same pixels" in verdict
+    assert "pairs of different fingers" not in html
     assert "the same pixels" not in page(match)
 
 

@@ -35,7 +35,7 @@ from fpmatch.matching.pipeline._kernels._amount_kernel import decades_beyond_cha
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.parameters import ScoreParameters
-from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
+from fpmatch.matching.pipeline.score_model import FEATURES, SMALL_AREA_PX2, ScoreWeights
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.evidence import _features
 
@@ -244,10 +244,11 @@ def test_the_prefilter_shortfall_is_that_of_the_model(prefilters, score, smaller
     everything_passes = scorer_of(some_weights(prefilter=NO_PREFILTER))
     assert everything_passes.prefilter_shortfall(0, smaller) <= 0
     models = tuple(some_model(prefilter=one) for one in prefilters)
-    weights = ScoreWeights(models, {}, small_area=5000.0)
+    weights = ScoreWeights(models, {})
     scorer = scorer_of(weights)
-    for ridges_a, ridges_b, area in product((True, False), (True, False), (5000.0, 5000.1)):
-        model = (1, 2, 0 if area > 5000.0 else 3)[ridges_a + ridges_b]
+    areas = (SMALL_AREA_PX2, SMALL_AREA_PX2 + 0.1)
+    for ridges_a, ridges_b, area in product((True, False), (True, False), areas):
+        model = (1, 2, 3 if area <= SMALL_AREA_PX2 else 0)[ridges_a + ridges_b]
         assert scorer.choose_model(ridges_a, ridges_b, area) == model
         base, growth, limit = prefilters[model]
         shortfall = scorer.prefilter_shortfall(score, smaller)

@@ -73,7 +73,7 @@ def test_a_verification_says_how_much_was_compared():
     found = verify(PROBE, PROBE).compared
     assert found.minutiae == 36
     assert found.area_mm2 > 0
-    assert (found.ridge_agreement, found.ridge_score) == (None, 0.0)
+    assert (found.ridge_agreement, found.ridge_area_mm2) == (None, 0.0)
     assert verify(PROBE, EMPTY).compared is None
     assert verify(PROBE, PROBE, matcher="paper").compared is None
 

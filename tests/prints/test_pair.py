@@ -9,6 +9,9 @@ import pytest
 from PIL import Image
 
 from fpmatch.image.io.grey import GreyImage
+from fpmatch.matching.verification import CANDIDATE_RATIOS
+from fpmatch.matching.verify import verify
+from fpmatch.prints import pair as pair_module
 from fpmatch.prints.pair import PairOptions, compare_pair, verify_given
 from fpmatch.prints.reading import GivenPrint, make_given_print
 from fpmatch.templates.minutiae import Template
@@ -63,12 +66,57 @@ def test_a_match_finds_the_resolution(dpi, reference_dpi):
     assert 40 <= pair.verification.score <= right.verification.score
 
 
-def test_a_score_at_another_resolution_is_lower_by_the_trials():
+@pytest.fixture
+def verified(monkeypatch):
+    """Return the list of (allowance, score) of all verifications to come."""
+    calls = []
+
+    def recorded(*templates, allowance=0.0, **options):
+        found = verify(*templates, allowance=allowance, **options)
+        calls.append((allowance, found.score))
+        return found
+
+    monkeypatch.setattr("fpmatch.prints.pair.verify", recorded)
+    return calls
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("101_1.tif", "102_1.tif"), ("101_1.tif", "101_3.tif"), ("103_2.tif", "104_1.tif")],
+)
+@pytest.mark.parametrize("sizes", [(500, 500), (363, 500), (1000, 569), (700, 500)])
+def test_all_tries_together_have_the_stated_rate(verified, monkeypatch, names, sizes):
+    scale = pair_module._by_scale  # stands for the best of so many ratios
+    ratios = [(1, 1)] * len(CANDIDATE_RATIOS)
+    monkeypatch.setattr(pair_module, "_by_scale", lambda pair: scale(pair) and ratios)
+    monkeypatch.setattr(GivenPrint, "at", lambda self, _: self)
+    verify_given(*(unstated(*print_) for print_ in zip(names, sizes, strict=True)))
+    shares = [10 ** (-lowered / 10) for lowered, _ in verified]
+    assert 0 < sum(shares) <= 1 + 1e-9
+    assert verified[0][0] == pytest.approx(-10 * np.log10(0.9))  # the first one counts, too
+
+
+def test_all_kinds_of_tries_together_have_the_stated_rate(verified, monkeypatch):
+    ratios = [(1, 1)] * len(CANDIDATE_RATIOS)
+    monkeypatch.setattr(pair_module, "_by_scale", lambda _: ratios)
+    monkeypatch.setattr(pair_module, "_other_resolutions", lambda *_: [(1, 1)] * 3)
+    monkeypatch.setattr(GivenPrint, "at", lambda self, _: self)
+    verify_given(unstated("101_1.tif", 500), unstated("102_1.tif", 500))
+    assert len(verified) == 1 + 3 + len(ratios)
+    assert sum(10 ** (-lowered / 10) for lowered, _ in verified) == pytest.approx(1.0)
+
+
+def test_one_try_has_the_whole_rate(verified):
+    verify_given(stated("101_1.tif", 500), stated("102_1.tif", 500))
+    assert [lowered for lowered, _ in verified] == [0.0]
+
+
+def test_a_score_at_another_resolution_is_lower_by_the_tries():
     probe, reference = unstated("101_1.tif", 363), stated("101_3.tif", 500)
     pair = verify_given(probe, reference)
     right = verify_given(stated("101_1.tif", 363), reference).verification
     lower = right.score - pair.verification.score
-    assert lower > 10 * np.log10(4)  # a quarter of the rate
+    assert lower >= 10 * np.log10(1 / 0.06) - 1e-9  # of the other usual resolutions
     assert pair.verification.fmr == pytest.approx(10 ** (-pair.verification.score / 10))
     above = pair.verification.score + 0.5
     assert not verify_given(probe, reference, threshold=above).verification.match

@@ -315,6 +315,7 @@ def test_identical_prints_are_called_so(client, prints):
     assert client.post("/verify", files=files).json()["identical"] == "pixels"
     rows = client.post("/compare", files=files).json()["rows"]
     assert rows[0]["label"] == "Identical"
+    assert not {"FMR"} & {row["label"] for row in rows}
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     assert client.post("/verify", files=files).json()["identical"] is None
 

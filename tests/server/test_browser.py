@@ -38,6 +38,14 @@ def test_two_prints_that_match(page):
     page.keep("match")
 
 
+def test_the_same_image_twice_is_said_in_the_verdict(page):
+    compare(page, "101_1.tif", "101_1.tif")
+    assert page.text("#badge") == "MATCH, identical images"
+    assert "an impression is compared with itself" in page.text("#why")
+    assert "pairs of different fingers" not in page.text("main")
+    page.keep("identical")
+
+
 def test_the_view_zooms_and_moves_by_keys(page):
     compare(page, "101_1.tif", "101_3.tif")
     viewer = page.one(".viewer")

@@ -9,7 +9,7 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import text_width, wrapped
 from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
 from fpmatch.printable import rotation_text
-from fpmatch.prints.report import odds
+from fpmatch.prints.report import decision_in_words, odds
 
 if TYPE_CHECKING:
     from fpmatch.drawing.scene.palette import Colour
@@ -32,8 +32,9 @@ def evidence(verification: Verification) -> list[Fact]:
     v, explained = verification, verification.evidence
     ours, theirs = len(v.probe.minutiae), len(v.reference.minutiae)
     compared = explained.compared
+    rate = odds(v.fmr) + (", extrapolated" if v.extrapolated else "")
     facts = [
-        ("False match rate", odds(v.fmr) + (", extrapolated" if v.extrapolated else "")),
+        *([("False match rate", rate)] if v.identical is None else []),
         ("Minutiae paired", f"{len(explained.pairs)} (probe {ours}, reference {theirs})"),
     ]
     if explained.transform is not None:
@@ -41,8 +42,7 @@ def evidence(verification: Verification) -> list[Fact]:
         overlap = _percent(explained.overlap) + area
         facts += [("Agreement", _percent(explained.agreement)), ("Overlap", overlap)]
         if compared is not None and compared.ridge_agreement is not None:
-            added = f"{compared.ridge_score:+.1f} of the score"
-            facts.append(("Ridge agreement", f"{compared.ridge_agreement:.2f}, {added}"))
+            facts.append(("Ridge agreement", f"{compared.ridge_agreement:.2f}"))
     return [*facts, ("Matcher", v.matcher)]
 
 
@@ -95,7 +95,7 @@ def _first_row(verification: Verification, width: float, y: float) -> list[Item]
     """Compose the decision, the score, and the score on its scale beside the threshold."""
     v = verification
     colour = palette.DECISION[v.decision]
-    decision, score = v.decision.upper(), f"{v.score:.1f}"
+    decision, score = decision_in_words(v), f"{v.score:.1f}"
     badge = Box(MARGIN, y, text_width(decision, _VERDICT_SIZE) + 40, _BADGE_HEIGHT)
     middle = MARGIN + badge.width / 2
     score_x = badge.right + 24

@@ -118,9 +118,10 @@ def page(
         *panel(place),
         Group(tuple(foot), Box(0, place.bottom, width, height - place.bottom), "legend"),
     )
+    rate = f"false match rate {odds(v.fmr)}, " if v.identical is None else ""
     description = (
-        f"{outcome(v)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
-        f"false match rate {odds(v.fmr)}, {count(len(v.pairs), 'pair')} of minutiae"
+        f"{outcome(v)}: score {v.score:.1f}, threshold {v.threshold:.1f}, {rate}"
+        f"{count(len(v.pairs), 'pair')} of minutiae"
     )
     return Scene(math.ceil(width), height, items, description)
 

@@ -65,7 +65,7 @@ def verify_claim(
         report = as_dict(verification, probe.name, checked.best.source, quality=quality)
         show(json_text({**report, "gallery": name, **checked.as_dict()}))
     else:
-        text = as_text(verification, quality=quality, identical=checked.identical)
+        text = as_text(verification, quality)
         verdict, *rows = text.splitlines()
         lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
         show("\n".join(lines))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, find_identity
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import count, printable
 
 if TYPE_CHECKING:
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Matcher
-    from fpmatch.matching.verify import Identity
+    from fpmatch.matching.result import Identity, Matcher
     from fpmatch.templates.minutiae import Template
 
 
@@ -39,8 +38,7 @@ class CheckedClaim:
     @property
     def identical(self) -> Identity | None:
         """What of the probe and of the most similar impression is the same."""
-        verification = self.result.verification
-        return find_identity((verification.probe, verification.reference))
+        return self.result.verification.identical
 
     def as_dict(self) -> dict[str, Any]:
         """Return what was compared as JSON values."""

@@ -165,7 +165,7 @@ def wrong_resolution(period_px: float, dpi: float) -> Reason:
     return Reason(
         WRONG_RESOLUTION,
         f"ridges lie {period_px * dpi / STANDARD_DPI:.1f} px apart, {period_px * MM_PER_PX:.2f} mm "
-        f"at {dpi:g} dpi, and {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} of most fingers: the resolution "
+        f"at {dpi:g} dpi; on most fingers {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} mm: the resolution "
         f"is probably not {dpi:g} dpi but about {probable:.0f} dpi (set it)",
         dpi=probable,
     )

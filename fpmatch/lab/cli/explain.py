@@ -84,11 +84,11 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
             raise ExplainError(f"only {DEFAULT_MATCHER} and {PAPER} are explained, not {chosen}")
         pair = compare_files(values)
         say_notes_on((pair.probe, pair.reference))
-        if pair.identical is not None:
-            say_note(IDENTITY[pair.identical])
+        if pair.verification.identical is not None:
+            say_note(IDENTITY[pair.verification.identical])
         steps, numbers = _prints(pair, values, number)
         result = outcome(pair.verification)
-        facts = as_rows(pair.verification, pair.quality, identical=pair.identical)
+        facts = as_rows(pair.verification, pair.quality)
         numbers = {"result": pair.as_dict(), **numbers}
     title = f"{sides[0].name} and {sides[1].name}, step by step"
     facts = [("Matcher", chosen), *facts]

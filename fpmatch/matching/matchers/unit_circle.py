@@ -129,15 +129,12 @@ class UnitCircleMatcher(Parametrised):
         if comparison.detail is None:
             return None
         evidence: Evidence = comparison.detail[1]
-        model = score.load_weights().model_of(probe, reference)
         first = min(probe, reference, key=lambda side: side.key)
-        by_ridges = model.ridge_sum(evidence.features) / evidence.decade
         return Compared(
             minutiae=evidence.common,
             area_mm2=evidence.area * MM2_PER_PX2,
             ridge_agreement=evidence.ridges if evidence.cells else None,
             ridge_area_mm2=evidence.cells * first.region.step**2 * MM2_PER_PX2,
-            ridge_score=10.0 * by_ridges if evidence.cells else 0.0,
         )
 
     def ridge_map(

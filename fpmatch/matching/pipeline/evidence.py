@@ -106,7 +106,6 @@ class Evidence:
     chance: float  # pairs expected where the minutiae in the common region lie there by chance
     features: NDArray[np.float64] = field(repr=False)  # by `FEATURES`, not yet standardised
     total: float  # weighted sum of the features
-    decade: float  # by how much the sum rises where the FMR falls tenfold
     minus_log_fmr: float  # estimate of -ln(FMR): the sum, conditioned on how much was compared
 
     @property
@@ -165,8 +164,7 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
     entries, features = scorer.last_evidence()
     for k in COUNTS:
         entries[k] = int(entries[k])
-    sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
-    values = [*entries, np.array(features), *sums]
+    values = [*entries, np.array(features), float(scorer.total), float(minus_log_fmr)]
     return Evidence(*values)
 
 
@@ -179,5 +177,6 @@ def main_reason(evidence: Evidence) -> str:
     if evidence.cells and evidence.ridges < POOR_RIDGES:
         return f"the ridges disagree under the best transform: {share}"
     if evidence.agreement >= MOSTLY_PAIRED:
-        return f"what is paired under the best transform agrees no better than by chance: {share}"
+        few = "half of the minutiae or more are paired, but they are too few, or agree too poorly"
+        return f"{few}: {share}"
     return f"too few minutiae agree under the best transform: {share}"

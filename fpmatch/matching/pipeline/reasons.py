@@ -9,6 +9,7 @@ import numpy as np
 from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses
 from fpmatch.matching.pipeline.evidence import main_reason
 from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,7 +34,10 @@ def all_reasons(
     """
     parts = [main_reason(evidence)]
     if 0 < COMPETING_SHARE * evidence.pairs <= competing:
-        parts.append(f"a quite different transform pairs {competing}: neither stands out")
+        parts.append(
+            f"another, very different transform pairs {count(competing, 'minutia', 'minutiae')}: "
+            "the alignment is ambiguous"
+        )
     for name, side in (("probe", probe), ("reference", reference)):
         mean = float(side.quality.mean())
         if mean < POOR_MINUTIAE:
@@ -49,7 +53,7 @@ def competing_pairs(
     apart_px: float = APART_PX,
     parameters: MatchParameters = USUAL,
 ) -> int:
-    """Count the pairs under the best transform that maps print A to a quite different place.
+    """Count the pairs under the best transform that maps print A to a very different place.
 
     The prints are in the order of their content, `alignment` is the best one, and `similarity`
     (N, M) the local similarity of their minutiae.

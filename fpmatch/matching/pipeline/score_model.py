@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -131,12 +131,6 @@ class ScoreModel:
         middle, spread, weight, _ = self.standard
         return np.asarray(self.bias + (features - middle) / spread @ weight)
 
-    def ridge_sum(self, features: NDArray[np.float64]) -> float:
-        """Return what the ridges add to the sum of features, shape (13,)."""
-        _, spread, weight, impostor_mean = self.standard
-        added = (features - impostor_mean) / spread * weight
-        return float(sum(added[FEATURES.index(name)] for name in RIDGE_FEATURES))
-
 
 def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
@@ -157,7 +151,7 @@ class ScoreWeights:
 
     models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
-    small_area: float = SMALL_AREA_PX2  # up to which the smaller of two prints is small
+    small_area: ClassVar[float] = SMALL_AREA_PX2  # for the kernel, which imports no room above it
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""
@@ -168,7 +162,7 @@ class ScoreWeights:
     def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
         """Return whether two prints show their ridges, and the smaller one is small."""
         shown = a.region.ridges is not None and b.region.ridges is not None
-        return shown and min(a.region.area, b.region.area) <= self.small_area
+        return shown and min(a.region.area, b.region.area) <= SMALL_AREA_PX2
 
     def typical(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]
@@ -191,13 +185,13 @@ class ScoreWeights:
         small = by_model[SMALL_WITH_RIDGES]
         both = shown == len(MODELS_BY_SHOWN) - 1
         typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
-        return np.asarray(np.where(both & (area <= self.small_area), small, typical))
+        return np.asarray(np.where(both & (area <= SMALL_AREA_PX2), small, typical))
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file."""
         models = {n: model.as_document() for n, model in zip(MODELS, self.models, strict=True)}
-        head = {"provenance": self.provenance, "small_area": self.small_area}
-        return f"{json.dumps({**head, 'models': models}, indent=1)}\n"
+        document = {"provenance": self.provenance, "models": models}
+        return f"{json.dumps(document, indent=1)}\n"
 
     @classmethod
     def from_json(cls, text: str) -> ScoreWeights:
@@ -205,6 +199,6 @@ class ScoreWeights:
         try:
             document = parse_json(text)
             models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
-            return cls(tuple(models), document["provenance"], float(document["small_area"]))
+            return cls(tuple(models), document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error

@@ -64,9 +64,9 @@ def weigh(
         entries |= zip(("ridges", "cells"), ridges, strict=True)
         features = _features(model, entries, p)
     total = float(model.sums(features))
-    decade, estimate = _condition(model, total, entries, p.usual_correlation)
+    estimate = _condition(model, total, entries, p.usual_correlation)
     estimate = _beyond_chance(a, b, pairing, entries, estimate, p)
-    entries |= {"features": features, "total": total, "decade": decade, "minus_log_fmr": estimate}
+    entries |= {"features": features, "total": total, "minus_log_fmr": estimate}
     return pairing, Evidence(**entries)
 
 
@@ -143,16 +143,14 @@ def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Float
     return np.array(features)
 
 
-def _condition(
-    model: ScoreModel, total: float, e: dict[str, Any], usual: float
-) -> tuple[float, float]:
-    """Return by how much the sum rises where the FMR falls tenfold, and -ln(FMR) of a sum."""
+def _condition(model: ScoreModel, total: float, e: dict[str, Any], usual: float) -> float:
+    """Return the -ln(FMR) of a sum, by how much was compared."""
     amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
     low, high = (model.quantiles @ amount).tolist()
     decade = max(high - low, LEAST_SPREAD)
     unusual = e["ridges"] - usual
     limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
-    return decade, math.log(10.0) * min(2.0 + (total - low) / decade, limit)
+    return float(math.log(10.0) * min(2.0 + (total - low) / decade, limit))
 
 
 def _beyond_chance(

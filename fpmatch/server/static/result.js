@@ -83,14 +83,17 @@ class ResultView {
     const always = ALWAYS_MISSING.includes(result.missing);
     const lacking = !match && (always || (result.reachable_score === null
       ? result.missing !== null : result.reachable_score < this.threshold));
-    this.badge.textContent = match ? "MATCH" : lacking ? "INCONCLUSIVE" : "NO MATCH";
+    const decision = match ? "MATCH" : lacking ? "INCONCLUSIVE" : "NO MATCH";
+    this.badge.textContent = result.identical
+      ? `${decision}, identical ${result.identical === "pixels" ? "images" : "templates"}` : decision;
     this.verdict.classList.toggle("match", match);
     this.verdict.classList.toggle("inconclusive", lacking);
     const rate = odds(10 ** (-this.threshold / 10));
     this.at.textContent = `${rate} (score ${this.threshold.toFixed(1)})`;
     this.slider.setAttribute("aria-valuetext", `${rate}, score ${this.threshold.toFixed(1)}: ${this.badge.textContent}`);
     const extrapolated = result.extrapolated ? `, extrapolated: measured up to ${odds(this.shown.smallest_measured_fmr)}` : "";
-    const rarity = result.fmr > 0.95 ? "Nearly all pairs of different fingers score as high."
+    const same = this.shown.rows.find(({ label }) => label === "Identical")?.words;
+    const rarity = same ? `${same[0].toUpperCase()}${same.slice(1)}.` : result.fmr > 0.95 ? "Nearly all pairs of different fingers score as high."
       : `${result.score >= 100 ? "At most " : ""}${this.shown.odds} pairs of different fingers scores as high${extrapolated}.`;
     const enough = lacking ? `Most genuine pairs of such prints score less than ${this.threshold.toFixed(1)}.`
       : `The score does not reach ${this.threshold.toFixed(1)}.`;

@@ -18,7 +18,7 @@ cdef class EvidenceScorer:
     cdef int[::1] paired_b
     cdef readonly RidgeCorrelator correlator
     cdef double small_area
-    cdef readonly double total, decade
+    cdef readonly double total
     cdef Py_ssize_t model
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
     cdef double beyond_from, beyond_less, beyond_few, beyond_share

@@ -66,7 +66,6 @@ class EvidenceScorer:
         self.term = memoryview(np.zeros(TERMS))
         self.model = 0
         self.total = 0.0
-        self.decade = 1.0
         self.paired_b = memoryview(np.empty(room, np.int32))
         self.small_area = weights.small_area
         self.correlator = RidgeCorrelator(room, weights.small_area)
@@ -194,7 +193,7 @@ class EvidenceScorer:
         The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
         the area in the common region; beyond and between them the tail is exponential, up to
         `most_decades`. The model is chosen, and the evidence gathered, before. `total` keeps the
-        sum, `decade` by how much it rises where the FMR falls tenfold.
+        sum.
         """
         low = high = 0.0
         self.total = total
@@ -204,7 +203,7 @@ class EvidenceScorer:
         for k in range(TERMS):
             low += self.quantiles[self.model, 0, k] * self.term[k]
             high += self.quantiles[self.model, 1, k] * self.term[k]
-        self.decade = high = max(high - low, LEAST_SPREAD)
+        high = max(high - low, LEAST_SPREAD)
         ridges = self.evidence[RIDGES] - self.usual_correlation
         cells = self.evidence[CELLS]
         limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)

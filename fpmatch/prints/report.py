@@ -158,9 +158,9 @@ def as_dict(
 
     ``transform`` and ``rms_px`` are None where no transform was found, ``compared`` where the
     matcher does not measure it, ``rho`` where the score decides; ``score``, ``fmr`` and
-    ``threshold`` where rho decides and the matcher is not calibrated; ``identical`` where the
-    prints differ; ``missing`` where there is a decision; ``reachable_score`` where the matcher
-    gives no estimate.
+    ``threshold`` where rho decides and the matcher is not calibrated; ``fmr`` also where an
+    impression is compared with itself; ``identical`` where the prints differ; ``missing`` where
+    there is a decision; ``reachable_score`` where the matcher gives no estimate.
     """
     t = verification.transform
     residual_known = t is not None and math.isfinite(verification.rms_px)
@@ -172,8 +172,8 @@ def as_dict(
         "decision": verification.decision,
         "match": bool(verification.match),
         "score": score,
-        "fmr": fmr,
-        "extrapolated": bool(verification.extrapolated),
+        "fmr": None if verification.identical else fmr,
+        "extrapolated": bool(verification.extrapolated) and not verification.identical,
         "threshold": threshold,
         "matched_share": float(verification.matched_share),
         "rho": verification.rho,

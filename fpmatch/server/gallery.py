@@ -24,6 +24,7 @@ from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae
 from fpmatch.server.readiness import CHECK_S
@@ -149,10 +150,11 @@ def verify_claim(
         match, best = checked.result.verification.match, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": match}
         gallery.record("verify", probe=upload.data, **claim)
-    result, document = checked.result.verification, checked.as_dict()
+    document = checked.as_dict()
     best = document["best"]
+    decided = as_dict(checked.result.verification, "", best["source"])
     return {
-        **{name: getattr(result, name) for name in _DECISION},
+        **{name: decided[name] for name in _DECISION},
         **document,
         "best": best | {"source": short_name(best["source"])},
         "notes": list(probe.notes),

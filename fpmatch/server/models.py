@@ -75,7 +75,9 @@ class Verified(BaseModel):
         description="Whether the score reaches the threshold, or matched_share is more than rho"
     )
     score: float | None = Field(description="-10·log10(FMR), 0 to 100; null if not calibrated")
-    fmr: float | None = Field(description="Share of pairs of different fingers that score as high")
+    fmr: float | None = Field(
+        description="Share of pairs of different fingers that score as high; null if identical"
+    )
     extrapolated: bool = Field(description="Whether the FMR is smaller than any measured one")
     threshold: float | None = Field(
         description="The least score of a match, or the score that corresponds to rho"
@@ -350,7 +352,7 @@ class CheckedClaim(BaseModel):
     decision: Decision
     match: bool
     score: float
-    fmr: float
+    fmr: float | None
     extrapolated: bool
     threshold: float
     reason: str

@@ -61,6 +61,7 @@ def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
     ):
         result = decision(run("verify", probe, reference, "--json"))
         assert (result["match"], result["identical"]) == (True, identical)
+        assert (result["fmr"] is None) == (identical is not None)
     drawn = run("verify", original, copy, "--overlay", tmp_path / "overlay.png")
     assert "same pixels" in drawn.output
     assert "pairs of different fingers" not in drawn.output

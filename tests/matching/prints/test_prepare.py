@@ -42,7 +42,7 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
         ([100] * 5 + [99], [1.0] * 5 + [0.99]),
     ],
 )
-def test_a_template_without_qualities_or_with_those_of_no_print_has_the_usual_one(quality, prepared):
+def test_qualities_that_are_none_or_of_no_print_are_the_usual_one(quality, prepared):
     quality = None if quality is None else np.array(quality)
     template = template_of(spread_points(np.random.default_rng(6), 6), quality=quality)
     assert prepare(template).quality.tolist() == prepared

@@ -35,6 +35,7 @@ SYNTHETIC: Final = {"normal": 931, "hard": 932, "stretched": 933}  # presets and
 FINGERS: Final = 700
 LEAST_MINUTIAE: Final = 5
 SEVERAL: Final = 3  # impressions of a finger from which several others are there to be matched
+MOST_COMPARED: Final = 7  # of these
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ def _tried(
 ) -> Iterator[tuple[str, str, tuple[bool, ...]]]:
     """Yield kind, form, and whether the joined print matches both fingers and is noticed.
 
-    It is compared with one impression of each finger, then with all but those that are joined.
+    It is compared with one impression of each finger, then with several others than are joined.
     """
     a, b = (source.templates[finger][drawn] for finger, drawn, _ in (one, other))
     if min(len(a.minutiae), len(b.minutiae)) < LEAST_MINUTIAE:
@@ -150,11 +151,10 @@ def _tried(
     for form in FORMS:
         others = [
             {
-                k: MATCHER.prepare(in_form(print_, form))
-                for k, print_ in enumerate(source.templates[finger])
-                if k != drawn
+                k: MATCHER.prepare(in_form(source.templates[finger][k], form))
+                for k in _compared(len(source.templates[finger]), drawn, probe)
             }
-            for finger, drawn, _ in (one, other)
+            for finger, drawn, probe in (one, other)
         ]
 
         def matches(
@@ -178,6 +178,12 @@ def _tried(
             yield kind, form, (*matches([template, template]), noticed)
 
 
+def _compared(count: int, drawn: int, probe: int) -> list[int]:
+    """Return which impressions are compared: the probe, and others than the one that is joined."""
+    left = [k for k in range(count) if k not in {drawn, probe}]
+    return [probe, *left][:MOST_COMPARED]
+
+
 @click.command(cls=Command)
 @folders
 @click.option("--pairs", default=PAIRS, show_default=True, help="Of each database, as templates.")
@@ -190,10 +196,10 @@ def command(
     """Join prints of two fingers of the databases DIR, and of synthetic ones, into one.
 
     The joined print is compared with another impression of each finger; it matches both where both
-    scores reach 40. It is also compared with all other impressions of both, as in a gallery that
-    has several of each finger: it matches both where it matches any impression of either. It is
-    noticed where `fpmatch inspect` has a note on it. The same check of all the prints, each as it
-    is and as minutiae alone, shows false alarms.
+    scores reach 40. It is also compared with up to seven other impressions of both, as in a
+    gallery that has several of each finger: it matches both where it matches any impression of
+    either. It is noticed where `fpmatch inspect` has a note on it. The same check of all the
+    prints, each as it is and as minutiae alone, shows false alarms.
 
     --json writes what ``python -m research tables quality --joined`` reads.
     """

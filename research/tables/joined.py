@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 _FORMS: Final = ("ridges", "alone")
-_SHARES: Final = {  # columns: of comparisons with one print of each finger, or with all others
+_SHARES: Final = {  # columns: of comparisons with one print of each finger, or with several
     "match": "match both",
-    "any": "match both, any of several impressions",
+    "any": "match both, any of up to seven impressions",
     "most": "the same, of the database with the most",
     "noticed": "noticed",
     "unnoticed": "match both, not noticed",

@@ -1,7 +1,9 @@
 """Whether one finger can have the minutiae of a template.
 
 The directions of neighbouring minutiae follow the ridges, which bend smoothly, and lie along the
-template's own ridge field. Templates that are composed to match many prints often do neither.
+template's own ridge field. Templates that are composed to match many prints often do neither. Or
+they give nearly all of the quality to a few minutiae, so that the others count for nothing where
+they have no partner.
 ``python -m research measure joined`` counts how many ordinary prints are named.
 """
 
@@ -27,10 +29,12 @@ LEAST_COHERENCE: Final = 0.41  # mean cosine of twice the difference between nei
 LEAST_ALONG: Final = 0.65  # mean cosine of twice the difference from the ridges
 LEAST_INSIDE: Final = 0.8  # share of the minutiae that lie on ridges
 ENOUGH_ON_RIDGES: Final = 10  # minutiae whose ridges are compared
+LEAST_EVEN: Final = 0.4  # of the qualities, see `evenness`
 
 NO_FINGER: Final = "no finger can have this template"
 DISORDERED: Final = "neighbouring minutiae point in unrelated directions"
 OFF_RIDGES: Final = "its minutiae do not lie along its own ridges"
+UNEVEN: Final = "a few of its minutiae have nearly all of the quality"
 
 
 def find_doubts(template: Template) -> tuple[str, ...]:
@@ -47,7 +51,20 @@ def why_no_finger(template: Template) -> str:
         m, scale = best_minutiae(minutiae), STANDARD_DPI / template.dpi
         if _coherence(m.xy * scale, m.angle) < LEAST_COHERENCE:
             return f"{NO_FINGER}: {DISORDERED}"
+    if evenness(minutiae) < LEAST_EVEN:
+        return f"{NO_FINGER}: {UNEVEN}"
     return ""
+
+
+def evenness(minutiae: Minutiae) -> float:
+    """Return how even qualities are: 1 where all are the same, little where a few have most.
+
+    It is the mean of their squares, none of which counts more than the mean, by the mean. Of 1,218
+    real prints it is at least 0.71, of minutiae of other extractors 0.42.
+    """
+    squares = minutiae.quality.astype(np.float64) ** 2
+    mean = float(squares.mean()) if len(squares) else 0.0
+    return float(np.minimum(squares, mean).mean()) / mean if mean else 1.0
 
 
 def _is_off(minutiae: Minutiae, field: RidgeField) -> bool:

@@ -34,6 +34,8 @@ IMAGES: Final = 30  # and as images
 SYNTHETIC: Final = {"normal": 931, "hard": 932, "stretched": 933}  # presets and their seeds
 FINGERS: Final = 700
 LEAST_MINUTIAE: Final = 5
+SEVERAL: Final = 3  # impressions of a finger from which several others are there to be matched
+MOST_COMPARED: Final = 7  # of these
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,11 @@ class Source:
         made = list(make_templates(SYNTHETIC[preset], range(fingers), 2, preset=preset))
         return cls(f"synthetic templates, {preset}", list(zip(made[::2], made[1::2], strict=True)))
 
+    @property
+    def has_several(self) -> bool:
+        """Whether every finger has several impressions beside the one that is joined."""
+        return all(len(templates) >= SEVERAL for templates in self.templates)
+
     def draws(self, count: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...], float]]:
         """Yield finger, impression that is joined and probe of two fingers, and a direction."""
         rng = np.random.default_rng(0)
@@ -84,12 +91,12 @@ def measure_joined(
     rows: list[dict[str, Any]] = []
     for source in sources:
         for as_images, count in ((False, pairs), (True, images if source.files else 0)):
-            outcomes: dict[tuple[str, str], list[tuple[bool, bool]]] = {}
+            outcomes: dict[tuple[str, str], list[tuple[bool, ...]]] = {}
             for one, other, turn in source.draws(count):
                 for kind, form, outcome in _tried(source, one, other, turn, as_images=as_images):
                     outcomes.setdefault((kind, form), []).append(outcome)
             for (kind, form), each in outcomes.items():
-                both, noticed = np.array(each).T
+                both, any_of, noticed = np.array(each).T
                 rows.append(
                     {
                         "source": source.name,
@@ -99,6 +106,7 @@ def measure_joined(
                         "form": form,
                         "joined": len(each),
                         "match": float(both.mean()),
+                        "any": float(any_of.mean()) if source.has_several else None,
                         "noticed": float(noticed.mean()),
                         "unnoticed": float((both & ~noticed).mean()),
                     }
@@ -123,11 +131,12 @@ def measure_joined(
 
 def _tried(
     source: Source, one: tuple[int, ...], other: tuple[int, ...], turn: float, *, as_images: bool
-) -> Iterator[tuple[str, str, tuple[bool, bool]]]:
-    """Yield kind, form, and whether the joined print matches both probes and is noticed."""
-    (a, probe_a), (b, probe_b) = (
-        [source.templates[finger][k] for k in drawn] for finger, *drawn in (one, other)
-    )
+) -> Iterator[tuple[str, str, tuple[bool, ...]]]:
+    """Yield kind, form, and whether the joined print matches both fingers and is noticed.
+
+    It is compared with one impression of each finger, then with several others than are joined.
+    """
+    a, b = (source.templates[finger][drawn] for finger, drawn, _ in (one, other))
     if min(len(a.minutiae), len(b.minutiae)) < LEAST_MINUTIAE:
         return
     pixels = [read_image(source.files[k[0]][k[1]]) for k in (one, other)] if as_images else []
@@ -140,21 +149,39 @@ def _tried(
             made[kind] = joint.templates(a, b)
     score = load_calibration(MATCHER.name).score
     for form in FORMS:
-        probes = [MATCHER.prepare(in_form(probe, form)) for probe in (probe_a, probe_b)]
+        others = [
+            {
+                k: MATCHER.prepare(in_form(source.templates[finger][k], form))
+                for k in _compared(len(source.templates[finger]), drawn, probe)
+            }
+            for finger, drawn, probe in (one, other)
+        ]
 
         def matches(
-            templates: Sequence[Template], form: str = form, probes: Sequence[Any] = probes
-        ) -> bool:
-            prepared = [MATCHER.prepare(in_form(template, form)) for template in templates]
-            return all(
-                score(MATCHER.compare(probe, enrolled).similarity) >= MATCH_SCORE
-                for probe, enrolled in zip(probes, prepared, strict=True)
-            )
+            templates: Sequence[Template], form: str = form, others: Sequence[Any] = others
+        ) -> tuple[bool, bool]:
+            matched = []
+            for template, prints in zip(templates, others, strict=True):
+                enrolled = MATCHER.prepare(in_form(template, form))
+                matched.append(
+                    {
+                        k: score(MATCHER.compare(probe, enrolled).similarity) >= MATCH_SCORE
+                        for k, probe in prints.items()
+                    }
+                )
+            drawn = [each[probe] for each, (_, _, probe) in zip(matched, (one, other), strict=True)]
+            return all(drawn), all(any(each.values()) for each in matched)
 
-        yield ALONE, form, (matches([a, b]), False)
+        yield ALONE, form, (*matches([a, b]), False)
         for kind, template in made.items():
             noticed = bool(find_doubts(in_form(template, form)))
-            yield kind, form, (matches([template, template]), noticed)
+            yield kind, form, (*matches([template, template]), noticed)
+
+
+def _compared(count: int, drawn: int, probe: int) -> list[int]:
+    """Return which impressions are compared: the probe, and others than the one that is joined."""
+    left = [k for k in range(count) if k not in {drawn, probe}]
+    return [probe, *left][:MOST_COMPARED]
 
 
 @click.command(cls=Command)
@@ -169,8 +196,10 @@ def command(
     """Join prints of two fingers of the databases DIR, and of synthetic ones, into one.
 
     The joined print is compared with another impression of each finger; it matches both where both
-    scores reach 40. It is noticed where `fpmatch inspect` has a note on it. The same check of all
-    the prints, each as it is and as minutiae alone, shows false alarms.
+    scores reach 40. It is also compared with up to seven other impressions of both, as in a
+    gallery that has several of each finger: it matches both where it matches any impression of
+    either. It is noticed where `fpmatch inspect` has a note on it. The same check of all the
+    prints, each as it is and as minutiae alone, shows false alarms.
 
     --json writes what ``python -m research tables quality --joined`` reads.
     """

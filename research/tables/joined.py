@@ -10,7 +10,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 _FORMS: Final = ("ridges", "alone")
-_SHARES: Final = ("match", "noticed", "unnoticed")
+_SHARES: Final = {  # columns: of comparisons with one print of each finger, or with several
+    "match": "match both",
+    "any": "match both, any of up to seven impressions",
+    "most": "the same, of the database with the most",
+    "noticed": "noticed",
+    "unnoticed": "match both, not noticed",
+}
 _MEDIA: Final = {  # whether images were joined, whether of templates without an image
     "templates of images": (False, False),
     "synthetic templates": (False, True),
@@ -29,16 +35,16 @@ def joined_kept(measured: Mapping[str, Any]) -> dict[str, Any]:
         ]
         for kind in dict.fromkeys(row["kind"] for row in of_medium):
             of_kind = [row for row in of_medium if row["kind"] == kind]
-            shares = {name: [_mean(of_kind, form, name) for form in _FORMS] for name in _SHARES}
+            shares = {name: [_share(of_kind, form, name) for form in _FORMS] for name in _SHARES}
             rows.append({"medium": medium, "kind": kind, **shares})
     return {"rows": rows, "ordinary": measured["ordinary"]}
 
 
 def format_joined(kept: Mapping[str, Any]) -> str:
     """Return what joined prints match, and false alarms, as Markdown."""
-    head = ["joined as", "how", "match both", "noticed", "match both, not noticed"]
+    head = ["joined as", "how", *_SHARES.values()]
     rows = [
-        [row["medium"], row["kind"], *(" / ".join(map(str, row[name])) for name in _SHARES)]
+        [row["medium"], row["kind"], *(_both(row[name]) for name in _SHARES)]
         for row in kept["rows"]
     ]
     return "\n\n".join(
@@ -50,9 +56,17 @@ def format_joined(kept: Mapping[str, Any]) -> str:
     )
 
 
-def _mean(rows: Sequence[Mapping[str, Any]], form: str, name: str) -> int:
-    values = [row[name] for row in rows if row["form"] == form]
-    percent: float = 100 * sum(values) / len(values)
+def _both(shares: Sequence[int | None]) -> str:
+    return "" if None in shares else " / ".join(map(str, shares))
+
+
+def _share(rows: Sequence[Mapping[str, Any]], form: str, name: str) -> int | None:
+    """Return the mean over databases, or the most of any, in per cent; None where none has it."""
+    key = "any" if name == "most" else name
+    values = [100 * row[key] for row in rows if row["form"] == form and row[key] is not None]
+    if not values:
+        return None
+    percent: float = max(values) if name == "most" else sum(values) / len(values)
     return round(percent)
 
 

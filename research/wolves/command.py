@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from research.wolves.scores import Row
 
 SYNTHETIC: Final = "synthetic wolf"
-MADE: Final = 8000  # synthetic fingers that these are searched for, and measured on
+MADE: Final = 24_000  # synthetic fingers that these are searched for, and measured on
 MADE_SEED: Final = 642  # of which nothing was trained
 
 
@@ -83,8 +83,8 @@ def command(
     For each kind and size are printed the ratios of the shares of comparisons at a score of 20, 30
     and 40 or more to the stated shares, and the share of unseen prints that the worst template
     matches at 40: the one that matches the most prints of every other finger, measured on the
-    prints of the others. The ratios should be at most 2 (of wolves at 30 and 40, as far as so few
-    comparisons show), and no template should match more than 1 % of the unseen prints. What is
+    prints of the others. The ratios should be at most 2 (of wolves 3, at 30 and 40, as far as so
+    few comparisons show), and no template should match more than 1 % of the unseen prints. What is
     beyond its limit is named, and the exit status is 1.
 
     --json writes what ``python -m research tables accuracy --wolves`` reads; --keep writes the

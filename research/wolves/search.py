@@ -2,7 +2,8 @@
 
 The search is evolutionary: of some random candidates a dozen are kept, one of which is changed at
 random in each step; the result takes the place of the least of the dozen where it matches more of
-the prints that may be searched on, by the mean excess of its scores.
+the prints that may be searched on: the mean of 10^(score / 10), where no score counts more than
+31, so that a template gains by each print that it reaches and nothing by a high score of one.
 """
 
 from __future__ import annotations
@@ -29,8 +30,7 @@ if TYPE_CHECKING:
 MOST_SEARCHED: Final = 1500  # prints of the objective
 INITIAL_CANDIDATES: Final = 60  # random ones, of which the search starts from the best
 KEPT: Final = 12  # candidates
-EXCESS: Final = (30.0, 45.0)  # scores: weighed as 1, and the last that weighs more
-SMOOTHING: Final = 5.0  # by which the score rises where its weight does e-fold
+LAST: Final = 31.0  # the score above which none weighs more; 30 weighs 1
 
 
 class Candidate(Protocol):
@@ -94,19 +94,18 @@ class Objective:
         return cls(References.of(prints.take(chosen), form))
 
     def of(self, candidate: Candidate) -> float:
-        """Return the mean weight of the scores, 0 to 20."""
+        """Return the mean weight of the scores, 0 to 1.26."""
         template = candidate.template()
         if template is None or not len(template.minutiae):
             return 0.0
         score = scores_of(MATCHER, load_calibration(MATCHER.name), template, self.references.many)
         counted = ~np.isin(self.references.finger, candidate.fingers)
-        return float(smoothed(score[counted]).mean()) if counted.any() else 0.0
+        return float(weight_of(score[counted]).mean()) if counted.any() else 0.0
 
 
-def smoothed(score: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the weight of scores, which rises with them: 1 at 30."""
-    one, last = EXCESS
-    return np.asarray(np.exp((np.minimum(score, last) - one) / SMOOTHING))
+def weight_of(score: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the weight of scores: 1 at 30, ten times less for every ten below it."""
+    return np.asarray(10.0 ** ((np.minimum(score, LAST) - 30.0) / 10.0))
 
 
 def evolve(

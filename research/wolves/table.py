@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 LARGEST_SHARE: Final = 0.01
 """The largest share of unseen prints that one template may match."""
 
-LEAST_SCORE: Final = 30.0  # at which templates that were searched for are held to the rates
+LEAST_SCORE: Final = 30.0  # at which templates that were searched for are held to the rates,
+LARGEST_SEARCHED: Final = 3.0  # which they reach at most so many times as often
 BY_CHANCE: Final = 0.025
 
 WHOLE: Final = "whole print"
@@ -26,19 +27,19 @@ _NAMED: Final = ("kind", "size", "probes", "references")
 
 
 def factors_kept(row: Mapping[str, Any]) -> bool:
-    """Return whether impostors reach no score more than twice as often as stated."""
+    """Return whether impostors reach no score too often, see `is_beyond`."""
     return not any(is_beyond(row, at) for at in row["scores"])
 
 
 def is_beyond(row: Mapping[str, Any], at: Mapping[str, Any]) -> bool:
     """Return whether impostors reach a score more than twice as often as stated.
 
-    A template that was searched for is held to 30 and 40, beyond what chance explains in the few
-    comparisons of one template.
+    A template that was searched for is held to 30 and 40, and to three times, beyond what chance
+    explains in the few comparisons of one template.
     """
     if not row["adversarial"]:
         return bool(at["factor"] > LARGEST_FACTOR)
-    expected = LARGEST_FACTOR * score_to_fmr(at["score"]) * row["impostors"]
+    expected = LARGEST_SEARCHED * score_to_fmr(at["score"]) * row["impostors"]
     unlikely = poisson.sf(at["reached"] - 1, expected) < BY_CHANCE
     return bool(at["score"] >= LEAST_SCORE and unlikely)
 

@@ -79,3 +79,17 @@ def test_frequent_minutiae_are_expected_to_pair(ridges):
     wolf = load_template(WOLVES[0].with_name("21-minutiae-with-ridges.json"))
     forms = (one if ridges else replace(one, field=None) for one in stored_prints()[::EVERY])
     assert sum(verify(wolf, one, threshold=30.0).match for one in forms) <= 1
+
+
+@pytest.mark.parametrize("low", [1, 5])
+def test_quality_that_a_few_minutiae_have_alone_changes_no_score(low):
+    """A search left one minutia in 18 its quality, so that no other counted as unpaired."""
+    probe, *others = (replace(one, field=None) for one in stored_prints()[: 20 * EVERY : EVERY])
+    m = probe.minutiae
+    quality = np.where(np.arange(len(m)) < len(m) // 8, 25, low)
+
+    def scores(given):
+        made = replace(probe, minutiae=Minutiae(m.x, m.y, m.angle, m.kind, given))
+        return [verify(made, one).score for one in (probe, *others)]
+
+    assert scores(quality) == scores(np.full(len(m), 100))

@@ -46,13 +46,18 @@ def test_each_way_keeps_the_minutiae_that_it_states(prints):
 
 
 def test_the_table_has_all_ways_and_counts_all_prints(prints):
-    source = Source("made", [(one, one) for one in prints[:20]])
+    impressions = [(one, two) * 2 for one, two in zip(prints[:20], prints[20:40], strict=True)]
+    source = Source("made", impressions)
     measured = measure_joined([source], pairs=4, images=0)
     rows = {(row["kind"], row["form"]): row for row in measured["joined"]}
     assert set(rows) == {(kind, form) for kind in (ALONE, *KINDS) for form in FORMS}
-    assert all(rows[ALONE, form]["match"] == 1 for form in FORMS)
+    assert all(rows[ALONE, form]["any"] == 1 for form in FORMS)
     assert all(row["match"] >= row["unnoticed"] for row in rows.values())
-    assert measured["ordinary"][0]["prints"] == 40
+    assert all(row["any"] >= row["match"] for row in measured["joined"])
+    assert any(row["any"] > row["match"] for row in measured["joined"])
+    assert measured["ordinary"][0]["prints"] == 80
     table = format_joined(joined_kept(measured))
     assert all(kind in table for kind in KINDS)
-    assert "| all | 40 | 0 | 0 |" in table
+    assert "| all | 80 | 0 | 0 |" in table
+    alone = measure_joined([Source("two", [(one, one) for one in prints[:20]])], pairs=1, images=0)
+    assert {row["any"] for row in alone["joined"]} == {None}

@@ -13,10 +13,12 @@ from fpmatch.formats.files import load_template
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import COMPILED
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
+from fpmatch.templates.plausibility import find_doubts
 from research.wolves import candidates, scores, search, templates
 from research.wolves.table import factors_kept, format_wolves, share_kept
 
 ROOT = Path(__file__).resolve().parents[2]
+FOUND = sorted((ROOT.parent / "shared" / "wolves").glob("*.json"))
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -155,6 +157,24 @@ def test_the_objective_leaves_out_the_fingers_that_parts_are_of():
     assert objective.of(candidates.TemplateCandidate(known.templates[2], (2,))) < 0.1
 
 
+def test_no_score_above_the_last_counts_more():
+    weight = search.weight_of(np.array([20.0, 30.0, search.LAST, 99.0]))
+    assert weight.tolist() == pytest.approx([0.1, 1.0, 10**0.1, 10**0.1])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not FOUND, reason="the templates that were found are not there")
+def test_found_templates_are_named_and_reach_a_score_at_most_three_times_as_often_as_stated():
+    unseen, found = scores.Prints.made(4000, 4242), [load_template(path) for path in FOUND]
+    assert all(map(find_doubts, found))
+    alone = [scores.Probe(scores.in_form(one, scores.FORMS[1])) for one in found]
+    for form in scores.FORMS:
+        references = scores.References.of(unseen, form)
+        for path, probe in zip(FOUND, alone, strict=True):
+            row = scores.measured("found", 0, [probe], (scores.FORMS[1], form), references)
+            assert factors_kept(row.as_json() | {"adversarial": True}), (path.name, form)
+
+
 @given(SEEDS)
 def test_composed_images_change_within_their_limits(seed):
     rng = np.random.default_rng(seed)
@@ -180,6 +200,9 @@ def test_a_row_is_within_its_limits_or_beyond():
     assert factors_kept(row(adversarial=True))  # one of 200, by chance
     many = [{"score": 40.0, "reached": 4, "share": 0.02, "factor": 200.0}]
     assert not factors_kept(row(adversarial=True, scores=many))
+    thrice = [{"score": 30.0, "reached": 36, "share": 0.003, "factor": 3.0}]
+    assert factors_kept(row(adversarial=True, scores=thrice, impostors=12000))
+    assert not factors_kept(row(scores=thrice, impostors=12000))
     none = [{"score": 40.0, "reached": 0, "share": 0.0, "factor": 0.0}]
     assert factors_kept(row(scores=none))
     assert share_kept(row(worst_share=0.01))

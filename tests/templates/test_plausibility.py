@@ -20,6 +20,7 @@ from fpmatch.templates.plausibility import (
     DISORDERED,
     NO_FINGER,
     OFF_RIDGES,
+    UNEVEN,
     find_doubts,
     why_no_finger,
 )
@@ -71,6 +72,21 @@ def test_minutiae_along_their_ridges_are_not_named_and_across_them_are(seed, siz
     assert why_no_finger(across) == f"{NO_FINGER}: {OFF_RIDGES}"
     assert prepare(across).for_kernels().lies_off_ridges(FLOW_OF_CODE)
     assert OFF_RIDGES in why_no_finger(replace(along, field=ridges(turn, part=0.3)))
+
+
+@given(SEEDS, st.integers(4, 30), st.integers(1, 20))
+def test_few_minutiae_with_nearly_all_of_the_quality_are_named(seed, size, low):
+    """Before, the others counted for nothing where they had no partner."""
+    made = random_template(seed, size)
+    m, rest = made.minutiae, np.arange(size) >= max(size // 4, 1)
+    quality = np.where(rest, low, 100)
+    uneven = replace(made, minutiae=Minutiae(m.x, m.y, m.angle, quality=quality))
+    assert why_no_finger(uneven) == f"{NO_FINGER}: {UNEVEN}"
+    assert len(set(prepare(uneven).quality.tolist())) == 1
+    for even in (np.where(rest, 60, 100), np.full(size, low)):
+        graded = replace(made, minutiae=Minutiae(m.x, m.y, m.angle, quality=even))
+        assert not why_no_finger(graded)
+        assert prepare(graded).quality.tolist() == (even / 100).tolist()
 
 
 def test_prints_of_fingers_are_not_named():

@@ -164,7 +164,8 @@ def qualities(
 ) -> NDArray[np.float64]:
     """Return the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
 
-    Where a print gives none, which is all 100 or all 0, they are the usual one.
+    Where a print gives none, which is all 100 or all 0, they are the usual one, and so they are
+    where a few minutiae have nearly all of the quality, as in no print.
     """
     scaled = np.empty(len(quality))
     write_qualities(quality, start, usual, scaled)

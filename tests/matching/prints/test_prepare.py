@@ -37,11 +37,12 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
     ("quality", "prepared"),
     [
         *((none, [USUAL_QUALITY] * 6) for none in (None, [100] * 6, [0] * 6)),
-        ([0] * 5 + [1], [0.0] * 5 + [0.01]),
+        ([0] * 3 + [1] * 3, [0.0] * 3 + [0.01] * 3),
+        ([1] * 5 + [25], [USUAL_QUALITY] * 6),
         ([100] * 5 + [99], [1.0] * 5 + [0.99]),
     ],
 )
-def test_a_template_without_qualities_has_the_usual_one(quality, prepared):
+def test_qualities_that_are_none_or_of_no_print_are_the_usual_one(quality, prepared):
     quality = None if quality is None else np.array(quality)
     template = template_of(spread_points(np.random.default_rng(6), 6), quality=quality)
     assert prepare(template).quality.tolist() == prepared

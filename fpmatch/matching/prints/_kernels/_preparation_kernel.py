@@ -7,6 +7,8 @@ of minutiae and the rounding of weights.
 
 import cython
 
+from fpmatch.templates import plausibility
+
 if cython.compiled:
     from cython.cimports.libc.math import rint
 else:
@@ -17,6 +19,7 @@ STEPS = cython.declare(
 )  # of a quality and of the root of a weight, from 0 to 1
 MOST = cython.declare(cython.double, 255.0)  # steps of the root of a weight
 ORIENTATIONS = cython.declare(cython.int, 255)  # steps in half a turn
+LEAST_EVEN = cython.declare(cython.double, plausibility.LEAST_EVEN)
 
 
 def box_of(mask, box):
@@ -66,13 +69,23 @@ def write_qualities(quality, start, usual, scaled):
     """Fill `scaled` with the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
 
     Print k has the minutiae from ``start[k]`` up to the next. Where all are 0, or all 100, its
-    template gives none, and they are the usual one.
+    template gives none, and they are the usual one; so they are where a few minutiae have nearly
+    all of the quality (`plausibility.evenness`): no extraction gives such qualities, by which most
+    minutiae would count for nothing where they have no partner.
     """
     for k in range(start.shape[0] - 1):
         total: cython.longlong = 0
+        squares: cython.longlong = 0
+        count: cython.longlong = start[k + 1] - start[k]
         for i in range(start[k], start[k + 1]):
-            total += cython.cast(cython.int, quality[i])
-        given: cython.bint = 0 < total < STEPS * (start[k + 1] - start[k])
+            value = cython.cast(cython.longlong, quality[i])
+            total += value
+            squares += value * value
+        even: cython.longlong = 0  # by `count`
+        for i in range(start[k], start[k + 1]):
+            value = cython.cast(cython.longlong, quality[i])
+            even += min(count * value * value, squares)
+        given: cython.bint = 0 < total < STEPS * count and even >= LEAST_EVEN * count * squares
         for i in range(start[k], start[k + 1]):
             scaled[i] = quality[i] / STEPS if given else usual
     return 0

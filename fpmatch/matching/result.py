@@ -201,9 +201,12 @@ def call_matcher(matcher: Any, method: str, *given: Any) -> Any:
 
 
 def named(error: MatcherError, *prints: object) -> MatcherError:
-    """Return an error with the names of the prints compared before it, if a plug-in is at fault."""
+    """Return an error of a plug-in with the names of the prints compared before it.
+
+    Another error is raised as it is: a cause of itself would never end.
+    """
     if error.code != PLUG_IN:
-        return error
+        raise error
     names = [*map(str, prints), *([error.path] if error.path else [])]
     return MatcherError(error.detail, path=" and ".join(names), code=PLUG_IN)
 

@@ -86,7 +86,7 @@ def test_verify_gives_it_images_of_any_kind(sift):
     options = {"matcher": sift, "calibration": CURVE}
     from_files = api.verify(*map(str, FILES[:2]), **options)
     arrays = [read_image(path).pixels for path in FILES[:2]]
-    assert api.verify(*arrays, **options).score == from_files.score > 0
+    assert api.verify(*arrays, dpi=500, **options).score == from_files.score > 0
 
 
 def test_without_images_it_is_refused_in_one_line(sift, tmp_path, run, gallery):

@@ -115,3 +115,18 @@ def triangle_areas(point, triangle, area):
             (point[0, b] - point[0, a]) * (point[1, c] - point[1, a])
             - (point[1, b] - point[1, a]) * (point[0, c] - point[0, a])
         )
+
+
+def second_nearest(point, ring_start, ring, distance2):
+    """Write the squared distance of each point to the second nearest point of its ring."""
+    for i in range(ring_start.shape[0] - 1):
+        nearest2 = second2 = 1e300
+        for e in range(ring_start[i], ring_start[i + 1]):
+            j: cython.int = ring[e]
+            dx, dy = point[0, j] - point[0, i], point[1, j] - point[1, i]
+            d2 = dx * dx + dy * dy
+            if d2 < nearest2:
+                nearest2, second2 = d2, nearest2
+            elif d2 < second2:
+                second2 = d2
+        distance2[i] = second2

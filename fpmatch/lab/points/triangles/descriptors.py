@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -68,6 +69,15 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     area.partition(middle)
     over_hull = density_over_hull(mesh, points)
     return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
+
+
+def second_nearest(mesh: Triangulation, points: Floats) -> float:
+    """Return the median distance of a point to its second nearest neighbour in the mesh."""
+    distance2 = np.empty(len(mesh))
+    kernel.second_nearest(points, mesh.ring_start, mesh.ring, distance2)
+    middle = len(distance2) // 2
+    distance2.partition(middle)
+    return math.sqrt(float(distance2[middle]))
 
 
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:

@@ -12,7 +12,7 @@ match, triangles over one-rings with gaps are tried. The pairs are the optimal o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -31,7 +31,13 @@ from fpmatch.lab.points.triangles.descriptors import (
 )
 from fpmatch.lab.points.triangles.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.lab.points.triangles.pairing import optimal_pairs
-from fpmatch.lab.points.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
+from fpmatch.lab.points.triangles.search import (
+    MAX_ROUNDS,
+    Proposals,
+    Screening,
+    SearchParameters,
+    Verification,
+)
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -44,6 +50,8 @@ if TYPE_CHECKING:
 
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
+
+_BETTER_MAPS: Final = 4  # maps that are judged, at most, where one leads to a better one
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +98,11 @@ def _match(
         return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
     search = _Search(p, q, Target.of(q, tolerance), parameters)
     if not search.run():
-        return PointMatch.none(search.proposals.passed, search.proposals.reason)
+        reason, equal = search.proposals.reason, search.equal_maps
+        if equal > 1:
+            reason = f"{equal:,} maps fit equally well, so that none of them can be told to be true"
+        none = PointMatch.none(search.proposals.passed, reason)
+        return replace(none, equal_maps=equal)
     pairs, rms = search.pair()
     return PointMatch(
         transform=between_sets(Similarity.of_move(search.move), p.frame, q.frame),
@@ -115,10 +127,15 @@ class _Search:
         self.log_chance = math.inf
         self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
         self.screening = Screening(self.p, target, self.proposals)
+        self.verification = Verification(p, q, self.p, target, self.proposals.visits)
+        self.equal_maps = 1
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
-        return self._search(self.mesh_p.triangles, self.mesh_q.triangles) or self._search(
+        found = self._search(self.mesh_p.triangles, self.mesh_q.triangles)
+        if found or self.equal_maps > 1:
+            return found
+        return self._search(
             ring_triangles(self.mesh_p, self.p), ring_triangles(self.mesh_q, self.target.points)
         )
 
@@ -154,21 +171,31 @@ class _Search:
             move[:] = _move(fit)
             if self.screening.rejects(move, log_max - log_tests):
                 continue
-            inside = overlay.refine(
-                *(self.p, self.target.grid, t2, MAX_ROUNDS),
-                *(owner, partner, distance2, proposals.visits, move),
-            )
-            if inside < 0:
+            for _ in range(_BETTER_MAPS):
+                inside = overlay.refine(
+                    *(self.p, self.target.grid, t2, MAX_ROUNDS),
+                    *(owner, partner, distance2, proposals.visits, move),
+                )
+                if inside < 0:
+                    break
+                chance = log_tests + overlay.log_chance(
+                    partner, distance2, inside, t2, self.target.rate
+                )
+                if chance >= 0.0:
+                    break
+                verdict = self.verification.judge(
+                    move, partner, distance2, inside, log_tests, log_max
+                )
+                if verdict.better is None:
+                    break
+                move[:] = verdict.better
+            if inside < 0 or chance >= 0.0:
                 continue
-            chance = log_tests + overlay.log_chance(
-                partner, distance2, inside, t2, self.target.density
-            )
-            if chance < log_max:
-                chance -= self.screening.crowding(move)
-            if chance < self.log_chance:
-                self.log_chance, self.move = chance, move.copy()
-                if chance >= log_max:
-                    continue
+            if verdict.equal_maps > 1:
+                self.equal_maps = verdict.equal_maps
+                return False
+            if verdict.log_chance < min(self.log_chance, log_max):
+                self.log_chance, self.move = verdict.log_chance, move.copy()
                 if np.count_nonzero(partner >= 0) >= sufficient:
                     return True
                 proposals.end_after(given.extra_proposals)

@@ -18,7 +18,7 @@ else:
 
 COMPILED = cython.compiled
 
-CROWDING = cython.declare(cython.double, 1.0)  # points around one of a uniform set, over its mean
+FLAT = cython.declare(cython.double, 0.2)  # of second moments: points along a line
 
 
 @cython.locals(pairs=cython.int)
@@ -130,7 +130,7 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
     For every `every`-th moved point inside the grid, that is ``each[:, k]``, at t, t/2, t/4 and so
     on; ``rate`` receives their means. The density is that of an ellipse: the second moments of the
     nearest points, without the partner, around the moved point. No axis is shorter than half a
-    reach, so that points on a curve count by its length. Return the number of columns written.
+    reach; points along a line count by its length. Return the number of columns written.
     """
     count: cython.int = 0
     most = near.shape[0]
@@ -141,7 +141,7 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
         if x < grid.x0 or y < grid.y0 or x > grid.x1 or y > grid.y1:
             continue
         found: cython.int = grid.within(x, y, reach2, most, near, distance2, 0)
-        others = sxx = sxy = syy = 0.0
+        others = sxx = sxy = syy = farthest2 = 0.0
         for k in range(found):
             if near[k] != partner[i] and others < most - 1:
                 dx, dy = grid.x[near[k]] - x, grid.y[near[k]] - y
@@ -149,6 +149,7 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
                 sxx += dx * dx
                 sxy += dx * dy
                 syy += dy * dy
+                farthest2 = distance2[k]
         if others < 3.0:
             others += 1.0
             trace, det = 0.5 * reach2, 0.0625 * reach2 * reach2
@@ -157,7 +158,10 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
         r2 = t2
         for part in range(rate.shape[0]):
             spread = sqrt(max(det, 0.0) + 0.25 * r2 * trace + 0.0625 * r2 * r2)
-            each[part, count] = -expm1(-CROWDING * others * r2 / (4.0 * spread))
+            expected = others * r2 / (4.0 * spread)
+            if 4.0 * det < FLAT * trace * trace:
+                expected = max(expected, others * sqrt(r2 / farthest2))
+            each[part, count] = -expm1(-expected)
             rate[part] += each[part, count]
             r2 *= 0.25
         count += 1

@@ -132,10 +132,7 @@ class _Search:
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
-        found = self._search(self.mesh_p.triangles, self.mesh_q.triangles)
-        if found or self.equal_maps > 1:
-            return found
-        return self._search(
+        return self._search(self.mesh_p.triangles, self.mesh_q.triangles) or self._search(
             ring_triangles(self.mesh_p, self.p), ring_triangles(self.mesh_q, self.target.points)
         )
 
@@ -178,22 +175,18 @@ class _Search:
                 )
                 if inside < 0:
                     break
-                chance = log_tests + overlay.log_chance(
-                    partner, distance2, inside, t2, self.target.rate
-                )
-                if chance >= 0.0:
-                    break
                 verdict = self.verification.judge(
                     move, partner, distance2, inside, log_tests, log_max
                 )
                 if verdict.better is None:
                     break
                 move[:] = verdict.better
-            if inside < 0 or chance >= 0.0:
+            if inside < 0:
                 continue
             if verdict.equal_maps > 1:
-                self.equal_maps = verdict.equal_maps
-                return False
+                self.equal_maps = max(self.equal_maps, verdict.equal_maps)
+                proposals.end_after(given.extra_proposals)
+                continue
             if verdict.log_chance < min(self.log_chance, log_max):
                 self.log_chance, self.move = verdict.log_chance, move.copy()
                 if np.count_nonzero(partner >= 0) >= sufficient:

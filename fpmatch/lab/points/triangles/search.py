@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 import numpy as np
 
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
+from fpmatch.lab.points.triangles.descriptors import is_even
 from fpmatch.lab.points.triangles.given_set import REACHES
 from fpmatch.lab.points.triangles._sequential_test_kernel import hit_log_likelihoods
 
@@ -43,7 +44,6 @@ _ALIKE: Final = 0.25  # tolerances: difference in length of edges as long
 _OF_RIVAL: Final = -7.0  # log chance of a rival
 _AS_GOOD: Final = 0.9  # share of the log chance
 _ROUNDS: Final = 3  # of refining a rival
-_BEST: Final = 8  # rivals whose pairs count
 _MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough for any set
 
 
@@ -234,6 +234,7 @@ class Verification:
         self._mesh_p, self._mesh_q, self._points, self._target = p.mesh, q.mesh, points, target
         self._t2 = target.tolerance**2
         self._owner = np.full(len(q), -1, np.int32)
+        self._is_even: bool | None = None
         self._visits = visits
 
     def judge(
@@ -246,7 +247,17 @@ class Verification:
         log_max: float,
     ) -> Verdict:
         """Return the verdict on a refined move, with its partners and their squared distances."""
+        chance = log_tests + float(
+            overlay.log_chance(partner, distance2, inside, self._t2, self._target.rate)
+        )
+        if chance >= 0.0:
+            return Verdict(chance)
         target, grid = self._target, self._target.grid
+        if self._is_even is None:
+            target = self._target
+            self._is_even = is_even(self._mesh_q, target.points, target.density)
+        if self._is_even:
+            return Verdict(chance)
         every = -(-len(partner) // _SAMPLE)
         each, rate = np.empty((REACHES, -(-len(partner) // every))), np.empty(REACHES)
         near, apart2 = np.empty(_AROUND + 1, np.int32), np.empty(_AROUND + 1)
@@ -301,7 +312,6 @@ class Verification:
     ) -> Verdict:
         """Return the verdict on a move that has rivals: pairs of both count by how many have them."""
         each, rate = local
-        every = -(-len(partner) // each.shape[1]) if each.shape[1] else 1
         every = -(-len(partner) // _SAMPLE)
         points = np.ascontiguousarray(self._points[:, ::every])
         ours = self._overlay(points, move.copy(), rate)
@@ -327,15 +337,28 @@ class Verification:
         equal = sum(pairs >= number and other <= _AS_GOOD * value for other, pairs, *_ in best)
         if equal:
             return Verdict(0.0, 1 + equal)
-        theirs2 = np.array([rival[2] for rival in best[:_BEST]])[:, is_inside]
+        theirs2 = np.array([rival[2] for rival in best])
+        beside = self._beside(points, mine)
         hit, apart2 = (mine >= 0)[is_inside], apart2[is_inside]
         least = 0.0
         for part in range(REACHES):
             reach2 = self._t2 / 4**part
             hits = np.count_nonzero(hit & (apart2 <= reach2))
-            shares = (theirs2 <= reach2).mean(axis=0)
+            found = theirs2 <= reach2
+            both = (found & found[:, beside]).sum(axis=0)
+            shares = (both / np.maximum(1, found[:, beside].sum(axis=0)))[is_inside]
             least = min(least, _log_tail(np.maximum(each[part], shares), hits))
         return Verdict(max(chance, math.log(REACHES * 2 * max(1, alike)) + every * least))
+
+    @staticmethod
+    def _beside(points: NDArray[np.float64], mine: NDArray[np.int32]) -> NDArray[np.intp]:
+        """Return the nearest point with a partner of each point."""
+        from scipy.spatial import KDTree  # noqa: PLC0415
+
+        paired = (mine >= 0).nonzero()[0]
+        _, two = KDTree(points.T[paired]).query(points.T, k=2)
+        own = paired[two[:, 0]] == np.arange(len(mine))
+        return np.asarray(paired[np.where(own, two[:, 1], two[:, 0])])
 
     def _overlay(
         self, points: NDArray[np.float64], move: NDArray[np.float64], rate: NDArray[np.float64]

@@ -28,7 +28,7 @@ _MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a
 _ALIKE: Final = 1.005  # squared distances of a run
 _RUN: Final = 8  # of random points there are fewer,
 _RUN_SHARE: Final = 0.004  # and this share of them more
-_UNEVEN: Final = 2.0  # of one in thousands of random sets
+_UNEVEN: Final = 2.3  # of one in thousands of random sets
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
 
 

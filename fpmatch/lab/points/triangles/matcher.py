@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
 
+_MOST_REFUTED: Final = 16  # maps that are no better than their rivals, before a search ends
 _BETTER_MAPS: Final = 4  # maps that are judged, at most, where one leads to a better one
 
 
@@ -100,7 +101,12 @@ def _match(
     if not search.run():
         reason, equal = search.proposals.reason, search.equal_maps
         if equal > 1:
-            reason = f"{equal:,} maps fit equally well, so that none of them can be told to be true"
+            reason = f"{equal:,} maps fit equally well: which of them is the true one is not known"
+        elif search.refuted:
+            reason = (
+                "the points that pair are on rows or in periods, which other maps pair as well: no "
+                "transform that was tried pairs more points than expected by chance"
+            )
         none = PointMatch.none(search.proposals.passed, reason)
         return replace(none, equal_maps=equal)
     pairs, rms = search.pair()
@@ -128,7 +134,7 @@ class _Search:
         self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
         self.screening = Screening(self.p, target, self.proposals)
         self.verification = Verification(p, q, self.p, target, self.proposals.visits)
-        self.equal_maps = 1
+        self.equal_maps, self.refuted = 1, 0
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
@@ -183,10 +189,11 @@ class _Search:
                 move[:] = verdict.better
             if inside < 0:
                 continue
-            if verdict.equal_maps > 1:
-                self.equal_maps = max(self.equal_maps, verdict.equal_maps)
-                proposals.end_after(given.extra_proposals)
-                continue
+            self.equal_maps = max(self.equal_maps, verdict.equal_maps)
+            if verdict.has_rivals and verdict.log_chance >= log_max:
+                self.refuted += 1
+                if self.refuted == _MOST_REFUTED:
+                    proposals.end_after(0)
             if verdict.log_chance < min(self.log_chance, log_max):
                 self.log_chance, self.move = verdict.log_chance, move.copy()
                 if np.count_nonzero(partner >= 0) >= sufficient:

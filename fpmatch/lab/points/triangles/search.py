@@ -219,6 +219,7 @@ class Verdict(NamedTuple):
     log_chance: float
     equal_maps: int = 1
     better: NDArray[np.float64] | None = None  # a map that pairs more
+    has_rivals: bool = False
 
 
 class Verification:
@@ -336,7 +337,7 @@ class Verification:
             return Verdict(chance, 1, best[0][3])
         equal = sum(pairs >= number and other <= _AS_GOOD * value for other, pairs, *_ in best)
         if equal:
-            return Verdict(0.0, 1 + equal)
+            return Verdict(0.0, 1 + equal, has_rivals=True)
         theirs2 = np.array([rival[2] for rival in best])
         beside = self._beside(points, mine)
         hit, apart2 = (mine >= 0)[is_inside], apart2[is_inside]
@@ -348,7 +349,8 @@ class Verification:
             both = (found & found[:, beside]).sum(axis=0)
             shares = (both / np.maximum(1, found[:, beside].sum(axis=0)))[is_inside]
             least = min(least, _log_tail(np.maximum(each[part], shares), hits))
-        return Verdict(max(chance, math.log(REACHES * 2 * max(1, alike)) + every * least))
+        of_structure = math.log(REACHES * 2 * max(1, alike)) + every * least
+        return Verdict(max(chance, of_structure), has_rivals=True)
 
     @staticmethod
     def _beside(points: NDArray[np.float64], mine: NDArray[np.int32]) -> NDArray[np.intp]:

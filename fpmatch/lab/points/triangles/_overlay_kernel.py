@@ -171,8 +171,16 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
     return count
 
 
-@cython.locals(e=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t,
-               k=cython.Py_ssize_t, kept=cython.int, first=cython.int, c=cython.int, d=cython.int)
+@cython.locals(
+    e=cython.Py_ssize_t,
+    i=cython.Py_ssize_t,
+    j=cython.Py_ssize_t,
+    k=cython.Py_ssize_t,
+    kept=cython.int,
+    first=cython.int,
+    c=cython.int,
+    d=cython.int,
+)
 def rival_moves(
     p, ring_start, ring, grid, partner, i, q, q_ring_start, q_ring, move, within, apart, moves,
     first,

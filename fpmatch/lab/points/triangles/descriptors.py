@@ -95,7 +95,7 @@ def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
     first2.sort()
     run = np.empty(1, np.int_)
     uneven = kernel.unevenness(first2, density, _ALIKE, run)
-    return uneven < _UNEVEN and run[0] < _RUN + _RUN_SHARE * len(mesh)
+    return bool(uneven < _UNEVEN and run[0] < _RUN + _RUN_SHARE * len(mesh))
 
 
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:

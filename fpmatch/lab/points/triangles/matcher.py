@@ -5,7 +5,8 @@ triangulation often do. Each triangle of P, the most informative first, is compa
 triangles of Q of nearly its shape. Every such pair proposes a similarity transform, which is tested
 on one neighbour after the other and refitted as it grows, so that most false ones are rejected
 after a few. A transform that passes is refined over all points, and accepted only where so many
-pairs are not expected by chance (a contrario). If no triangle of the triangulation leads to a
+pairs are not expected by chance (a contrario). Where the spacings are uneven, chance is that of
+the points around each place, and pairs that competing maps find too are hardly evidence. If no triangle of the triangulation leads to a
 match, triangles over one-rings with gaps are tried. The pairs are the optimal one-to-one pairing.
 """
 
@@ -82,8 +83,9 @@ def match_by_triangles(
     """Find the similarity transform that maps points of P onto points of Q, if there is one.
 
     This is `fpmatch.match_points` with parameters. The search is fast where P is the smaller set.
-    The tolerance is a quarter of the mean spacing 1/√density of the larger set by default; the
-    search for the transform uses at most 0.6 of that spacing.
+    The tolerance is a quarter of the spacing of the larger set by default: 1/√density, or less
+    where the second nearest neighbours are nearer than those of random points. The search for the
+    transform uses at most 0.6 of the mean spacing.
     """
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 import numpy as np
 
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
+from fpmatch.lab.points.triangles._sequential_test_kernel import hit_log_likelihoods
 from fpmatch.lab.points.triangles.descriptors import is_even
 from fpmatch.lab.points.triangles.given_set import REACHES
-from fpmatch.lab.points.triangles._sequential_test_kernel import hit_log_likelihoods
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -230,8 +230,14 @@ class Verification:
     or turns a grid. What rivals pair too is hardly evidence.
     """
 
-    def __init__(self, p: GivenSet, q: GivenSet, points: NDArray[np.float64], target: Target,
-        visits: NDArray[np.int64]):
+    def __init__(
+        self,
+        p: GivenSet,
+        q: GivenSet,
+        points: NDArray[np.float64],
+        target: Target,
+        visits: NDArray[np.int64],
+    ):
         self._mesh_p, self._mesh_q, self._points, self._target = p.mesh, q.mesh, points, target
         self._t2 = target.tolerance**2
         self._owner = np.full(len(q), -1, np.int32)
@@ -311,7 +317,10 @@ class Verification:
         local: tuple[NDArray[np.float64], NDArray[np.float64]],
         chance: float,
     ) -> Verdict:
-        """Return the verdict on a move that has rivals: pairs of both count by how many have them."""
+        """Return the verdict on a move that has rivals.
+
+        A rival that pairs a point's neighbour, and the point too, explains the point.
+        """
         each, rate = local
         every = -(-len(partner) // _SAMPLE)
         points = np.ascontiguousarray(self._points[:, ::every])
@@ -327,9 +336,14 @@ class Verification:
             if found is None or found[0] + math.log(len(moves)) >= _OF_RIVAL:
                 continue
             theirs = found[1]
-            pairs = np.count_nonzero(theirs >= 0)
+            pairs = int(np.count_nonzero(theirs >= 0))
             if 2 * np.count_nonzero((theirs == mine) & (theirs >= 0)) < pairs:
-                rivals[theirs.tobytes()] = found[0], pairs, np.where(theirs >= 0, found[2], np.inf), other
+                rivals[theirs.tobytes()] = (
+                    found[0],
+                    pairs,
+                    np.where(theirs >= 0, found[2], np.inf),
+                    other,
+                )
         if not rivals:
             return Verdict(chance)
         best = sorted(rivals.values(), key=lambda rival: rival[0])
@@ -344,7 +358,7 @@ class Verification:
         least = 0.0
         for part in range(REACHES):
             reach2 = self._t2 / 4**part
-            hits = np.count_nonzero(hit & (apart2 <= reach2))
+            hits = int(np.count_nonzero(hit & (apart2 <= reach2)))
             found = theirs2 <= reach2
             both = (found & found[:, beside]).sum(axis=0)
             shares = (both / np.maximum(1, found[:, beside].sum(axis=0)))[is_inside]
@@ -358,7 +372,7 @@ class Verification:
         from scipy.spatial import KDTree  # noqa: PLC0415
 
         paired = (mine >= 0).nonzero()[0]
-        _, two = KDTree(points.T[paired]).query(points.T, k=2)
+        two = np.asarray(KDTree(points.T[paired]).query(points.T, k=2)[1])
         own = paired[two[:, 0]] == np.arange(len(mine))
         return np.asarray(paired[np.where(own, two[:, 1], two[:, 0])])
 

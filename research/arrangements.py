@@ -120,8 +120,8 @@ def arranged_pair(name: str, n: int, task: Task) -> tuple[Floats, Floats, Simila
     return p, q[rng.permutation(n)], truth
 
 
-def _row(n: int, pitch: float = 15.0) -> Floats:
-    return np.column_stack([pitch * np.arange(n), np.zeros(n)])
+def _row(n: int, x: float = 0.0, y: float = 0.0) -> Floats:
+    return np.column_stack([x + 15.0 * np.arange(n), np.full(n, y)])
 
 
 def _beside(rng: np.random.Generator, n: int) -> Floats:
@@ -133,11 +133,11 @@ def _ruler(few: int) -> Callable[[np.random.Generator], Floats]:
 
 
 def _two_rows(rng: np.random.Generator) -> Floats:
-    return np.vstack([_row(12), _row(12) + [0, 60], rng.uniform(5, 55, (2, 2)) * [3, 1]])
+    return np.vstack([_row(12), _row(12, y=60), rng.uniform(5, 55, (2, 2)) * [3, 1]])
 
 
 def _uneven_rows(rng: np.random.Generator) -> Floats:
-    rows = np.vstack([_row(15), _row(15) + [0, 60]])
+    rows = np.vstack([_row(15), _row(15, y=60)])
     rows[:, 0] += rng.normal(0, 2, 30)
     return rows
 
@@ -156,7 +156,7 @@ def _grid_with_holes(rng: np.random.Generator) -> Floats:
 
 
 def _cross(rng: np.random.Generator) -> Floats:
-    bar = _row(21) - [150, 0]
+    bar = _row(21, -150)
     return np.vstack([bar, bar[:, ::-1], rng.uniform(-100, 100, (5, 2))])
 
 
@@ -174,7 +174,7 @@ def _dense_core(rng: np.random.Generator) -> Floats:
 
 
 def _rows(rng: np.random.Generator) -> Floats:
-    rows = [_row(20) + [rng.uniform(0, 15), 20.0 * k] for k in range(4)]
+    rows = [_row(20, rng.uniform(0, 15), 20.0 * k) for k in range(4)]
     return np.vstack(rows) + rng.normal(0, 0.01, (80, 2))
 
 

@@ -137,7 +137,8 @@ def match_points(
     PointMatch
         Transform, pairs, matched share, rms distance, and the expected number of matches as good
         by chance; no transform where there is no match, but a reason, which says so where the
-        search ended at its limit or where several maps, `equal_maps`, fit equally well. The transform is a `Similarity`, or an `AffineTransform` where
+        search ended at its limit or where several maps, `equal_maps`, fit equally well.
+        The transform is a `Similarity`, or an `AffineTransform` where
         it is mirrored or the model is affine.
 
     Raises

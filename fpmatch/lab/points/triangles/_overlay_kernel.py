@@ -182,32 +182,22 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
     d=cython.int,
 )
 def rival_moves(
-    p, ring_start, ring, grid, partner, i, q, q_ring_start, q_ring, move, within, apart, moves,
-    first,
+    p, grid, partner, i, best, q, q_ring_start, q_ring, move, within, apart, moves, first,
 ):  # fmt: skip
     """Write moves that compete with `move`, from row `first` of ``moves`` on; return how many.
 
-    The first is `move`, shifted from the partner of point i to that of its nearest neighbour that
-    has one. The others map these two points onto other edges of Q as long: lengths differ by less
-    than `within`; the most alike are written, at most as many as ``apart`` has entries.
+    The first is `move`, shifted from the partner of point i to that of the point `best`. The
+    others map these two points onto other edges of Q as long: lengths differ by less than
+    `within`; the most alike are written, at most as many as ``apart`` has entries.
     """
-    best: cython.Py_ssize_t = -1
-    nearest2 = 0.0
-    for e in range(ring_start[i], ring_start[i + 1]):
-        j = ring[e]
-        dx, dy = p[0, j] - p[0, i], p[1, j] - p[1, i]
-        length2 = dx * dx + dy * dy
-        if partner[j] >= 0 and length2 > 0.0 and (best < 0 or length2 < nearest2):
-            best, nearest2 = j, length2
-    if best < 0:
-        return 0
+    px, py = p[0, best] - p[0, i], p[1, best] - p[1, i]
+    nearest2 = px * px + py * py
     a, b = grid.order[partner[i]], grid.order[partner[best]]
     dx, dy = q[0, b] - q[0, a], q[1, b] - q[1, a]
     length2 = dx * dx + dy * dy
     length = sqrt(length2)
     least, most = length - within, length + within
     least2, most2 = least * least if least > 0.0 else 0.0, most * most
-    px, py = p[0, best] - p[0, i], p[1, best] - p[1, i]
     moves[first, 0], moves[first, 1] = move[0], move[1]
     moves[first, 2], moves[first, 3] = move[2] + dx, move[3] + dy
     first += 1

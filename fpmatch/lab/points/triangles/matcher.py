@@ -5,8 +5,9 @@ triangulation often do. Each triangle of P, the most informative first, is compa
 triangles of Q of nearly its shape. Every such pair proposes a similarity transform, which is tested
 on one neighbour after the other and refitted as it grows, so that most false ones are rejected
 after a few. A transform that passes is refined over all points, and accepted only where so many
-pairs are not expected by chance (a contrario). Where the spacings are uneven, chance is that of
-the points around each place, and pairs that competing maps find too are hardly evidence. If no triangle of the triangulation leads to a
+pairs are not expected by chance (a contrario). Where spacings are uneven, chance is that of the
+points around each place, and pairs that competing maps find too are hardly evidence.
+If no triangle of the triangulation leads to a
 match, triangles over one-rings with gaps are tried. The pairs are the optimal one-to-one pairing.
 """
 
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
 
+_EXACT: Final = 1 / 64  # squared tolerances: nearer pairs end the search of an uneven set
 _MOST_REFUTED: Final = 16  # maps that are no better than their rivals, before a search ends
 _BETTER_MAPS: Final = 4  # maps that are judged, at most, where one leads to a better one
 
@@ -135,7 +137,7 @@ class _Search:
         self.log_chance = math.inf
         self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
         self.screening = Screening(self.p, target, self.proposals)
-        self.verification = Verification(p, q, self.p, target, self.proposals.visits)
+        self.verification = Verification(q, self.p, target, self.proposals.visits)
         self.equal_maps, self.refuted = 1, 0
 
     def run(self) -> bool:
@@ -198,7 +200,10 @@ class _Search:
                     proposals.end_after(0)
             if verdict.log_chance < min(self.log_chance, log_max):
                 self.log_chance, self.move = verdict.log_chance, move.copy()
-                if np.count_nonzero(partner >= 0) >= sufficient:
+                paired = partner >= 0
+                if np.count_nonzero(paired) >= sufficient and (
+                    self.verification.is_even or distance2[paired].mean() < _EXACT * t2
+                ):
                     return True
                 proposals.end_after(given.extra_proposals)
         return self.log_chance < log_max

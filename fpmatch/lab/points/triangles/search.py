@@ -232,16 +232,15 @@ class Verification:
 
     def __init__(
         self,
-        p: GivenSet,
         q: GivenSet,
         points: NDArray[np.float64],
         target: Target,
         visits: NDArray[np.int64],
     ):
-        self._mesh_p, self._mesh_q, self._points, self._target = p.mesh, q.mesh, points, target
+        self._mesh_q, self._points, self._target = q.mesh, points, target
         self._t2 = target.tolerance**2
         self._owner = np.full(len(q), -1, np.int32)
-        self._is_even: bool | None = None
+        self.is_even: bool | None = None
         self._visits = visits
 
     def judge(
@@ -260,10 +259,10 @@ class Verification:
         if chance >= 0.0:
             return Verdict(chance)
         target, grid = self._target, self._target.grid
-        if self._is_even is None:
+        if self.is_even is None:
             target = self._target
-            self._is_even = is_even(self._mesh_q, target.points, target.density)
-        if self._is_even:
+            self.is_even = is_even(self._mesh_q, target.points, target.density)
+        if self.is_even:
             return Verdict(chance)
         every = -(-len(partner) // _SAMPLE)
         each, rate = np.empty((REACHES, -(-len(partner) // every))), np.empty(REACHES)
@@ -300,10 +299,11 @@ class Verification:
         """Return moves of some paired points and neighbours onto other edges, most of one."""
         moves, first, largest = np.empty((_BASES * (most + 1), 4)), 0, 0
         apart, target = np.empty(most), self._target
-        for i in paired[:: -(-len(paired) // _BASES)].tolist():
+        bases = paired[:: -(-len(paired) // _BASES)]
+        for i, beside in zip(bases, self._beside(self._points, partner)[bases], strict=True):
             found = overlay.rival_moves(
-                *(self._points, self._mesh_p.ring_start, self._mesh_p.ring, target.grid, partner),
-                *(i, target.points, self._mesh_q.ring_start, self._mesh_q.ring),
+                *(self._points, target.grid, partner, i, beside, target.points),
+                *(self._mesh_q.ring_start, self._mesh_q.ring),
                 *(move, _ALIKE * target.tolerance, apart, moves, first),
             )
             first, largest = first + found, max(largest, found)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, in_columns, seeds, similarities
 
+from fpmatch.lab.points.triangles import _triangle_kernel as kernel
 from fpmatch.lab.points.triangles.descriptors import (
     density_of,
     density_over_hull,

@@ -29,6 +29,7 @@ _ALIKE: Final = 1.005  # squared distances of a run
 _RUN: Final = 8  # of random points there are fewer,
 _RUN_SHARE: Final = 0.004  # and this share of them more
 _UNEVEN: Final = 2.3  # of one in thousands of random sets
+_FEW: Final = 64  # points that do not show what they are
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
 
 

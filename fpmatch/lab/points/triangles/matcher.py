@@ -55,7 +55,7 @@ MIN_POINTS_TO_MATCH: Final = 4
 
 _EXACT: Final = 1 / 64  # squared tolerances: nearer pairs end the search of an uneven set
 _MOST_REFUTED: Final = 16  # maps that are no better than their rivals, before a search ends
-_BETTER_MAPS: Final = 4  # maps that are judged, at most, where one leads to a better one
+_BETTER_MAPS: Final = 8  # maps that are judged, at most, where one leads to a better one
 
 
 @dataclass(frozen=True, slots=True)

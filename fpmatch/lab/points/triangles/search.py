@@ -348,7 +348,7 @@ class Verification:
             return Verdict(chance)
         best = sorted(rivals.values(), key=lambda rival: rival[0])
         if best[0][1] > number and best[0][0] < value - 1:
-            return Verdict(chance, 1, best[0][3])
+            return Verdict(0.0, 1, best[0][3], has_rivals=True)
         equal = sum(pairs >= number and other <= _AS_GOOD * value for other, pairs, *_ in best)
         if equal:
             return Verdict(0.0, 1 + equal, has_rivals=True)

@@ -147,8 +147,8 @@ def _profile(rng: np.random.Generator) -> Floats:
 
 
 def _track(rng: np.random.Generator) -> Floats:
-    angle, step = np.cumsum(rng.normal(0, 0.25, 60)), rng.uniform(8, 12, 60)
-    return np.cumsum(_polar(step, angle), axis=0)
+    angle = np.asarray(rng.normal(0, 0.25, 60).cumsum(), np.float64)
+    return _polar(rng.uniform(8, 12, 60), angle).cumsum(axis=0)
 
 
 def _grid_with_holes(rng: np.random.Generator) -> Floats:

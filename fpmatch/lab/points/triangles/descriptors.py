@@ -88,9 +88,11 @@ def second_nearest(mesh: Triangulation, points: Floats) -> float:
 def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
     """Return whether nearest points are as far apart as those of random points of a density.
 
-    Then there is no need to look for rows, periods and crowds: too many equal distances, or too
-    many short or long ones.
+    Then there is no need to look for rows, periods and crowds: they have too many equal distances,
+    or too many short or long ones. Of few points it is not known.
     """
+    if len(mesh) < _FEW:
+        return False
     first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
     kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)
     first2.sort()

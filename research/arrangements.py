@@ -147,7 +147,7 @@ def _profile(rng: np.random.Generator) -> Floats:
 
 
 def _track(rng: np.random.Generator) -> Floats:
-    angle = np.asarray(rng.normal(0, 0.25, 60).cumsum(), np.float64)
+    angle = rng.normal(0, 0.25, 60).cumsum()
     return _polar(rng.uniform(8, 12, 60), angle).cumsum(axis=0)
 
 
@@ -161,7 +161,7 @@ def _cross(rng: np.random.Generator) -> Floats:
 
 
 def _clock(rng: np.random.Generator) -> Floats:
-    ticks = _polar(np.full(60, SIDE), math.pi / 30 * np.arange(60))
+    ticks = _polar(np.full(60, SIDE), np.linspace(0, 2 * math.pi, 60, endpoint=False))
     return np.vstack([ticks, rng.uniform(-60, 60, (4, 2))])
 
 

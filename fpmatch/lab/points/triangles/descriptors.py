@@ -29,8 +29,11 @@ _ALIKE: Final = 1.005  # squared distances of a run
 _RUN: Final = 8  # of random points there are fewer,
 _RUN_SHARE: Final = 0.004  # and this share of them more
 _UNEVEN: Final = 2.3  # of one in thousands of random sets
-_FEW: Final = 64  # points that do not show what they are
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
+
+
+FEW: Final = 64
+"""Of fewer points, it is not known whether they are even."""
 
 
 class TriangleDescriptors(NamedTuple):
@@ -91,7 +94,7 @@ def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
     Then there is no need to look for rows, periods and crowds: they have too many equal distances,
     or too many short or long ones. Of few points it is not known.
     """
-    if len(mesh) < _FEW:
+    if len(mesh) < FEW:
         return False
     first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
     kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)

@@ -24,6 +24,7 @@ from fpmatch.lab.points.triangles import _overlay_kernel as overlay
 from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.lab.points.triangles._proposal_kernel import SimilarityTest, propose
 from fpmatch.lab.points.triangles.descriptors import (
+    FEW,
     TriangleDescriptors,
     density_over_hull,
     describe_all,
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
 
-_EXACT: Final = 1 / 64  # squared tolerances: nearer pairs end the search of an uneven set
+_EXACT: Final = 1 / 64  # squared tolerances: nearer pairs end a search among rivals
 _MOST_REFUTED: Final = 16  # maps that are no better than their rivals, before a search ends
 _BETTER_MAPS: Final = 8  # maps that are judged, at most, where one leads to a better one
 
@@ -202,7 +203,8 @@ class _Search:
                 self.log_chance, self.move = verdict.log_chance, move.copy()
                 paired = partner >= 0
                 if np.count_nonzero(paired) >= sufficient and (
-                    self.verification.is_even or distance2[paired].mean() < _EXACT * t2
+                    not (verdict.has_rivals or len(self.mesh_q) < FEW)
+                    or distance2[paired].mean() < _EXACT * t2
                 ):
                     return True
                 proposals.end_after(given.extra_proposals)

@@ -100,8 +100,8 @@ JSON:
   local_matches  how many local matches the search followed
   reason         why there is no match, whether the search ended at its limit, and which options
                  find a match; empty where there is one
-  equal_maps     how many maps fit equally well, where there are several, as of a regular grid;
-                 there is no match then; else 1
+  equal_maps     how many maps were found that fit equally well, where there are several, as of a
+                 regular grid; there is no match then; else 1
   points         how many points P and Q have
   matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
   reflect, model: where one of them is given
@@ -247,7 +247,7 @@ def _match(
         letter, colon, why = str(error).partition(": ")
         name = {"p": p.name, "q": q.name}.get(letter, letter)
         raise PointSetError(f"{name}{colon}{why}") from error
-    if match.transform is not None or given["matcher"] != "triangles":
+    if match.transform is not None or match.equal_maps > 1 or given["matcher"] != "triangles":
         return match
     wider = wider_maps(p.points, q.points, tolerance=given["tolerance"], **how)
     if wider is None:

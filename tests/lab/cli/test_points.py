@@ -234,3 +234,14 @@ def test_repeated_points_are_noted_once(run, stars):
     result = run("points", p, q)
     assert result.exit_code == 0
     assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"
+
+
+def test_equal_maps_are_counted_in_text_and_json(match, run, tmp_path):
+    path = tmp_path / "grid.csv"
+    path.write_text("".join(f"{15 * i},{15 * j}\n" for i in range(8) for j in range(8)))
+    for words in ((path, path), (path, path, "--reflect")):
+        result, document = match(*words)
+        assert (result.exit_code, document["match"]) == (1, False)
+        assert document["equal_maps"] == 4
+        assert "--" not in document["reason"]
+    assert "at least 4 maps fit equally well" in run("points", path, path).stdout

@@ -106,7 +106,7 @@ def _match(
     if not search.run():
         reason, equal = search.proposals.reason, search.equal_maps
         if equal > 1:
-            reason = f"{equal:,} maps fit equally well: which of them is the true one is not known"
+            reason = f"at least {equal:,} maps fit equally well: which is the true one is not known"
         elif search.refuted:
             reason = (
                 "the points that pair are on rows or in periods, which other maps pair as well: no "
@@ -138,7 +138,7 @@ class _Search:
         self.log_chance = math.inf
         self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
         self.screening = Screening(self.p, target, self.proposals)
-        self.verification = Verification(q, self.p, target, self.proposals.visits)
+        self.verification = Verification(q, self.p, target, self.proposals)
         self.equal_maps, self.refuted = 1, 0
 
     def run(self) -> bool:

@@ -38,7 +38,7 @@ _AROUND: Final = 8  # points that tell the density at a place,
 _REACH: Final = 2.5  # within so many spacings
 _BASES: Final = 4  # points whose nearest neighbours are mapped to other edges,
 _MOVES: Final = 3  # to so many each, when rivals are sought
-_MANY_MOVES: Final = 128  # and where there are any
+_MANY_MOVES: Final = 256  # and where there are any
 _PAIRED: Final = 32  # pairs, at most, that a rival is tried on at first
 _ALIKE: Final = 0.25  # tolerances: difference in length of edges as long
 _OF_RIVAL: Final = -7.0  # log chance of a rival
@@ -235,13 +235,13 @@ class Verification:
         q: GivenSet,
         points: NDArray[np.float64],
         target: Target,
-        visits: NDArray[np.int64],
+        proposals: Proposals,
     ):
         self._mesh_q, self._points, self._target = q.mesh, points, target
         self._t2 = target.tolerance**2
         self._owner = np.full(len(q), -1, np.int32)
         self.is_even: bool | None = None
-        self._visits = visits
+        self._proposals, self._visits = proposals, proposals.visits
 
     def judge(
         self,
@@ -332,6 +332,8 @@ class Verification:
         rivals: dict[bytes, tuple[float, int, NDArray[np.float64], NDArray[np.float64]]] = {}
         number = np.count_nonzero(mine >= 0)
         for other in moves:
+            if self._proposals.at_limit:
+                break
             found = self._overlay(points, other, rate)
             if found is None or found[0] + math.log(len(moves)) >= _OF_RIVAL:
                 continue
@@ -349,7 +351,7 @@ class Verification:
         best = sorted(rivals.values(), key=lambda rival: rival[0])
         if best[0][1] > number and best[0][0] < value - 1:
             return Verdict(0.0, 1, best[0][3], has_rivals=True)
-        equal = sum(pairs >= number and other <= _AS_GOOD * value for other, pairs, *_ in best)
+        equal = sum(bool(pairs >= number and v <= _AS_GOOD * value) for v, pairs, *_ in best)
         if equal:
             return Verdict(0.0, 1 + equal, has_rivals=True)
         theirs2 = np.array([rival[2] for rival in best])

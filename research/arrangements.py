@@ -118,3 +118,124 @@ def arranged_pair(name: str, n: int, task: Task) -> tuple[Floats, Floats, Simila
         replaced = rng.random(n) < REPLACED
         q[replaced] = truth.apply(make(rng, n))[replaced]
     return p, q[rng.permutation(n)], truth
+
+
+def _row(n: int, x: float = 0.0, y: float = 0.0) -> Floats:
+    return np.column_stack([x + 15.0 * np.arange(n), np.full(n, y)])
+
+
+def _beside(rng: np.random.Generator, n: int) -> Floats:
+    return np.column_stack([rng.uniform(0, 450, n), rng.uniform(-100, 100, n)])
+
+
+def _ruler(few: int) -> Callable[[np.random.Generator], Floats]:
+    return lambda rng: np.vstack([_row(30), _beside(rng, few)])
+
+
+def _two_rows(rng: np.random.Generator) -> Floats:
+    return np.vstack([_row(12), _row(12, y=60), rng.uniform(5, 55, (2, 2)) * [3, 1]])
+
+
+def _uneven_rows(rng: np.random.Generator) -> Floats:
+    rows = np.vstack([_row(15), _row(15, y=60)])
+    rows[:, 0] += rng.normal(0, 2, 30)
+    return rows
+
+
+def _profile(rng: np.random.Generator) -> Floats:
+    return np.column_stack([10.0 * np.arange(40), np.cumsum(rng.normal(0, 5, 40))])
+
+
+def _track(rng: np.random.Generator) -> Floats:
+    angle = rng.normal(0, 0.25, 60).cumsum()
+    return _polar(rng.uniform(8, 12, 60), angle).cumsum(axis=0)
+
+
+def _grid_with_holes(rng: np.random.Generator) -> Floats:
+    return 15.0 * _lattice(rng, 64)[rng.permutation(64)[20:]]
+
+
+def _cross(rng: np.random.Generator) -> Floats:
+    bar = _row(21, -150)
+    return np.vstack([bar, bar[:, ::-1], rng.uniform(-100, 100, (5, 2))])
+
+
+def _clock(rng: np.random.Generator) -> Floats:
+    ticks = _polar(np.full(60, SIDE), np.linspace(0, 2 * math.pi, 60, endpoint=False))
+    return np.vstack([ticks, rng.uniform(-60, 60, (4, 2))])
+
+
+def _gauss(rng: np.random.Generator) -> Floats:
+    return rng.normal(0, 5, (200, 2))
+
+
+def _dense_core(rng: np.random.Generator) -> Floats:
+    return np.vstack([rng.normal(0, 5, (300, 2)), rng.uniform(-SIDE, SIDE, (60, 2))])
+
+
+def _rows(rng: np.random.Generator) -> Floats:
+    rows = [_row(20, rng.uniform(0, 15), 20.0 * k) for k in range(4)]
+    return np.vstack(rows) + rng.normal(0, 0.01, (80, 2))
+
+
+def _clusters(rng: np.random.Generator) -> Floats:
+    return np.vstack([rng.normal(0, 2, (15, 2)) + rng.uniform(0, 200, 2) for _ in range(8)])
+
+
+def _lines(rng: np.random.Generator) -> Floats:
+    ends = rng.uniform(0, 200, (5, 2, 2))
+    return np.vstack([a + (b - a) * rng.uniform(0, 1, (25, 1)) for a, b in ends])
+
+
+def _one_course(rng: np.random.Generator) -> Floats:
+    x = rng.uniform(0, 400, 60)
+    return np.column_stack([x, 60 * np.sin(x / 40) + 20 * np.sin(x / 13)])
+
+
+COPIED: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
+    "uniform": lambda rng: _uniform(rng, 40),
+    "row and 3 points": _ruler(3),
+    "row and 10 points": _ruler(10),
+    "two rows and 2 points": _two_rows,
+    "two uneven rows": _uneven_rows,
+    "profile": _profile,
+    "track": _track,
+    "grid with holes": _grid_with_holes,
+    "cross": _cross,
+    "clock": _clock,
+    "dense core": _dense_core,
+}
+"""Sets whose copies are to be matched, by kind."""
+
+INDEPENDENT: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
+    "uniform": lambda rng: _uniform(rng, 60),
+    "Gaussian": _gauss,
+    "rows": _rows,
+    "grid with holes": _grid_with_holes,
+    "track": _track,
+    "dense core": _dense_core,
+    "ring": lambda rng: _circle(rng, 60),
+    "clusters": _clusters,
+    "lines": _lines,
+    "common row and 10 points": _ruler(10),
+    "common row and 30 points": _ruler(30),
+    "points of one course": _one_course,
+    "common clock": _clock,
+    "common cross": _cross,
+}
+"""Sets of which two are independent but for the structure that the kind has, which is no match."""
+
+
+def copied_pair(kind: str, seed: int, jitter: float = 0.0) -> tuple[Floats, Floats, Similarity]:
+    """Return a set of `COPIED`, its copy in another order, and the transform between them."""
+    rng = np.random.default_rng(seed)
+    p, truth = COPIED[kind](rng), Similarity(1.5, math.radians(25), 3.0, 4.0)
+    q = truth.apply(p) + rng.normal(0, jitter, p.shape) if jitter else truth.apply(p)
+    return p, q[rng.permutation(len(q))], truth
+
+
+def independent_sets(kind: str, seed: int) -> tuple[Floats, Floats]:
+    """Return two sets of a kind of `INDEPENDENT`, the second turned and scaled."""
+    rng = np.random.default_rng(seed)
+    p, q = INDEPENDENT[kind](rng), INDEPENDENT[kind](rng)
+    return p, Similarity(1.5, 0.4, 3.0, 4.0).apply(q)[rng.permutation(len(q))]

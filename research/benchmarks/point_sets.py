@@ -3,6 +3,7 @@
 
 .venv/bin/python research/benchmarks/point_sets.py large POINTS [HOW MANY]
 .venv/bin/python research/benchmarks/point_sets.py arrangements [POINTS ...] [--method NAME]
+.venv/bin/python research/benchmarks/point_sets.py kinds [SEEDS]
 .venv/bin/python research/benchmarks/point_sets.py affine [PAIRS A CELL]
 """
 
@@ -21,9 +22,19 @@ import repository  # noqa: F401
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.triangles.matcher import TriangleParameters
+from fpmatch.lab.points.triangles.search import MAX_CHANCE
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.similarity import Similarity
-from research.arrangements import ARRANGEMENTS, TASKS, UNIFORM, arranged_pair
+from research.arrangements import (
+    ARRANGEMENTS,
+    COPIED,
+    INDEPENDENT,
+    TASKS,
+    UNIFORM,
+    arranged_pair,
+    copied_pair,
+    independent_sets,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -153,6 +164,40 @@ def arrangements(points: tuple[int, ...], method: str) -> None:
             print(f"| {n} | {name} | {figures} |", " | ".join(results), "|", flush=True)
     print(f"\nat most {worst:.1f} times the time of uniform sets")
     sys.exit(worst > MOST)
+
+
+@main.command()
+@click.argument("seeds", type=int, default=PAIRS)
+def kinds(seeds: int) -> None:
+    """Match copies of sets with rows, periods and crowds, and independent sets with the same.
+
+    A map is wrong where it takes a point farther than a tenth of P's extent from its true place.
+    The exit status is 1 where a map of a copy is wrong.
+    """
+    status = 0
+    print("| kind | copies | right | all pairs | several maps | no match | wrong |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for kind in COPIED:
+        right = whole = several = none = wrong = 0
+        for seed in range(seeds):
+            p, q, truth = copied_pair(kind, seed)
+            match = match_points(p, q)
+            if match.transform is None:
+                none, several = none + 1, several + (match.equal_maps > 1)
+            elif errors(p, match.transform, truth).max() > np.ptp(p) / 10:
+                wrong += 1
+            else:
+                right, whole = right + 1, whole + (len(match.pairs) == len(p))
+        status |= wrong > 0
+        row = (kind, seeds, right, whole, several, none, wrong)
+        print("|", " | ".join(map(str, row)), "|", flush=True)
+    print("\n| kind | independent pairs | matches | stated, at most |")
+    print("| --- | ---: | ---: | ---: |")
+    for kind in INDEPENDENT:
+        pairs = (independent_sets(kind, seed) for seed in range(seeds))
+        matched = sum(match_points(p, q).transform is not None for p, q in pairs)
+        print("|", kind, "|", seeds, "|", matched, "|", f"{MAX_CHANCE * seeds:g} |", flush=True)
+    sys.exit(status)
 
 
 def make_pair(

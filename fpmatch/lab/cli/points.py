@@ -100,6 +100,8 @@ JSON:
   local_matches  how many local matches the search followed
   reason         why there is no match, whether the search ended at its limit, and which options
                  find a match; empty where there is one
+  equal_maps     how many maps were found that fit equally well, where there are several, as of a
+                 regular grid; there is no match then; else 1
   points         how many points P and Q have
   matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
   reflect, model: where one of them is given
@@ -151,7 +153,7 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     type=float,
     metavar="T",
     help="How far a partner may lie from its place, in the units of Q.  "
-    "[default: a share of Q's mean spacing]",
+    "[default: a share of Q's spacing]",
 )
 @click.option(
     "--columns",
@@ -246,7 +248,7 @@ def _match(
         letter, colon, why = str(error).partition(": ")
         name = {"p": p.name, "q": q.name}.get(letter, letter)
         raise PointSetError(f"{name}{colon}{why}") from error
-    if match.transform is not None or given["matcher"] != "triangles":
+    if match.transform is not None or match.equal_maps > 1 or given["matcher"] != "triangles":
         return match
     wider = wider_maps(p.points, q.points, tolerance=given["tolerance"], **how)
     if wider is None:
@@ -296,6 +298,7 @@ def _as_json(
         "chance": match.chance,
         "local_matches": match.local_matches,
         "reason": match.reason,
+        "equal_maps": match.equal_maps,
         "points": {"p": len(p.points), "q": len(q.points)},
         **given,
         **(maps._asdict() if maps.asked else {}),

@@ -11,11 +11,15 @@ import numpy as np
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.lab.points.affine.matcher import AffineParameters, match_affine
 from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
-from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.lab.points.triangles.matcher import (
+    MIN_POINTS_TO_MATCH,
+    TriangleParameters,
+    match_by_triangles,
+)
 from fpmatch.lab.points.triangles.search import MAX_CHANCE
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
 from fpmatch.pointset.geometry.affine_transform import AffineTransform
-from fpmatch.pointset.geometry.point_match import PointMatch, check_rho
+from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, too_few
 from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.paper.matcher import (
     DEFAULT_AREA_TOLERANCE,
@@ -56,7 +60,9 @@ def match_either_way(
     reason = best.reason
     if best.transform is None and flipped.reason != plain.reason:
         reason = f"{plain.reason}; of the mirror image, {flipped.reason}"
-    return replace(best, chance=chance, local_matches=local_matches, reason=reason)
+    equal_maps = max(plain.equal_maps, flipped.equal_maps) if best.transform is None else 1
+    best = replace(best, chance=chance, local_matches=local_matches, reason=reason)
+    return replace(best, equal_maps=equal_maps)
 
 
 def mirror_image(p: ArrayLike) -> NDArray[np.float64]:
@@ -106,7 +112,7 @@ def match_points(
         The point sets; a part of one has partners in the other.
     tolerance : float, optional
         Largest distance of a pair after the transform, in the units of Q; by default a share of
-        the mean spacing of Q that suits the matcher.
+        the spacing of Q that suits the matcher.
     matcher : {"triangles", "paper", "van-wamelen"}
         "triangles" is fast, robust to missing points, jitter and outliers, and finds no match where
         nothing is better than chance; "paper" is the paper's method; "van-wamelen" is the paper's
@@ -131,7 +137,8 @@ def match_points(
     PointMatch
         Transform, pairs, matched share, rms distance, and the expected number of matches as good
         by chance; no transform where there is no match, but a reason, which says so where the
-        search ended at its limit. The transform is a `Similarity`, or an `AffineTransform` where
+        search ended at its limit or where several maps, `equal_maps`, fit equally well.
+        The transform is a `Similarity`, or an `AffineTransform` where
         it is mirrored or the model is affine.
 
     Raises
@@ -251,8 +258,9 @@ def _search_by_share(
     check_rho(share)
     areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
     parameters = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
-    for name, points in (("p", p), ("q", q)):
-        GivenSet(name, points)  # refuses a set that spans no triangle
+    sets = [GivenSet(name, points) for name, points in (("p", p), ("q", q))]
+    if min(map(len, sets)) < MIN_POINTS_TO_MATCH:
+        return lambda _: PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
     if matcher == "paper":
         return partial(match_by_unit_circle, q=q, parameters=parameters)
     return partial(match_van_wamelen, q=q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
@@ -260,7 +268,7 @@ def _search_by_share(
 
 def decided(match: PointMatch, rho: float) -> PointMatch:
     """Return a match of more than a share ρ of the smaller set, else no match and the reason."""
-    if match.matched_share > rho:
+    if match.matched_share > rho or match.reason:
         return match
     if match.transform is not None:
         reason = (

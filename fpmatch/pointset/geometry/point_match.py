@@ -40,6 +40,9 @@ class PointMatch:
         not estimate it.
     reason : str
         Why there is no match; "" where there is one.
+    equal_maps : int
+        How many maps were found that fit equally well, where there are several; else 1. There is
+        no match then: which of them is the true one cannot be told.
     """
 
     transform: Similarity | AffineTransform | None
@@ -49,6 +52,7 @@ class PointMatch:
     local_matches: int
     chance: float | None = None
     reason: str = ""
+    equal_maps: int = 1
 
     def __repr__(self) -> str:
         if self.transform is None:

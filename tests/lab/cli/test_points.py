@@ -13,7 +13,7 @@ from tests.conftest import assert_refused, rows_of
 MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
 KEYS = [
     "match", "transform", "pairs", "matched_share", "rms", "chance", "local_matches", "reason",
-    "points", "matcher", "tolerance", "rho", "area_tolerance", "p", "q",
+    "equal_maps", "points", "matcher", "tolerance", "rho", "area_tolerance", "p", "q",
 ]  # fmt: skip
 
 
@@ -250,3 +250,14 @@ def test_a_full_disk_does_not_cost_the_decision(run, stars, tiny_disk, option, n
     line = f"{target}: cannot be written: no space left on device"
     assert result.stderr == f"fpmatch: error: {line}\n"
     assert [path.name for path in tiny_disk.iterdir()] == ["fill"]
+
+
+def test_equal_maps_are_counted_in_text_and_json(match, run, tmp_path):
+    path = tmp_path / "grid.csv"
+    path.write_text("".join(f"{15 * i},{15 * j}\n" for i in range(8) for j in range(8)))
+    for words in ((path, path), (path, path, "--reflect")):
+        result, document = match(*words)
+        assert (result.exit_code, document["match"]) == (1, False)
+        assert document["equal_maps"] == 4
+        assert "--" not in document["reason"]
+    assert "at least 4 maps fit equally well" in run("points", path, path).stdout

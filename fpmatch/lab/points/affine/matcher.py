@@ -224,7 +224,7 @@ class _Search:
         # a fit of so many parameters to few pairs leaves less than their true distances
         distance2 = self._distance2 * (pairs / (pairs - DETERMINED))
         chance = log_tests + overlay.log_chance(
-            self._partner, distance2, inside, t2, self.target.density, DETERMINED
+            self._partner, distance2, inside, t2, self.target.rate, DETERMINED
         )
         if chance < math.log(self.given.max_chance):
             chance -= self.screening.crowding(move)

@@ -11,9 +11,23 @@ cdef int _claim(
     int[::1] partner, double[::1] distance2,
 ) noexcept
 cpdef double log_chance(
-    int[::1] partner, double[::1] distance2, int inside, double t2, double density,
+    int[::1] partner, double[::1] distance2, int inside, double t2, double[::1] rate,
     int determined=*,
 )
 cpdef double list_pairs(
     double[:, ::1] p, CellGrid grid, int[::1] partner, double[::1] move, int[:, ::1] pairs,
+)
+cpdef void uniform_rates(double density, double t2, double[::1] rate)
+cpdef int local_rates(
+    double[:, ::1] p, CellGrid grid, double[::1] move, int[::1] partner, int every, double reach2,
+    double t2, int[::1] near, double[::1] distance2, double[:, ::1] each, double[::1] rate,
+)
+cpdef int rival_moves(
+    double[:, ::1] p, CellGrid grid, int[::1] partner, Py_ssize_t i, Py_ssize_t best, double[:, ::1] q, const int[::1] q_ring_start,
+    const int[::1] q_ring, double[::1] move, double within, double[::1] apart, double[:, ::1] moves, int first,
+)
+cpdef bint has_rival(
+    double[:, ::1] p, CellGrid grid, double t2, double[::1] rate, double needed,
+    double[:, ::1] moves, int[::1] known, int[::1] owner, int[::1] partner, double[::1] distance2,
+    long long[::1] visits,
 )

@@ -12,3 +12,8 @@ cpdef Py_ssize_t ring_triangles(
 cdef bint _joined(const int[::1] ring_start, const int[::1] ring, int j, int k) noexcept
 cpdef double polygon_area(double[:, ::1] point, const int[::1] corner)
 cpdef void triangle_areas(double[:, ::1] point, const int[:, ::1] triangle, double[::1] area)
+cpdef void nearest_two(
+    double[:, ::1] point, const int[::1] ring_start, const int[::1] ring, double[::1] first2,
+    double[::1] second2,
+)
+cpdef double unevenness(double[::1] nearest2, double density, double alike, long[::1] run)

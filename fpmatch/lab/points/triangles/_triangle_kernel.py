@@ -8,9 +8,9 @@ A triangle's shape is the complex number z of its third corner where its longest
 import cython
 
 if cython.compiled:
-    from cython.cimports.libc.math import exp, sqrt
+    from cython.cimports.libc.math import exp, expm1, sqrt
 else:
-    from math import exp, sqrt
+    from math import exp, expm1, sqrt
 
 COMPILED = cython.compiled
 
@@ -115,3 +115,38 @@ def triangle_areas(point, triangle, area):
             (point[0, b] - point[0, a]) * (point[1, c] - point[1, a])
             - (point[1, b] - point[1, a]) * (point[0, c] - point[0, a])
         )
+
+
+def nearest_two(point, ring_start, ring, first2, second2):
+    """Write the squared distances of each point to the two nearest points of its ring."""
+    for i in range(ring_start.shape[0] - 1):
+        first = second = 1e300
+        for e in range(ring_start[i], ring_start[i + 1]):
+            j: cython.int = ring[e]
+            dx, dy = point[0, j] - point[0, i], point[1, j] - point[1, i]
+            d2 = dx * dx + dy * dy
+            if d2 < first:
+                first, second = d2, first
+            elif d2 < second:
+                second = d2
+        first2[i], second2[i] = first, second
+
+
+@cython.locals(i=cython.Py_ssize_t, behind=cython.Py_ssize_t, longest=cython.Py_ssize_t)
+def unevenness(nearest2, density, alike, run):
+    """Return how far sorted squared distances of nearest points are from those of random points.
+
+    It is the statistic of Kolmogorov and Smirnov times √N. ``run[0]`` receives the most distances
+    that differ by less than the factor `alike`, squared.
+    """
+    n: cython.double = nearest2.shape[0]
+    largest = 0.0
+    behind = longest = 0
+    for i in range(nearest2.shape[0]):
+        share = -expm1(-3.141592653589793 * density * nearest2[i])
+        largest = max(largest, share - i / n, (i + 1) / n - share)
+        while nearest2[behind] * alike < nearest2[i]:
+            behind += 1
+        longest = max(longest, i + 1 - behind)
+    run[0] = longest
+    return largest * sqrt(n)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -24,7 +25,15 @@ _HIGH: Final = 1.0
 _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
 _MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
+_ALIKE: Final = 1.005  # squared distances of a run
+_RUN: Final = 8  # of random points there are fewer,
+_RUN_SHARE: Final = 0.004  # and this share of them more
+_UNEVEN: Final = 2.3  # of one in thousands of random sets
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
+
+
+FEW: Final = 64
+"""Of fewer points, it is not known whether they are even."""
 
 
 class TriangleDescriptors(NamedTuple):
@@ -68,6 +77,31 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     area.partition(middle)
     over_hull = density_over_hull(mesh, points)
     return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
+
+
+def second_nearest(mesh: Triangulation, points: Floats) -> float:
+    """Return the median distance of a point to its second nearest neighbour in the mesh."""
+    first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
+    kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)
+    middle = len(second2) // 2
+    second2.partition(middle)
+    return math.sqrt(float(second2[middle]))
+
+
+def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
+    """Return whether nearest points are as far apart as those of random points of a density.
+
+    Then there is no need to look for rows, periods and crowds: they have too many equal distances,
+    or too many short or long ones. Of few points it is not known.
+    """
+    if len(mesh) < FEW:
+        return False
+    first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
+    kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)
+    first2.sort()
+    run = np.empty(1, np.int_)
+    uneven = kernel.unevenness(first2, density, _ALIKE, run)
+    return bool(uneven < _UNEVEN and run[0] < _RUN + _RUN_SHARE * len(mesh))
 
 
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:

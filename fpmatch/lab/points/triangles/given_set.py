@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
-from fpmatch.lab.points.triangles.descriptors import density_of
+from fpmatch.lab.points.triangles import _overlay_kernel as overlay
+from fpmatch.lab.points.triangles.descriptors import density_of, second_nearest
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
 from fpmatch.pointset.geometry.points import is_finite, points_in_box, sort_into_cells
@@ -28,7 +29,11 @@ if TYPE_CHECKING:
 MIN_POINTS: Final = 3
 """Any two points can be mapped to any two others: smaller sets are refused."""
 
-_TOLERANCE: Final = 0.25  # of a pair, by default, in mean spacings
+REACHES: Final = 8
+"""At which pairs are counted, each half the one before."""
+
+_TOLERANCE: Final = 0.25  # of a pair, by default, in spacings
+_SECOND_NEAREST: Final = 0.731  # spacings: median distance of random points
 _WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner anywhere
 
 
@@ -58,18 +63,24 @@ class Target:
 
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area
-    spacing: float  # 1/√density
+    spacing: float  # 1/√density, or less where most points lie closer
+    rate: Floats  # (REACHES,): of partners by chance, at the tolerance, half of it and so on
     pairing_tolerance: float  # largest distance of a pair in the result
     tolerance: float  # and in the search, which is never wider than is of use
     grid: CellGrid  # the points, sorted into cells
 
     @classmethod
     def of(cls, given: GivenSet, tolerance: float | None) -> Target:
-        """Prepare a set; `tolerance` is in its own units, by default a quarter of its spacing."""
+        """Prepare a set; `tolerance` is in its own units, by default a quarter of its spacing.
+
+        Without a tolerance, the spacing is also that of random points whose second nearest are
+        as far, so that rows and clusters count by the distances that are there.
+        """
         points = np.array(given.mesh.points.T, order="C")
         density = density_of(given.mesh, points)
         spacing = 1.0 / math.sqrt(density)
         if tolerance is None:
+            spacing = min(spacing, second_nearest(given.mesh, points) / _SECOND_NEAREST)
             pairing = _TOLERANCE * spacing
         else:
             pairing = math.ldexp(tolerance, -given.frame.exponent)
@@ -78,7 +89,9 @@ class Target:
         low, high = (left - t, top - t), (right + t, bottom + t)
         grid = sort_into_cells(points, max(0.7 * spacing, t), low=low, high=high)
         grid.split_crowds()
-        return cls(points, density, spacing, pairing, t, grid)
+        rate = np.empty(REACHES)
+        overlay.uniform_rates(density, t * t, rate)
+        return cls(points, density, spacing, rate, pairing, t, grid)
 
 
 def check_tolerance(tolerance: float | None) -> None:

@@ -5,14 +5,16 @@ triangulation often do. Each triangle of P, the most informative first, is compa
 triangles of Q of nearly its shape. Every such pair proposes a similarity transform, which is tested
 on one neighbour after the other and refitted as it grows, so that most false ones are rejected
 after a few. A transform that passes is refined over all points, and accepted only where so many
-pairs are not expected by chance (a contrario). If no triangle of the triangulation leads to a
+pairs are not expected by chance (a contrario). Where spacings are uneven, chance is that of the
+points around each place, and pairs that competing maps find too are hardly evidence.
+If no triangle of the triangulation leads to a
 match, triangles over one-rings with gaps are tried. The pairs are the optimal one-to-one pairing.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +24,7 @@ from fpmatch.lab.points.triangles import _overlay_kernel as overlay
 from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.lab.points.triangles._proposal_kernel import SimilarityTest, propose
 from fpmatch.lab.points.triangles.descriptors import (
+    FEW,
     TriangleDescriptors,
     density_over_hull,
     describe_all,
@@ -31,7 +34,13 @@ from fpmatch.lab.points.triangles.descriptors import (
 )
 from fpmatch.lab.points.triangles.given_set import GivenSet, Target, check_tolerance, match_given
 from fpmatch.lab.points.triangles.pairing import optimal_pairs
-from fpmatch.lab.points.triangles.search import MAX_ROUNDS, Proposals, Screening, SearchParameters
+from fpmatch.lab.points.triangles.search import (
+    MAX_ROUNDS,
+    Proposals,
+    Screening,
+    SearchParameters,
+    Verification,
+)
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -44,6 +53,10 @@ if TYPE_CHECKING:
 
 MIN_POINTS_TO_MATCH: Final = 4
 """Smaller sets match too many others to be distinguished from chance."""
+
+_EXACT: Final = 1 / 64  # squared tolerances: nearer pairs end a search among rivals
+_MOST_REFUTED: Final = 16  # maps that are no better than their rivals, before a search ends
+_BETTER_MAPS: Final = 8  # maps that are judged, at most, where one leads to a better one
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +86,9 @@ def match_by_triangles(
     """Find the similarity transform that maps points of P onto points of Q, if there is one.
 
     This is `fpmatch.match_points` with parameters. The search is fast where P is the smaller set.
-    The tolerance is a quarter of the mean spacing 1/√density of the larger set by default; the
-    search for the transform uses at most 0.6 of that spacing.
+    The tolerance is a quarter of the spacing of the larger set by default: 1/√density, or less
+    where the second nearest neighbours are nearer than those of random points. The search for the
+    transform uses at most 0.6 of the mean spacing.
     """
     check_tolerance(tolerance)
     p_set, q_set = GivenSet("p", p), GivenSet("q", q)
@@ -90,7 +104,16 @@ def _match(
         return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
     search = _Search(p, q, Target.of(q, tolerance), parameters)
     if not search.run():
-        return PointMatch.none(search.proposals.passed, search.proposals.reason)
+        reason, equal = search.proposals.reason, search.equal_maps
+        if equal > 1:
+            reason = f"at least {equal:,} maps fit equally well: which is the true one is not known"
+        elif search.refuted:
+            reason = (
+                "the points that pair are on rows or in periods, which other maps pair as well: no "
+                "transform that was tried pairs more points than expected by chance"
+            )
+        none = PointMatch.none(search.proposals.passed, reason)
+        return replace(none, equal_maps=equal)
     pairs, rms = search.pair()
     return PointMatch(
         transform=between_sets(Similarity.of_move(search.move), p.frame, q.frame),
@@ -115,6 +138,8 @@ class _Search:
         self.log_chance = math.inf
         self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
         self.screening = Screening(self.p, target, self.proposals)
+        self.verification = Verification(q, self.p, target, self.proposals)
+        self.equal_maps, self.refuted = 1, 0
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
@@ -154,22 +179,33 @@ class _Search:
             move[:] = _move(fit)
             if self.screening.rejects(move, log_max - log_tests):
                 continue
-            inside = overlay.refine(
-                *(self.p, self.target.grid, t2, MAX_ROUNDS),
-                *(owner, partner, distance2, proposals.visits, move),
-            )
+            for _ in range(_BETTER_MAPS):
+                inside = overlay.refine(
+                    *(self.p, self.target.grid, t2, MAX_ROUNDS),
+                    *(owner, partner, distance2, proposals.visits, move),
+                )
+                if inside < 0:
+                    break
+                verdict = self.verification.judge(
+                    move, partner, distance2, inside, log_tests, log_max
+                )
+                if verdict.better is None:
+                    break
+                move[:] = verdict.better
             if inside < 0:
                 continue
-            chance = log_tests + overlay.log_chance(
-                partner, distance2, inside, t2, self.target.density
-            )
-            if chance < log_max:
-                chance -= self.screening.crowding(move)
-            if chance < self.log_chance:
-                self.log_chance, self.move = chance, move.copy()
-                if chance >= log_max:
-                    continue
-                if np.count_nonzero(partner >= 0) >= sufficient:
+            self.equal_maps = max(self.equal_maps, verdict.equal_maps)
+            if verdict.has_rivals and verdict.log_chance >= log_max:
+                self.refuted += 1
+                if self.refuted == _MOST_REFUTED:
+                    proposals.end_after(0)
+            if verdict.log_chance < min(self.log_chance, log_max):
+                self.log_chance, self.move = verdict.log_chance, move.copy()
+                paired = partner >= 0
+                if np.count_nonzero(paired) >= sufficient and (
+                    not (verdict.has_rivals or len(self.mesh_q) < FEW)
+                    or distance2[paired].mean() < _EXACT * t2
+                ):
                     return True
                 proposals.end_after(given.extra_proposals)
         return self.log_chance < log_max

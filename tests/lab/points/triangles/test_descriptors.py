@@ -7,12 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, in_columns, seeds, similarities
 
+from fpmatch.lab.points.triangles import _triangle_kernel as kernel
 from fpmatch.lab.points.triangles.descriptors import (
     density_of,
     density_over_hull,
     describe_all,
     describe_large,
+    is_even,
     ring_triangles,
+    second_nearest,
     sort_by_shape,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate
@@ -151,3 +154,31 @@ def test_shapes_are_found_in_their_bins(seed, widest):
     for x, y in found.shape[:, : found.number].T:
         k = bins.order[bins.nearest(x, y, widest**2)]
         assert found.shape[:, k].tolist() == [x, y]
+
+
+@given(seeds)
+def test_distances_of_nearest_points_tell_even_sets_from_rows_and_crowds(seed):
+    rng = np.random.default_rng(seed)
+    even, crowd = rng.uniform(0, 10, (150, 2)), rng.normal(0, 1, (150, 2)) ** 3
+    row = np.vstack([even, np.column_stack([np.arange(20) / 2, np.full(20, 11.0)])])
+    for points, expected in ((even, True), (crowd, False), (row, False)):
+        mesh = triangulate(points)
+        columns = np.array(mesh.points.T, order="C")
+        first, second = np.empty(len(mesh)), np.empty(len(mesh))
+        kernel.nearest_two(columns, mesh.ring_start, mesh.ring, first, second)
+        squared = ((points[:, None] - points) ** 2).sum(axis=2)
+        squared[np.diag_indices(len(points))] = np.inf
+        assert first == pytest.approx(squared.min(axis=1))
+        assert second_nearest(mesh, columns) >= np.sqrt(np.median(first))
+        density = density_of(mesh, columns)
+        first.sort()
+        run = np.empty(1, np.int_)
+        found = kernel.unevenness(first, density, 1.005, run)
+        share = -np.expm1(-np.pi * density * first)
+        at = np.arange(len(first)) / len(first)
+        farthest = max((share - at).max(), (at + 1 / len(first) - share).max())
+        assert found == pytest.approx(farthest * np.sqrt(len(first)))
+        after = (first <= 1.005 * first[:, None]) & (first >= first[:, None])
+        assert run[0] >= after.sum(axis=1).max()
+        assert is_even(mesh, columns, density) or not expected or found > 2 or run[0] > 8
+        assert expected or not is_even(mesh, columns, density)

@@ -8,6 +8,7 @@ from pointset_strategies import as_move, grid_of, in_columns, places, seeds
 
 from fpmatch.lab.points.triangles import _overlay_kernel as kernel
 from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
+from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.similarity import Similarity
 
 REACHES = 8  # of the kernel: t, t/2, t/4 and so on
@@ -139,9 +140,12 @@ def test_chance_is_a_narrow_bound_of_the_binomial_tail(seed, pairs, others, expo
     partner = some_partners(rng, inside + 3, inside + 3, pairs)
     distance2 = t2 * 4.0 ** rng.uniform(-REACHES, 0, inside + 3)
     density = expected / (math.pi * t2)
-    found = kernel.log_chance(partner, distance2, inside, t2, density, determined)
+    rate = np.empty(REACHES)
+    kernel.uniform_rates(density, t2, rate)
+    assert rate == pytest.approx([-math.expm1(-expected / 4**k) for k in range(REACHES)])
+    found = kernel.log_chance(partner, distance2, inside, t2, rate, determined)
     if determined == 2:
-        assert found == kernel.log_chance(partner, distance2, inside, t2, density)
+        assert found == kernel.log_chance(partner, distance2, inside, t2, rate)
     lowest, highest = 0.0, 0.0
     for part in range(REACHES):
         near = int(((partner >= 0) & (distance2 <= t2 * 0.25**part)).sum())
@@ -168,3 +172,67 @@ def test_pairs_are_listed_as_they_were_given(seed, count):
     assert q[:, pairs[:, 1]].tolist() == places(grid)[:, partner[partner >= 0]].tolist()
     residual = turn.apply(p[:, pairs[:, 0]].T) - q[:, pairs[:, 1]].T
     assert rms == pytest.approx(math.sqrt((residual**2).sum() / max(count, 1)))
+
+
+def uniform_rate(t, reaches=3):
+    rate = np.empty(reaches)
+    kernel.uniform_rates(1.0, t * t, rate)
+    return rate
+
+
+@given(seeds, st.sampled_from([0.3, 1.0]))
+def test_local_rates_agree_with_their_twin(seed, t):
+    rng = np.random.default_rng(seed)
+    p, q = rng.uniform(0, 6, (2, 9)), rng.uniform(0, 6, (2, 30)) * [[1], [rng.choice([0.01, 1])]]
+    grid, partner = grid_of(q, 0.5, 4.0), some_partners(rng, 9, 30, 4)
+    each, rate, most = np.full((3, 9), np.nan), np.empty(3), 5
+    room = np.empty(most, np.int32), np.empty(most)
+    arrays = p, grid, as_move(STAY), partner
+    count = kernel.local_rates(*arrays, 2, 2.25, t * t, *room, each, rate)
+    expected = []
+    for i in range(0, 9, 2):
+        x, y = p[:, i]
+        if not (grid.x0 <= x <= grid.x1 and grid.y0 <= y <= grid.y1):
+            continue
+        away = places(grid) - p[:, i : i + 1]
+        squared = (away**2).sum(axis=0)
+        near = [k for k in squared.argsort(kind="stable")[:most] if squared[k] <= 2.25]
+        others = [k for k in near if k != partner[i]][: most - 1]
+        column = []
+        for part in range(3):
+            r2 = t * t / 4**part
+            if len(others) < 3:
+                moments = np.eye(2) * 2.25 / 4
+            else:
+                moments = away[:, others] @ away[:, others].T / len(others)
+            number = len(others) + (len(others) < 3)
+            area = 4 * math.sqrt(np.linalg.det(moments + np.eye(2) * r2 / 4))
+            hits = number * r2 / area
+            if 4 * np.linalg.det(moments) < 0.2 * moments.trace() ** 2:
+                hits = max(hits, number * math.sqrt(r2 / squared[others].max()))
+            column.append(-math.expm1(-hits))
+        expected.append(column)
+    assert count == len(expected)
+    assert pytest.approx(np.array(expected), rel=1e-6) == each[:, :count].T
+    assert rate == pytest.approx(np.mean(expected, axis=0), rel=1e-6)
+
+
+def test_rivals_of_a_row_shift_it_along_itself():
+    row = np.vstack([np.arange(12.0), np.zeros(12)])
+    mesh = triangulate(np.vstack([row.T, [[5.5, 9.0]]]))
+    points = np.array(mesh.points.T, order="C")
+    grid, t = grid_of(points, 0.5, 1.0), 0.2
+    partner = np.asarray(grid.order).argsort().astype(np.int32)
+    moves, apart = np.empty((31, 4)), np.empty(30)
+    rings = points, mesh.ring_start, mesh.ring
+    rest = *rings, as_move(STAY), 0.1, apart, moves, 0
+    count = kernel.rival_moves(points, grid, partner, 4, 5, *rest)
+    assert count == 1 + 2 * 11 - 1  # the shift, and all steps of the row but the known one
+    assert np.abs(moves[:count, 0]) == pytest.approx(1)
+    assert moves[:count, [1, 3]] == pytest.approx(0, abs=1e-12)
+    assert (apart[: count - 1] == 0).all()
+    room = np.full(13, -1, np.int32), np.full(13, -1, np.int32), np.empty(13)
+    arguments = points, grid, t * t, uniform_rate(t), -7.0
+    rest = partner, *room, np.zeros(1, np.int64)
+    assert kernel.has_rival(*arguments, moves[:count].copy(), *rest)
+    assert not kernel.has_rival(*arguments, as_move(STAY)[None], *rest)

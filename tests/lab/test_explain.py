@@ -212,7 +212,7 @@ def test_two_minutiae_are_explained(run, tmp_path):
         ("p.csv q.csv --matcher paper:rho=2", "rho"),
         ("gone.tif two.json", "gone.tif: no such file"),
         ("p.csv q.csv -o .", "holds another file, "),
-        ("p.csv q.csv -o p.csv", "p.csv: cannot be written"),
+        ("p.csv q.csv -o p.csv", "p.csv/index.html: cannot be written"),
     ],
 )
 def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, monkeypatch, words, reason):

@@ -62,7 +62,7 @@ class Overlay:
         """
         from fpmatch.drawing.overlay.draw import save_scene  # noqa: PLC0415
 
-        save_scene(path, self.scene)
+        save_scene(path, self.scene, self.pixels)
 
     def __repr__(self) -> str:
         height, width, _ = self.pixels.shape

@@ -180,7 +180,7 @@ def verify(
             answer = json_text(pair.as_dict() | cells)
         else:
             answer = as_text(pair.verification, pair.quality)
-    except MatcherError as error:  # of a plug-in that is asked for reasons
+    except MatcherError as error:  # raised by a plug-in while it explains
         raise named(error, pair.probe.name, pair.reference.name) from error
     show(answer)
     # after the decision, which no file that cannot be written is to cost

@@ -73,7 +73,7 @@ class Rule:
         """Return the decision on two prints, or on a probe and a finger, that have this score.
 
         Of a finger all `impressions` are given; `reference` is the most similar of them. `images`
-        are those of probe and reference.
+        are the pixels of probe and reference.
         """
         curve, rho = self.calibration, self.rho
         enough = score >= self.threshold if rho is None else comparison.similarity > rho

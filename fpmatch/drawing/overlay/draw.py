@@ -142,10 +142,10 @@ def save_overlay(
         If the ending is another, or the file cannot be written.
     """
     check_overlay(path)
-    save_scene(
-        path,
-        overlay_scene(probe_image, reference_image, verification, View(side_by_side, ridges, warp)),
-    )
+    view = View(side_by_side, ridges, warp)
+    suffix = Path(path).suffix.lower()
+    content = overlay_file(suffix, probe_image, reference_image, verification, view)
+    atomic_write_bytes(path, content)
 
 
 def check_overlay(path: str | os.PathLike[str]) -> None:
@@ -153,10 +153,10 @@ def check_overlay(path: str | os.PathLike[str]) -> None:
     check_writable(path, what="an overlay", suffixes=SUFFIXES)
 
 
-def save_scene(path: str | os.PathLike[str], scene: Scene) -> None:
-    """Write what `overlay_scene` returned; raise an OutputError as `check_overlay` does."""
+def save_scene(path: str | os.PathLike[str], scene: Scene, painted: NDArray[np.uint8]) -> None:
+    """Write a scene, which is painted already; raise an OutputError as `check_overlay` does."""
     check_overlay(path)
-    atomic_write_bytes(path, _content(Path(path).suffix.lower(), scene))
+    atomic_write_bytes(path, _content(Path(path).suffix.lower(), scene, painted))
 
 
 def overlay_file(
@@ -166,9 +166,9 @@ def overlay_file(
     return _content(suffix, overlay_scene(probe, reference, verification, view))
 
 
-def _content(suffix: str, scene: Scene) -> bytes:
+def _content(suffix: str, scene: Scene, painted: NDArray[np.uint8] | None = None) -> bytes:
     if suffix == ".png":
-        return png_bytes(paint(scene))
+        return png_bytes(paint(scene) if painted is None else painted)
     from fpmatch.drawing.scene.svg import svg_text  # noqa: PLC0415
 
     return svg_text(scene).encode()

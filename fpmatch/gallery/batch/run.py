@@ -138,7 +138,7 @@ class ComparisonTask:
     pairs: PairChunk
     probes: Mapping[int, bytes]
     references: Mapping[int, bytes]
-    names: tuple[Mapping[int, str], Mapping[int, str]] = ({}, {})  # of those of both sides
+    names: tuple[Mapping[int, str], Mapping[int, str]] = ({}, {})  # names of probes and references
 
 
 class BytesComparer(Comparer[bytes]):

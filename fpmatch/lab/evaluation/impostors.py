@@ -85,7 +85,7 @@ def gather_impostors(
 
 
 def _scores_of(chosen: Matcher, given: str, source: str | os.PathLike[str]) -> list[ScoresSet]:
-    """Return the sets of a file that a matcher scored; say why not those of the matcher given."""
+    """Return the sets of scores of a matcher; say why scores of the given one are refused."""
     sets = read_scores(source)
     if {one.matcher for one in sets} == {given} != {chosen.name}:
         raise DatasetError(

@@ -42,7 +42,7 @@ class PointMatch:
         Why there is no match; "" where there is one.
     equal_maps : int
         How many maps were found that fit equally well, where there are several; else 1. There is
-        no match then: which of them is the true one cannot be told.
+        no match then, since nothing shows which of them is the true one.
     """
 
     transform: Similarity | AffineTransform | None

@@ -50,7 +50,7 @@ OUTCOME: Final = np.dtype(
 class _ImpressionComparer(Comparer[tuple[int, int, int]]):
     """Compare impressions by side, database and number; `enrolled` as for `compare_sets`.
 
-    `images` are for a matcher that wants them, `names` those of the impressions.
+    `images` are for a matcher that needs them; `names` are the names of the impressions.
     """
 
     def __init__(

@@ -134,9 +134,9 @@ def nearest_two(point, ring_start, ring, first2, second2):
 
 @cython.locals(i=cython.Py_ssize_t, behind=cython.Py_ssize_t, longest=cython.Py_ssize_t)
 def unevenness(nearest2, density, alike, run):
-    """Return how far sorted squared distances of nearest points are from those of random points.
+    """Return the Kolmogorov-Smirnov statistic of nearest distances against random points, times √N.
 
-    It is the statistic of Kolmogorov and Smirnov times √N. ``run[0]`` receives the most distances
+    The distances are squared and sorted. ``run[0]`` receives the most distances
     that differ by less than the factor `alike`, squared.
     """
     n: cython.double = nearest2.shape[0]

@@ -89,7 +89,7 @@ def second_nearest(mesh: Triangulation, points: Floats) -> float:
 
 
 def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
-    """Return whether nearest points are as far apart as those of random points of a density.
+    """Return whether the nearest distances are distributed as in random points of a density.
 
     Then there is no need to look for rows, periods and crowds: they have too many equal distances,
     or too many short or long ones. Of few points it is not known.

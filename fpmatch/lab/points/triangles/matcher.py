@@ -87,7 +87,7 @@ def match_by_triangles(
 
     This is `fpmatch.match_points` with parameters. The search is fast where P is the smaller set.
     The tolerance is a quarter of the spacing of the larger set by default: 1/√density, or less
-    where the second nearest neighbours are nearer than those of random points. The search for the
+    where the second nearest distances are smaller than in random points. The search for the
     transform uses at most 0.6 of the mean spacing.
     """
     check_tolerance(tolerance)

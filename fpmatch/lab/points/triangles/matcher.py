@@ -39,8 +39,8 @@ from fpmatch.lab.points.triangles.search import (
     Proposals,
     Screening,
     SearchParameters,
-    Verification,
 )
+from fpmatch.lab.points.triangles.verification import Verification
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
 from fpmatch.pointset.geometry.similarity import Similarity

@@ -23,8 +23,9 @@ cpdef int local_rates(
     double t2, int[::1] near, double[::1] distance2, double[:, ::1] each, double[::1] rate,
 )
 cpdef int rival_moves(
-    double[:, ::1] p, CellGrid grid, int[::1] partner, Py_ssize_t i, Py_ssize_t best, double[:, ::1] q, const int[::1] q_ring_start,
-    const int[::1] q_ring, double[::1] move, double within, double[::1] apart, double[:, ::1] moves, int first,
+    double[:, ::1] p, CellGrid grid, int[::1] partner, Py_ssize_t i, Py_ssize_t best,
+    double[:, ::1] q, const int[::1] q_ring_start, const int[::1] q_ring, double[::1] move,
+    Py_ssize_t shifts, double within, double[::1] apart, double[:, ::1] moves, int first,
 )
 cpdef bint has_rival(
     double[:, ::1] p, CellGrid grid, double t2, double[::1] rate, double needed,

@@ -182,13 +182,14 @@ def local_rates(p, grid, move, partner, every, reach2, t2, near, distance2, each
     d=cython.int,
 )
 def rival_moves(
-    p, grid, partner, i, best, q, q_ring_start, q_ring, move, within, apart, moves, first,
+    p, grid, partner, i, best, q, q_ring_start, q_ring, move, shifts, within, apart, moves, first,
 ):  # fmt: skip
     """Write moves that compete with `move`, from row `first` of ``moves`` on; return how many.
 
-    The first is `move`, shifted from the partner of point i to that of the point `best`. The
-    others map these two points onto other edges of Q as long: lengths differ by less than
-    `within`; the most alike are written, at most as many as ``apart`` has entries.
+    The first are `move`, shifted from the partner of point i to its neighbours in Q, at most
+    `shifts`. The others map point i and the point `best` onto other edges of Q as long: lengths
+    differ by less than `within`; the most alike are written, at most as many as ``apart`` has
+    entries.
     """
     px, py = p[0, best] - p[0, i], p[1, best] - p[1, i]
     nearest2 = px * px + py * py
@@ -198,9 +199,13 @@ def rival_moves(
     length = sqrt(length2)
     least, most = length - within, length + within
     least2, most2 = least * least if least > 0.0 else 0.0, most * most
-    moves[first, 0], moves[first, 1] = move[0], move[1]
-    moves[first, 2], moves[first, 3] = move[2] + dx, move[3] + dy
-    first += 1
+    begin = first
+    for e in range(q_ring_start[a], min(q_ring_start[a] + shifts, q_ring_start[a + 1])):
+        d = q_ring[e]
+        moves[first, 0], moves[first, 1] = move[0], move[1]
+        moves[first, 2] = move[2] + q[0, d] - q[0, a]
+        moves[first, 3] = move[3] + q[1, d] - q[1, a]
+        first += 1
     kept = 0
     for c in range(q.shape[1]):
         for e in range(q_ring_start[c], q_ring_start[c + 1]):
@@ -225,7 +230,7 @@ def rival_moves(
             moves[first + k, 0], moves[first + k, 1] = u, v
             moves[first + k, 2] = q[0, c] - u * p[0, i] + v * p[1, i]
             moves[first + k, 3] = q[1, c] - v * p[0, i] - u * p[1, i]
-    return kept + 1
+    return first + kept - begin
 
 
 @cython.locals(i=cython.Py_ssize_t, k=cython.Py_ssize_t, inside=cython.int)

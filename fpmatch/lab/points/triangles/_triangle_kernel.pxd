@@ -16,4 +16,4 @@ cpdef void nearest_two(
     double[:, ::1] point, const int[::1] ring_start, const int[::1] ring, double[::1] first2,
     double[::1] second2,
 )
-cpdef double unevenness(double[::1] nearest2, double density, double alike, long[::1] run)
+cpdef Py_ssize_t longest_run(double[::1] ordered, double alike)

@@ -8,9 +8,9 @@ A triangle's shape is the complex number z of its third corner where its longest
 import cython
 
 if cython.compiled:
-    from cython.cimports.libc.math import exp, expm1, sqrt
+    from cython.cimports.libc.math import exp, sqrt
 else:
-    from math import exp, expm1, sqrt
+    from math import exp, sqrt
 
 COMPILED = cython.compiled
 
@@ -133,20 +133,11 @@ def nearest_two(point, ring_start, ring, first2, second2):
 
 
 @cython.locals(i=cython.Py_ssize_t, behind=cython.Py_ssize_t, longest=cython.Py_ssize_t)
-def unevenness(nearest2, density, alike, run):
-    """Return the Kolmogorov-Smirnov statistic of nearest distances against random points, times √N.
-
-    The distances are squared and sorted. ``run[0]`` receives the most distances
-    that differ by less than the factor `alike`, squared.
-    """
-    n: cython.double = nearest2.shape[0]
-    largest = 0.0
+def longest_run(ordered, alike):
+    """Return how many of sorted values differ by less than the factor `alike`, at most."""
     behind = longest = 0
-    for i in range(nearest2.shape[0]):
-        share = -expm1(-3.141592653589793 * density * nearest2[i])
-        largest = max(largest, share - i / n, (i + 1) / n - share)
-        while nearest2[behind] * alike < nearest2[i]:
+    for i in range(ordered.shape[0]):
+        while ordered[behind] * alike < ordered[i]:
             behind += 1
         longest = max(longest, i + 1 - behind)
-    run[0] = longest
-    return largest * sqrt(n)
+    return longest

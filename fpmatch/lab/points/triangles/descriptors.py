@@ -28,7 +28,12 @@ _MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a
 _ALIKE: Final = 1.005  # squared distances of a run
 _RUN: Final = 8  # of random points there are fewer,
 _RUN_SHARE: Final = 0.004  # and this share of them more
-_UNEVEN: Final = 2.3  # of one in thousands of random sets
+_SHARES: Final = (0.25, 0.5, 0.75, 0.9)
+_LOG_MIDDLE: Final = 1.5725  # ln(ln(1 - .75) / ln(1 - .25)): squared distances are exponential
+_LOG_UPPER: Final = 1.2006  # ln(ln(1 - .9) / ln(1 - .5))
+_MIDDLE: Final = (-5.5, 7.0)  # deviations times the root of the number: of one in 100 random sets
+_UPPER: Final = (-4.5, 6.0)
+_CROWDED: Final = 1.2
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
 
 
@@ -79,29 +84,33 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
 
 
-def second_nearest(mesh: Triangulation, points: Floats) -> float:
-    """Return the median distance of a point to its second nearest neighbour in the mesh."""
+def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
+    """Return the squared distances (N,) of each point to its two nearest neighbours in the mesh."""
     first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
     kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)
-    middle = len(second2) // 2
-    second2.partition(middle)
-    return math.sqrt(float(second2[middle]))
+    return first2, second2
 
 
-def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
-    """Return whether the nearest distances are distributed as in random points of a density.
+def is_even(nearest2: Floats, crowding: float) -> bool:
+    """Return whether squared nearest distances (N,) are distributed as those of random points.
 
     Then there is no need to look for rows, periods and crowds: they have too many equal distances,
-    or too many short or long ones. Of few points it is not known.
+    or too many short or long ones. `crowding` is the density by that over the convex hull. Of few
+    points it is not known.
     """
-    if len(mesh) < FEW:
+    n = len(nearest2)
+    if n < FEW or crowding > _CROWDED:
         return False
-    first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
-    kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)
-    first2.sort()
-    run = np.empty(1, np.int_)
-    uneven = kernel.unevenness(first2, density, _ALIKE, run)
-    return bool(uneven < _UNEVEN and run[0] < _RUN + _RUN_SHARE * len(mesh))
+    ordered = np.sort(nearest2)
+    quarter, half, most, nearly_all = (float(ordered[int(share * n)]) for share in _SHARES)
+    if quarter <= 0.0:
+        return False
+    root = math.sqrt(n)
+    middle = root * (math.log(most / quarter) - _LOG_MIDDLE)
+    upper = root * (math.log(nearly_all / half) - _LOG_UPPER)
+    if not (_MIDDLE[0] < middle < _MIDDLE[1] and _UPPER[0] < upper < _UPPER[1]):
+        return False
+    return bool(kernel.longest_run(ordered, _ALIKE) < _RUN + _RUN_SHARE * n)
 
 
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
-from fpmatch.lab.points.triangles.descriptors import density_of, second_nearest
+from fpmatch.lab.points.triangles.descriptors import density_of, nearest_two
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
 from fpmatch.pointset.geometry.points import is_finite, points_in_box, sort_into_cells
@@ -64,6 +64,7 @@ class Target:
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area
     spacing: float  # 1/√density, or less where most points lie closer
+    nearest2: Floats  # (N,): squared distance of each point to its nearest
     rate: Floats  # (REACHES,): of partners by chance, at the tolerance, half of it and so on
     pairing_tolerance: float  # largest distance of a pair in the result
     tolerance: float  # and in the search, which is never wider than is of use
@@ -79,8 +80,11 @@ class Target:
         points = np.array(given.mesh.points.T, order="C")
         density = density_of(given.mesh, points)
         spacing = 1.0 / math.sqrt(density)
+        nearest2, second2 = nearest_two(given.mesh, points)
         if tolerance is None:
-            spacing = min(spacing, second_nearest(given.mesh, points) / _SECOND_NEAREST)
+            second2.partition(len(second2) // 2)
+            second = math.sqrt(float(second2[len(second2) // 2]))
+            spacing = min(spacing, second / _SECOND_NEAREST)
             pairing = _TOLERANCE * spacing
         else:
             pairing = math.ldexp(tolerance, -given.frame.exponent)
@@ -91,7 +95,7 @@ class Target:
         grid.split_crowds()
         rate = np.empty(REACHES)
         overlay.uniform_rates(density, t * t, rate)
-        return cls(points, density, spacing, rate, pairing, t, grid)
+        return cls(points, density, spacing, nearest2, rate, pairing, t, grid)
 
 
 def check_tolerance(tolerance: float | None) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
-from fpmatch.lab.points.triangles.descriptors import is_even
+from fpmatch.lab.points.triangles.descriptors import density_over_hull, is_even
 from fpmatch.lab.points.triangles.given_set import REACHES
 from fpmatch.lab.points.triangles.search import SAMPLE
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _AROUND: Final = 8  # points that tell the density at a place,
 _REACH: Final = 2.5  # within so many spacings
 _BASES: Final = 4  # points whose nearest neighbours are mapped to other edges,
+_SHIFTS: Final = 8
 _MOVES: Final = 3  # to so many each, when rivals are sought
 _MANY_MOVES: Final = 256  # and where there are any
 _PAIRED: Final = 32  # pairs, at most, that a rival is tried on at first
@@ -77,17 +78,12 @@ class Verification:
             return Verdict(chance)
         target, grid = self._target, self._target.grid
         if self.is_even is None:
-            self.is_even = is_even(self._mesh_q, target.points, target.density)
+            over_hull = density_over_hull(self._mesh_q, target.points)
+            self.is_even = is_even(target.nearest2, target.density / over_hull)
         if self.is_even:
             return Verdict(chance)
         every = -(-len(partner) // SAMPLE)
-        each, rate = np.empty((REACHES, -(-len(partner) // every))), np.empty(REACHES)
-        near, apart2 = np.empty(_AROUND + 1, np.int32), np.empty(_AROUND + 1)
-        reach2 = (_REACH * target.spacing) ** 2
-        count = overlay.local_rates(
-            *(self._points, grid, move, partner, every, reach2, self._t2),
-            *(near, apart2, each, rate),
-        )
+        rate = self._local_rates(self._points, move, partner, every)[1]
         chance = log_tests + float(overlay.log_chance(partner, distance2, inside, self._t2, rate))
         if chance >= log_max:
             return Verdict(chance)
@@ -95,15 +91,31 @@ class Verification:
         moves, _ = self._moves(move, partner, paired, _MOVES)
         some = paired[:: -(-len(paired) // _PAIRED)]
         known = partner[some]
-        needed = _OF_RIVAL - math.log(max(1, len(moves)))
         room = np.full(len(some), -1, np.int32), np.empty(len(some)), self._visits
         sample = np.ascontiguousarray(self._points[:, some])
         self._owner[:] = -1
         if not overlay.has_rival(
-            sample, grid, self._t2, rate, needed, moves, known, self._owner, *room
+            sample, grid, self._t2, rate, _OF_RIVAL, moves, known, self._owner, *room
         ):
             return Verdict(chance)
-        return self._against_rivals(move, partner, paired, (each[:, :count], rate), chance)
+        return self._against_rivals(move, partner, paired, rate, chance)
+
+    def _local_rates(
+        self,
+        points: NDArray[np.float64],
+        move: NDArray[np.float64],
+        partner: NDArray[np.int32],
+        every: int,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the chance of a partner of each point inside, (REACHES, inside), and the means."""
+        each, rate = np.empty((REACHES, -(-len(partner) // every))), np.empty(REACHES)
+        near, apart2 = np.empty(_AROUND + 1, np.int32), np.empty(_AROUND + 1)
+        reach2 = (_REACH * self._target.spacing) ** 2
+        count = overlay.local_rates(
+            *(points, self._target.grid, move, partner, every, reach2, self._t2),
+            *(near, apart2, each, rate),
+        )
+        return each[:, :count], rate
 
     def _moves(
         self,
@@ -113,14 +125,14 @@ class Verification:
         most: int,
     ) -> tuple[NDArray[np.float64], int]:
         """Return moves of some paired points and neighbours onto other edges, most of one."""
-        moves, first, largest = np.empty((_BASES * (most + 1), 4)), 0, 0
+        moves, first, largest = np.empty((_BASES * (most + _SHIFTS), 4)), 0, 0
         apart, target = np.empty(most), self._target
         bases = paired[:: -(-len(paired) // _BASES)]
         for i, beside in zip(bases, self._beside(self._points, partner)[bases], strict=True):
             count = overlay.rival_moves(
                 *(self._points, target.grid, partner, i, beside, target.points),
                 *(self._mesh_q.ring_start, self._mesh_q.ring),
-                *(move, _ALIKE * target.tolerance, apart, moves, first),
+                *(move, _SHIFTS, _ALIKE * target.tolerance, apart, moves, first),
             )
             first, largest = first + count, max(largest, count)
         return moves[:first], largest
@@ -130,17 +142,16 @@ class Verification:
         move: NDArray[np.float64],
         partner: NDArray[np.int32],
         paired: NDArray[np.intp],
-        local: tuple[NDArray[np.float64], NDArray[np.float64]],
+        rate: NDArray[np.float64],
         chance: float,
     ) -> Verdict:
         """Return the verdict on a move that has rivals.
 
         A rival that pairs a point's neighbour, and the point too, explains the point.
         """
-        each, rate = local
         every = -(-len(partner) // SAMPLE)
-        points = np.ascontiguousarray(self._points[:, ::every])
-        ours = self._overlay(points, move.copy(), rate)
+        points, own = np.ascontiguousarray(self._points[:, ::every]), move.copy()
+        ours = self._overlay(points, own, rate)
         if ours is None:
             return Verdict(chance)
         value, mine, apart2, is_inside = ours
@@ -151,7 +162,7 @@ class Verification:
             if self._proposals.at_limit:
                 break
             overlaid = self._overlay(points, other, rate)
-            if overlaid is None or overlaid[0] + math.log(len(moves)) >= _OF_RIVAL:
+            if overlaid is None or overlaid[0] >= _OF_RIVAL:
                 continue
             theirs = overlaid[1]
             pairs = int(np.count_nonzero(theirs >= 0))
@@ -172,6 +183,7 @@ class Verification:
             return Verdict(0.0, 1 + equal, has_rivals=True)
         theirs2 = np.array([rival[2] for rival in best])
         beside = self._beside(points, mine)
+        each = self._local_rates(points, own, mine, 1)[0]
         hit, apart2 = (mine >= 0)[is_inside], apart2[is_inside]
         least = 0.0
         for part in range(REACHES):

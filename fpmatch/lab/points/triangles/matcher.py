@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -135,11 +136,12 @@ class _Search:
         self.p = np.array(p.mesh.points.T, order="C")
         self.density_p = density_over_hull(p.mesh, self.p)
         self.move = np.empty(4)
-        self.log_chance = math.inf
+        self.log_chance = self.log_uniform = math.inf
         self.proposals = Proposals(parameters, len(p.mesh), len(q.mesh))
         self.screening = Screening(self.p, target, self.proposals)
         self.verification = Verification(q, self.p, target, self.proposals)
         self.equal_maps, self.refuted = 1, 0
+        self.maps: list[tuple[float, Ints]] = []
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
@@ -199,16 +201,34 @@ class _Search:
                 self.refuted += 1
                 if self.refuted == _MOST_REFUTED:
                     proposals.end_after(0)
-            if verdict.log_chance < min(self.log_chance, log_max):
-                self.log_chance, self.move = verdict.log_chance, move.copy()
-                paired = partner >= 0
-                if np.count_nonzero(paired) >= sufficient and (
-                    not (verdict.has_rivals or len(self.mesh_q) < FEW)
-                    or distance2[paired].mean() < _EXACT * t2
-                ):
+            if verdict.log_uniform < log_max / 2 and not self.verification.is_even:
+                self.maps.append((verdict.log_uniform, partner.copy()))
+            if verdict.log_uniform < min(self.log_uniform, log_max):
+                self.log_uniform, self.log_chance = verdict.log_uniform, verdict.log_chance
+                self.move = move.copy()
+                if self.log_chance >= log_max:
+                    continue
+                pairs = np.count_nonzero(partner >= 0)
+                is_exact = pairs == m and distance2.mean() < _EXACT * t2
+                if is_exact or (self.verification.is_even and pairs >= sufficient):
                     return True
                 proposals.end_after(given.extra_proposals)
-        return self.log_chance < log_max
+        return self.log_chance < log_max and not self._is_ambiguous(log_max)
+
+    def _is_ambiguous(self, log_max: float) -> bool:
+        """Return whether another map has nearly the evidence of the best; count these.
+
+        At most one is true, so that structure alone gives the evidence of the others.
+        """
+        self.maps = [one for one in self.maps if one[0] + log_max < self.log_uniform]
+        others: list[Ints] = [min(self.maps, key=itemgetter(0))[1]] if self.maps else []
+        for _, partner in self.maps:
+            paired = partner >= 0
+            common = (np.count_nonzero(paired & (partner == other)) for other in others)
+            if all(2 * number < np.count_nonzero(paired) for number in common):
+                others.append(partner)
+        self.equal_maps = max(self.equal_maps, len(others))
+        return len(others) > 1
 
     def _arguments(
         self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, shortest: float, fit: Floats

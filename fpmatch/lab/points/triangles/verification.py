@@ -35,6 +35,7 @@ class Verdict(NamedTuple):
     """How likely a map is by chance, and how many maps are as good."""
 
     log_chance: float
+    log_uniform: float  # the same, without what competing maps pair
     equal_maps: int = 1
     better: NDArray[np.float64] | None = None  # a map that pairs more
     has_rivals: bool = False
@@ -75,18 +76,18 @@ class Verification:
             overlay.log_chance(partner, distance2, inside, self._t2, self._target.rate)
         )
         if chance >= 0.0:
-            return Verdict(chance)
+            return Verdict(chance, chance)
         target, grid = self._target, self._target.grid
         if self.is_even is None:
             over_hull = density_over_hull(self._mesh_q, target.points)
             self.is_even = is_even(target.nearest2, target.density / over_hull)
         if self.is_even:
-            return Verdict(chance)
+            return Verdict(chance, chance)
         every = -(-len(partner) // SAMPLE)
         rate = self._local_rates(self._points, move, partner, every)[1]
         chance = log_tests + float(overlay.log_chance(partner, distance2, inside, self._t2, rate))
         if chance >= log_max:
-            return Verdict(chance)
+            return Verdict(chance, chance)
         paired = (partner >= 0).nonzero()[0]
         moves, _ = self._moves(move, partner, paired, _MOVES)
         some = paired[:: -(-len(paired) // _PAIRED)]
@@ -97,7 +98,7 @@ class Verification:
         if not overlay.has_rival(
             sample, grid, self._t2, rate, _OF_RIVAL, moves, known, self._owner, *room
         ):
-            return Verdict(chance)
+            return Verdict(chance, chance)
         return self._against_rivals(move, partner, paired, rate, chance)
 
     def _local_rates(
@@ -153,7 +154,7 @@ class Verification:
         points, own = np.ascontiguousarray(self._points[:, ::every]), move.copy()
         ours = self._overlay(points, own, rate)
         if ours is None:
-            return Verdict(chance)
+            return Verdict(chance, chance)
         value, mine, apart2, is_inside = ours
         moves, alike = self._moves(move, partner, paired, _MANY_MOVES)
         rivals: dict[bytes, tuple[float, int, NDArray[np.float64], NDArray[np.float64]]] = {}
@@ -174,13 +175,13 @@ class Verification:
                     other,
                 )
         if not rivals:
-            return Verdict(chance)
+            return Verdict(chance, chance)
         best = sorted(rivals.values(), key=lambda rival: rival[0])
         if best[0][1] > number and best[0][0] < value - 1:
-            return Verdict(0.0, 1, best[0][3], has_rivals=True)
+            return Verdict(0.0, chance, 1, best[0][3], has_rivals=True)
         equal = sum(bool(pairs >= number and v <= _AS_GOOD * value) for v, pairs, *_ in best)
         if equal:
-            return Verdict(0.0, 1 + equal, has_rivals=True)
+            return Verdict(0.0, chance, 1 + equal, has_rivals=True)
         theirs2 = np.array([rival[2] for rival in best])
         beside = self._beside(points, mine)
         each = self._local_rates(points, own, mine, 1)[0]
@@ -194,7 +195,7 @@ class Verification:
             shares = (both / np.maximum(1, within[:, beside].sum(axis=0)))[is_inside]
             least = min(least, _log_tail(np.maximum(each[part], shares), hits))
         of_structure = math.log(REACHES * 2 * max(1, alike)) + every * least
-        return Verdict(max(chance, of_structure), has_rivals=True)
+        return Verdict(max(chance, of_structure), chance, has_rivals=True)
 
     @staticmethod
     def _beside(points: NDArray[np.float64], mine: NDArray[np.int32]) -> NDArray[np.intp]:

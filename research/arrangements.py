@@ -169,6 +169,23 @@ def _gauss(rng: np.random.Generator) -> Floats:
     return rng.normal(0, 5, (200, 2))
 
 
+def _stars(rng: np.random.Generator) -> Floats:
+    """Return a field of stars with an open cluster in it."""
+    cluster = rng.normal(0, 8, (30, 2)) + rng.uniform(50, 250, 2)
+    return np.vstack([rng.uniform(0, 300, (60, 2)), cluster])
+
+
+def _comb(rng: np.random.Generator) -> Floats:
+    """Return six repeats of five points, and five others."""
+    part, shifts = rng.uniform(0, 60, (5, 2)), np.column_stack([60.0 * np.arange(6), np.zeros(6)])
+    repeats = (part + shifts[:, None]).reshape(-1, 2)
+    return np.vstack([repeats, rng.uniform(0, 1, (5, 2)) * [360, 70]])
+
+
+def _full_grid(rng: np.random.Generator) -> Floats:
+    return np.vstack([10.0 * _lattice(rng, 49), rng.uniform(0, 70, (6, 2))])
+
+
 def _dense_core(rng: np.random.Generator) -> Floats:
     return np.vstack([rng.normal(0, 5, (300, 2)), rng.uniform(-SIDE, SIDE, (60, 2))])
 
@@ -204,6 +221,9 @@ COPIED: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
     "cross": _cross,
     "clock": _clock,
     "dense core": _dense_core,
+    "stars": _stars,
+    "repeats and 5 points": _comb,
+    "grid and 6 points": _full_grid,
 }
 """Sets whose copies are to be matched, by kind."""
 
@@ -222,6 +242,8 @@ INDEPENDENT: Final[Mapping[str, Callable[[np.random.Generator], Floats]]] = {
     "points of one course": _one_course,
     "common clock": _clock,
     "common cross": _cross,
+    "stars": _stars,
+    "common grid and 6 points": _full_grid,
 }
 """Sets of which two are independent but for the structure that the kind has, which is no match."""
 

@@ -26,14 +26,17 @@ _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
 _MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
 _ALIKE: Final = 1.005  # squared distances of a run
-_RUN: Final = 8  # of random points there are fewer,
-_RUN_SHARE: Final = 0.004  # and this share of them more
+_RUN: Final = (
+    6.0  # and this share of all, with six deviations: longer ones are not of random points
+)
+_RUN_SHARE: Final = 0.0018
 _SHARES: Final = (0.25, 0.5, 0.75, 0.9)
 _LOG_MIDDLE: Final = 1.5725  # ln(ln(1 - .75) / ln(1 - .25)): squared distances are exponential
 _LOG_UPPER: Final = 1.2006  # ln(ln(1 - .9) / ln(1 - .5))
-_MIDDLE: Final = (-5.5, 7.0)  # deviations times the root of the number: of one in 100 random sets
-_UPPER: Final = (-4.5, 6.0)
-_CROWDED: Final = 1.2
+_MIDDLE: Final = (-7.0, 9.5)  # times the root of the number: beyond is one in 1,000 random sets
+_UPPER: Final = (-5.5, 7.5)
+_CROWDED: Final = 0.2  # more than over the hull,
+_CROWDED_FEW: Final = 2.5  # or so much by the root of the number
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
 
 
@@ -91,26 +94,29 @@ def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
     return first2, second2
 
 
-def is_even(nearest2: Floats, crowding: float) -> bool:
-    """Return whether squared nearest distances (N,) are distributed as those of random points.
+def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
+    """Return whether nearest distances are distributed as those of random points of a density.
 
     Then there is no need to look for rows, periods and crowds: they have too many equal distances,
-    or too many short or long ones. `crowding` is the density by that over the convex hull. Of few
-    points it is not known.
+    or too many short or long ones. Of few points it is not known.
     """
-    n = len(nearest2)
-    if n < FEW or crowding > _CROWDED:
+    n = len(mesh)
+    root = math.sqrt(n)
+    if n < FEW or density > (1.0 + max(_CROWDED, _CROWDED_FEW / root)) * density_over_hull(
+        mesh, points
+    ):
         return False
-    ordered = np.sort(nearest2)
+    ordered = nearest_two(mesh, points)[0]
+    ordered.sort()
     quarter, half, most, nearly_all = (float(ordered[int(share * n)]) for share in _SHARES)
     if quarter <= 0.0:
         return False
-    root = math.sqrt(n)
     middle = root * (math.log(most / quarter) - _LOG_MIDDLE)
     upper = root * (math.log(nearly_all / half) - _LOG_UPPER)
     if not (_MIDDLE[0] < middle < _MIDDLE[1] and _UPPER[0] < upper < _UPPER[1]):
         return False
-    return bool(kernel.longest_run(ordered, _ALIKE) < _RUN + _RUN_SHARE * n)
+    usual = _RUN_SHARE * n
+    return bool(kernel.longest_run(ordered, _ALIKE) < _RUN + usual + 6 * math.sqrt(usual))
 
 
 def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -57,14 +57,12 @@ class GivenSet:
         return len(self.given)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Target:
+class Target(NamedTuple):
     """The set that another is overlaid on, and how near a pair must be."""
 
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area
     spacing: float  # 1/√density, or less where most points lie closer
-    nearest2: Floats  # (N,): squared distance of each point to its nearest
     rate: Floats  # (REACHES,): of partners by chance, at the tolerance, half of it and so on
     pairing_tolerance: float  # largest distance of a pair in the result
     tolerance: float  # and in the search, which is never wider than is of use
@@ -80,8 +78,8 @@ class Target:
         points = np.array(given.mesh.points.T, order="C")
         density = density_of(given.mesh, points)
         spacing = 1.0 / math.sqrt(density)
-        nearest2, second2 = nearest_two(given.mesh, points)
         if tolerance is None:
+            second2 = nearest_two(given.mesh, points)[1]
             second2.partition(len(second2) // 2)
             second = math.sqrt(float(second2[len(second2) // 2]))
             spacing = min(spacing, second / _SECOND_NEAREST)
@@ -95,7 +93,7 @@ class Target:
         grid.split_crowds()
         rate = np.empty(REACHES)
         overlay.uniform_rates(density, t * t, rate)
-        return cls(points, density, spacing, nearest2, rate, pairing, t, grid)
+        return cls(points, density, spacing, rate, pairing, t, grid)
 
 
 def check_tolerance(tolerance: float | None) -> None:

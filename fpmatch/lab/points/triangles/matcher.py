@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import partial
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -25,7 +24,6 @@ from fpmatch.lab.points.triangles import _overlay_kernel as overlay
 from fpmatch.lab.points.triangles._partner_fit_kernel import fit_partners
 from fpmatch.lab.points.triangles._proposal_kernel import SimilarityTest, propose
 from fpmatch.lab.points.triangles.descriptors import (
-    FEW,
     TriangleDescriptors,
     density_over_hull,
     describe_all,
@@ -41,7 +39,7 @@ from fpmatch.lab.points.triangles.search import (
     Screening,
     SearchParameters,
 )
-from fpmatch.lab.points.triangles.verification import Verification
+from fpmatch.lab.points.triangles.verification import Verdict, Verification
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.point_match import PointMatch, too_few
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -141,7 +139,7 @@ class _Search:
         self.screening = Screening(self.p, target, self.proposals)
         self.verification = Verification(q, self.p, target, self.proposals)
         self.equal_maps, self.refuted = 1, 0
-        self.maps: list[tuple[float, Ints]] = []
+        self.verdicts: dict[bytes, Verdict] = {}  # by the partners of P's points
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
@@ -188,9 +186,12 @@ class _Search:
                 )
                 if inside < 0:
                     break
-                verdict = self.verification.judge(
-                    move, partner, distance2, inside, log_tests, log_max
-                )
+                key = partner.tobytes()
+                if key not in self.verdicts:
+                    self.verdicts[key] = self.verification.judge(
+                        move, partner, distance2, inside, log_tests, log_max
+                    )
+                verdict = self.verdicts[key]
                 if verdict.better is None:
                     break
                 move[:] = verdict.better
@@ -201,8 +202,6 @@ class _Search:
                 self.refuted += 1
                 if self.refuted == _MOST_REFUTED:
                     proposals.end_after(0)
-            if verdict.log_uniform < log_max / 2 and not self.verification.is_even:
-                self.maps.append((verdict.log_uniform, partner.copy()))
             if verdict.log_uniform < min(self.log_uniform, log_max):
                 self.log_uniform, self.log_chance = verdict.log_uniform, verdict.log_chance
                 self.move = move.copy()
@@ -220,9 +219,11 @@ class _Search:
 
         At most one is true, so that structure alone gives the evidence of the others.
         """
-        self.maps = [one for one in self.maps if one[0] + log_max < self.log_uniform]
-        others: list[Ints] = [min(self.maps, key=itemgetter(0))[1]] if self.maps else []
-        for _, partner in self.maps:
+        most = min(log_max / 2, self.log_uniform - log_max)
+        near = (item for item in self.verdicts.items() if item[1].log_uniform < most)
+        others: list[Ints] = []
+        for key, _ in sorted(near, key=lambda item: item[1].log_uniform):
+            partner = np.frombuffer(key, np.int32)
             paired = partner >= 0
             common = (np.count_nonzero(paired & (partner == other)) for other in others)
             if all(2 * number < np.count_nonzero(paired) for number in common):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
@@ -159,11 +160,7 @@ class Screening:
 
     def __init__(self, points: NDArray[np.float64], target: Target, proposals: Proposals) -> None:
         self._every = int(-(-points.shape[1] // SAMPLE))
-        self._points = np.ascontiguousarray(points[:, :: self._every])
-        self._target, self._proposals = target, proposals
-        self._owner = np.full(len(target.grid.order), -1, np.int32)
-        self._partner = np.full(self._points.shape[1], -1, np.int32)
-        self._distance2 = np.empty(self._points.shape[1])
+        self._points, self._target, self._proposals = points, target, proposals
         self._unscreened = max(_UNSCREENED, _UNSCREENED_POINTS // points.shape[1])
 
     def rejects(self, move: NDArray[np.float64], needed: float) -> bool:
@@ -188,14 +185,23 @@ class Screening:
             log_chance = min(log_chance, self._log_chance(beside, self._target.tolerance**2 / 2))
         return _CROWDING * self._every * log_chance
 
+    @cached_property
+    def _room(self) -> tuple[NDArray[Any], ...]:
+        """The sample (2, n), and room for the owners, the partners and their distances."""
+        sample = np.ascontiguousarray(self._points[:, :: self._every])
+        owner = np.full(len(self._target.grid.order), -1, np.int32)
+        n = sample.shape[1]
+        return sample, owner, np.full(n, -1, np.int32), np.empty(n)
+
     def _log_chance(self, move: NDArray[np.float64], t2: float) -> float:
         """Return the log chance of the sample's pairs under a move, infinite for next to none."""
+        sample, owner, partner, distance2 = self._room
         inside = overlay.refine(
-            *(self._points, self._target.grid, t2, 1, self._owner, self._partner),
-            *(self._distance2, self._proposals.visits, move.copy()),
+            *(sample, self._target.grid, t2, 1, owner, partner),
+            *(distance2, self._proposals.visits, move.copy()),
         )
         if inside < 0:
             return math.inf
-        arrays, determined = (self._partner, self._distance2, inside), len(move) // 2
+        arrays, determined = (partner, distance2, inside), len(move) // 2
         t2 = self._target.tolerance**2
         return float(overlay.log_chance(*arrays, t2, self._target.rate, determined))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
-from fpmatch.lab.points.triangles.descriptors import density_over_hull, is_even
+from fpmatch.lab.points.triangles.descriptors import is_even
 from fpmatch.lab.points.triangles.given_set import REACHES
 from fpmatch.lab.points.triangles.search import SAMPLE
 
@@ -58,7 +58,7 @@ class Verification:
     ):
         self._mesh_q, self._points, self._target = q.mesh, points, target
         self._t2 = target.tolerance**2
-        self._owner = np.full(len(q), -1, np.int32)
+        self._owner = np.empty(0, np.int32)
         self.is_even: bool | None = None
         self._proposals, self._visits = proposals, proposals.visits
 
@@ -79,8 +79,7 @@ class Verification:
             return Verdict(chance, chance)
         target, grid = self._target, self._target.grid
         if self.is_even is None:
-            over_hull = density_over_hull(self._mesh_q, target.points)
-            self.is_even = is_even(target.nearest2, target.density / over_hull)
+            self.is_even = is_even(self._mesh_q, target.points, target.density)
         if self.is_even:
             return Verdict(chance, chance)
         every = -(-len(partner) // SAMPLE)
@@ -94,7 +93,7 @@ class Verification:
         known = partner[some]
         room = np.full(len(some), -1, np.int32), np.empty(len(some)), self._visits
         sample = np.ascontiguousarray(self._points[:, some])
-        self._owner[:] = -1
+        self._owner = np.full(len(self._mesh_q), -1, np.int32)
         if not overlay.has_rival(
             sample, grid, self._t2, rate, _OF_RIVAL, moves, known, self._owner, *room
         ):

@@ -14,11 +14,12 @@ from fpmatch.lab.points.triangles.descriptors import (
     describe_all,
     describe_large,
     is_even,
+    nearest_two,
     ring_triangles,
-    second_nearest,
     sort_by_shape,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate
+from research.arrangements import INDEPENDENT
 
 clouds = crowded_pixels | seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 9, (20, 2)))
 
@@ -164,21 +165,30 @@ def test_distances_of_nearest_points_tell_even_sets_from_rows_and_crowds(seed):
     for points, expected in ((even, True), (crowd, False), (row, False)):
         mesh = triangulate(points)
         columns = np.array(mesh.points.T, order="C")
-        first, second = np.empty(len(mesh)), np.empty(len(mesh))
-        kernel.nearest_two(columns, mesh.ring_start, mesh.ring, first, second)
+        first, second = nearest_two(mesh, columns)
         squared = ((points[:, None] - points) ** 2).sum(axis=2)
         squared[np.diag_indices(len(points))] = np.inf
         assert first == pytest.approx(squared.min(axis=1))
-        assert second_nearest(mesh, columns) >= np.sqrt(np.median(first))
-        density = density_of(mesh, columns)
+        assert (first <= second).all()
         first.sort()
-        run = np.empty(1, np.int_)
-        found = kernel.unevenness(first, density, 1.005, run)
-        share = -np.expm1(-np.pi * density * first)
-        at = np.arange(len(first)) / len(first)
-        farthest = max((share - at).max(), (at + 1 / len(first) - share).max())
-        assert found == pytest.approx(farthest * np.sqrt(len(first)))
         after = (first <= 1.005 * first[:, None]) & (first >= first[:, None])
-        assert run[0] >= after.sum(axis=1).max()
-        assert is_even(mesh, columns, density) or not expected or found > 2 or run[0] > 8
-        assert expected or not is_even(mesh, columns, density)
+        assert kernel.longest_run(first, 1.005) == pytest.approx(after.sum(axis=1).max(), abs=1)
+        assert expected or not is_even(mesh, columns, density_of(mesh, columns))
+
+
+@pytest.mark.parametrize("n", [64, 100, 200, 800])
+def test_random_points_are_even_but_for_one_set_in_a_hundred(n):
+    even = 0
+    for seed in range(200):
+        mesh = triangulate(np.random.default_rng(seed).uniform(0, 10, (n, 2)))
+        columns = np.array(mesh.points.T, order="C")
+        even += is_even(mesh, columns, density_of(mesh, columns))
+    assert even >= 196
+
+
+@pytest.mark.parametrize("kind", sorted(set(INDEPENDENT) - {"uniform"}))
+def test_sets_with_structure_are_not_even(kind):
+    for seed in range(20):
+        mesh = triangulate(INDEPENDENT[kind](np.random.default_rng(seed)))
+        columns = np.array(mesh.points.T, order="C")
+        assert not is_even(mesh, columns, density_of(mesh, columns))

@@ -223,14 +223,19 @@ def test_rivals_of_a_row_shift_it_along_itself():
     points = np.array(mesh.points.T, order="C")
     grid, t = grid_of(points, 0.5, 1.0), 0.2
     partner = np.asarray(grid.order).argsort().astype(np.int32)
-    moves, apart = np.empty((31, 4)), np.empty(30)
+    moves, apart = np.empty((38, 4)), np.empty(30)
     rings = points, mesh.ring_start, mesh.ring
-    rest = *rings, as_move(STAY), 0.1, apart, moves, 0
+    rest = *rings, as_move(STAY), 8, 0.1, apart, moves, 0
     count = kernel.rival_moves(points, grid, partner, 4, 5, *rest)
-    assert count == 1 + 2 * 11 - 1  # the shift, and all steps of the row but the known one
-    assert np.abs(moves[:count, 0]) == pytest.approx(1)
-    assert moves[:count, [1, 3]] == pytest.approx(0, abs=1e-12)
-    assert (apart[: count - 1] == 0).all()
+    shifts = mesh.ring_start[5] - mesh.ring_start[4]
+    assert shifts == 3  # to both neighbours in the row, and to the point beside it
+    steps = moves[shifts:count]
+    assert len(steps) == 2 * 11 - 1  # all steps of the row but the known one
+    assert moves[:shifts, :2].tolist() == [[1.0, 0.0]] * shifts
+    assert sorted(moves[:shifts, 2]) == pytest.approx([-1.0, 1.0, 1.5])
+    assert np.abs(steps[:, 0]) == pytest.approx(1)
+    assert steps[:, [1, 3]] == pytest.approx(0, abs=1e-12)
+    assert (apart[: len(steps)] == 0).all()
     room = np.full(13, -1, np.int32), np.full(13, -1, np.int32), np.empty(13)
     arguments = points, grid, t * t, uniform_rate(t), -7.0
     rest = partner, *room, np.zeros(1, np.int64)

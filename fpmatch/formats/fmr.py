@@ -77,6 +77,7 @@ class RecordReader(ByteReader):
         super().__init__(data, TemplateError, 8)
         self.options = options
         self.layout = layout
+        self.declared = 0  # bytes of the record, by its header
         self.notes: list[str] = []
 
     def record(
@@ -84,6 +85,7 @@ class RecordReader(ByteReader):
     ) -> TemplateRecord:
         """Return the record of as many `views`, the rest of `declared` bytes, each from `view`."""
         self.options.limits.check_views(views)
+        self.declared = declared
         all_views = tuple(view() for _ in range(views))
         if declared != self.at:
             self.notes.append(f"the header declares {declared} bytes, the record has {self.at}")
@@ -142,6 +144,9 @@ class RecordReader(ByteReader):
 
     def _extended(self) -> ExtendedData | None:
         """Return the extended data, None if the file ends within them."""
+        if not self.left and self.at == self.declared:
+            self.notes.append("it ends without the length of extended data")
+            return None
         length = self.number(2)
         if length > self.left:
             self.notes.append(
@@ -150,6 +155,21 @@ class RecordReader(ByteReader):
             self.take(self.left)
             return None
         return ExtendedData(self.layout.name, self.take(length)) if length else None
+
+
+def fills(data: bytes, header: int, view: int) -> bool:
+    """Return whether views of minutiae fill `data`, perhaps but for zeros at the end.
+
+    Before them is a `header` of as many bytes, the number of views last but one; a `view` has as
+    many bytes before its minutiae of six, their number last.
+    """
+    at, views = header, data[header - 2] if header <= len(data) else 0
+    for _ in range(views):
+        if at + view > len(data):
+            return False
+        at += view + 6 * data[at + view - 1]
+        at += 2 + int.from_bytes(data[at : at + 2], "big")  # extended data
+    return views > 0 and at <= len(data) + 2 and not data[at:].strip(b"\x00")
 
 
 def decode_ansi(read: Callable[[Layout], TemplateRecord], layout: Layout) -> TemplateRecord:

@@ -5,7 +5,7 @@ import pytest
 from made_records import an2_file, only_view, read
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.an2 import CODEC
+from fpmatch.formats.registry import AN2 as CODEC
 
 PX = 500 / 2540  # pixels in 0.01 mm at 500 dpi
 

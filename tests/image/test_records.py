@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fpmatch.base.binary_records import Record
+from fpmatch.formats.agency.an2 import Record
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.wsq import decode_wsq
+from fpmatch.formats.agency.wsq import decode_wsq
 from tests.image.made_files import (
     an2,
     binary_print,
@@ -47,7 +47,7 @@ def test_a_tagged_record_of_a_compressed_file():
 def test_what_is_odd_about_a_transaction_is_noted():
     image = decoded(an2(tagged_print(GREY), tagged_print(255 - GREY)))
     assert np.array_equal(image.pixels, GREY)
-    assert image.notes == ("the first of its 2 images was read",)
+    assert image.notes == ("the first of its 2 images was read (--record chooses one)",)
     image = decoded(an2(tagged_print(GREY[:60], PNG, compression=b"PNG")))
     assert image.pixels.shape == GREY.shape
     assert image.notes == ("its record gives a size of 60 x 60 pixels, but its image has 60 x 72",)
@@ -103,7 +103,7 @@ def test_a_field_999_ends_only_records_of_images():
 
 
 def test_image_fields_that_cannot_be_read_are_one_line():
-    with pytest.raises(ImageReadError, match="pixels are missing"):
+    with pytest.raises(ImageReadError, match="has no print in it"):
         decoded(an2(with_image_again(b"", b"", b"\x1d")))
     whole = an2(tagged_print(GREY, PNG, compression=b"PNG"), tagged_print(GREY))
     at = whole.index(PNG) + len(PNG) + 1
@@ -124,12 +124,13 @@ def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside():
         (an2(tagged_print(GREY))[:-100], "cut short"),
         (an2(tagged_print(GREY))[:20], "cut short"),
         (b"1.001:many", "does not begin with a record of type 1"),
-        (an2(tagged_print(GREY, b"")), "pixels are missing"),
+        (an2(tagged_print(GREY, b"few")), "pixels are missing"),
+        (an2(tagged_print(GREY, b""), binary_print(GREY, b"")), "has no print in it"),
         (an2(tagged_print(GREY, b"text", compression=b"WSQ20")), "cannot be read .WSQ20."),
         (an2(binary_print(GREY, compression=9)), "unknown compression"),
         (an2(binary_print(GREY, PNG[:200], compression=6)), "damaged PNG image"),
-        (an2((14, with_fields(14, [(6, b"60"), (8, b"1")]))), "without an image"),
-        (an2((14, with_fields(14, [(6, b"wide"), (999, b"")]))), "text where a number"),
+        (an2((14, with_fields(14, [(6, b"60"), (18, b"1\x1fXX")]))), "has no print in it"),
+        (an2((14, with_fields(14, [(6, b"wide"), (999, b"few")]))), "text where a number"),
         (an2(*[tagged_print(GREY[:1, :1])] * 2001), "more than 2000 records"),
     ],
 )
@@ -140,7 +141,7 @@ def test_bad_transactions_say_what_is_wrong(data, reason):
 
 def test_absurd_sizes_are_refused_before_anything_is_made():
     huge = np.broadcast_to(np.uint8(0), (9_000, 9_000))
-    for data in (an2(tagged_print(huge, b"")), an2(binary_print(huge, b""))):
+    for data in (an2(tagged_print(huge, b"few")), an2(binary_print(huge, b"few"))):
         with pytest.raises(ImageError, match="more than 64 megapixels"):
             decoded(data)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from fpmatch.base.plugins import AN2_SIGNATURES, agency
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io import pillow_formats
 
@@ -24,23 +25,23 @@ class ImageReader(NamedTuple):
 
 # First bytes of the formats whose readers load with the first file of theirs.
 WSQ_SIGNATURE: Final = b"\xff\xa0"
-AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
 FIR_SIGNATURE: Final = b"FIR\x00"
 
 
 def _decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode a WSQ file."""
-    from fpmatch.image.io.wsq import decode_wsq  # noqa: PLC0415
-
-    return decode_wsq(data, limits)
+    decoded: GreyImage = agency("wsq").decode_wsq(data, limits)
+    return decoded
 
 
-def _decode_record(name: str, data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode the print in a record."""
-    from fpmatch.image.io import records  # noqa: PLC0415
+def _decode_an2(data: bytes, limits: ImageLimits, record: int | None = None) -> GreyImage:
+    decoded: GreyImage = agency("an2").decode_image(data, limits, _decode_file, record)
+    return decoded
 
-    decode = {"AN2": records.decode_an2, "FIR": records.decode_fir}[name]
-    return decode(data, limits, decode_file=_decode_file)
+
+def _decode_fir(data: bytes, limits: ImageLimits) -> GreyImage:
+    from fpmatch.image.io.records import decode_fir  # noqa: PLC0415
+
+    return decode_fir(data, limits, _decode_file)
 
 
 FILE_READERS: Final = (
@@ -68,8 +69,8 @@ def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
 
 READERS: Final = (
     *FILE_READERS,
-    ImageReader("AN2", AN2_SIGNATURES, partial(_decode_record, "AN2")),
-    ImageReader("FIR", (FIR_SIGNATURE,), partial(_decode_record, "FIR")),
+    ImageReader("AN2", AN2_SIGNATURES, _decode_an2),
+    ImageReader("FIR", (FIR_SIGNATURE,), _decode_fir),
 )
 """All formats: single images, and records that contain one."""
 

@@ -14,7 +14,7 @@ from fpmatch.image.io.grey import ALL_TRANSPARENT, DEFAULT_LIMITS, ON_BLACK, ON_
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL, MAX_JPEG_SCANS, MAX_PNM_TEXT
 from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader
-from fpmatch.image.io.wsq import decode_wsq
+from fpmatch.formats.agency.wsq import decode_wsq
 from fpmatch.image.quality.polarity import INVERTED
 from tests.image.made_files import damaged, decoded, one_of_each, rings, saved, wsq
 

@@ -8,7 +8,7 @@ from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import DEFAULT_LIMITS, ImageLimits
-from fpmatch.image.io.wsq import decode_wsq
+from fpmatch.formats.agency.wsq import decode_wsq
 from tests.image.made_files import DATA, wsq
 
 START, END, FRAME, BLOCK = b"\xff\xa0", b"\xff\xa1", b"\xff\xa2", b"\xff\xa3"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from fpmatch.image.io.grey import ImageLimits
     from fpmatch.image.preprocess.arrays import Doubles, Floats
 
-    Filters = tuple[Floats, Floats]
-
 START_OF_IMAGE: Final = b"\xff\xa0"
 _END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN = range(0xFFA1, 0xFFA7)
 _COMMENT: Final = 0xFFA8
@@ -35,7 +33,7 @@ MAX_TABLES: Final = 8  # of one segment
 SUBBANDS: Final = 60  # transmitted, of the 64 of a quantiser table
 MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
 _MARKER: Final = re.compile(rb"\xff[^\x00]", re.DOTALL)
-_PPI: Final = re.compile(rb"(?:^|\n)PPI (\d{2,5})(?:\n|$)")
+_PPI: Final = re.compile(rb"(?:^|[\r\n])PPI[ \t]+(\d{2,5})[ \t]*(?:[\r\n\0]|$)")
 
 # How the image is split: each node into top left, top right, bottom left and bottom right.
 _LEAF: Final = ()
@@ -52,34 +50,12 @@ _ESCAPES: Final = {
 }  # fmt: skip
 
 
-class _HuffmanTable(NamedTuple):
-    """The symbol, and the length of its code, that each word of 16 bits starts with."""
-
-    symbols: bytes
-    lengths: bytes  # in bits; 0 where no code fits
-
-
-@dataclass(slots=True)
-class _Header:
-    """Tables of the file, and the coefficients decoded so far."""
-
-    size: tuple[int, int] | None = None  # width, height
-    shift: float = 0.0
-    scale: float = 1.0
-    filters: Filters | None = None  # of synthesis: low pass, high pass
-    bin_center: float = 0.0
-    bins: Doubles | None = None  # shape (64, 2): width of a bin, of the zero bin
-    tables: dict[int, _HuffmanTable] = field(default_factory=dict)
-    comments: list[bytes] = field(default_factory=list)
-    values: list[int] = field(default_factory=list)
-
-
 def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
     """Decode a WSQ file of at most 16 megapixels; a comment of NIST's has its resolution."""
-    header = _Header()
     reader = ByteReader(data, _damaged)
     if reader.take(2) != START_OF_IMAGE:
         raise ImageReadError("not a WSQ image")
+    decoder = _Decoder(limits)
     segments = 0
     while (marker := reader.number(2)) != _END:
         segments += 1
@@ -87,85 +63,108 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
             raise ImageReadError(f"WSQ image of more than {MAX_SEGMENTS} segments")
         body = ByteReader(reader.take(reader.number(2) - 2), _damaged)
         if marker == _BLOCK:
-            _read_block(body, reader, header)
+            end = _MARKER.search(data, reader.at)
+            coded = reader.take(reader.left + 1 if end is None else end.start() - reader.at)
+            decoder.read_block(body.number(), coded.replace(b"\xff\x00", b"\xff"))
         else:
-            _read_segment(marker, body, header, limits)
-    if header.size is None or header.filters is None or header.bins is None:
-        raise _damaged("its frame, filters or quantisers are missing")
-    subbands = _Subbands(np.array(header.values, np.float64), header.bin_center, header.bins)
-    joined = _join_node(TREE, header.size, subbands, header.filters)
-    subbands.check_end()
-    grey = joined * np.float32(header.scale) + np.float32(header.shift) + np.float32(0.5)
-    ppi = next((m[1] for c in header.comments if (m := _PPI.search(c))), None)
-    pixels = np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8)
-    return GreyImage(pixels, dpi=usable_dpi(ppi), format="WSQ")
+            decoder.read_segment(marker, body)
+    found = (_PPI.search(comment) for comment in decoder.comments)
+    ppi = next((match[1] for match in found if match), None)
+    return GreyImage(decoder.pixels(), dpi=usable_dpi(ppi), format="WSQ")
 
 
 def _damaged(reason: str) -> ImageReadError:
     return ImageReadError(f"damaged WSQ image ({reason})")
 
 
-def _read_segment(marker: int, body: ByteReader, header: _Header, limits: ImageLimits) -> None:
-    """Read one marker segment into `header`."""
-    if marker == _FRAME:
-        if header.size is not None:
-            raise _damaged("two frames")
-        body.take(2)  # black and white
-        height, width = body.number(2), body.number(2)
-        limits.check(width, height, max_megapixels=MAX_MEGAPIXELS)
-        header.size = width, height
-        header.shift, header.scale = _decimal(body), _decimal(body)
-    elif marker == _FILTERS:
-        header.filters = _synthesis_filters(body)
-    elif marker == _QUANTISERS:
-        header.bin_center = _decimal(body)
-        header.bins = np.array([[_decimal(body), _decimal(body)] for _ in range(64)])
-    elif marker == _HUFFMAN:
-        header.tables |= _read_tables(body)
-    elif marker == _COMMENT:
-        header.comments.append(body.take(body.left))
-    elif not 0xFFA0 < marker <= 0xFFAF:
-        raise _damaged("a marker is missing")
+@dataclass(slots=True)
+class _Decoder:
+    """Tables of the file, and the coefficients decoded so far."""
+
+    limits: ImageLimits
+    size: tuple[int, int] | None = None  # width, height
+    shift: float = 0.0
+    scale: float = 1.0
+    filters: tuple[Floats, Floats] | None = None  # of synthesis: low pass, high pass
+    bin_center: float = 0.0
+    bins: Doubles | None = None  # shape (64, 2): width of a bin, of the zero bin
+    tables: dict[int, tuple[bytes, bytes]] = field(default_factory=dict)
+    comments: list[bytes] = field(default_factory=list)
+    values: list[int] = field(default_factory=list)
+
+    def read_segment(self, marker: int, body: ByteReader) -> None:
+        """Read the segment of a marker, without coefficients."""
+        if marker == _FRAME:
+            if self.size is not None:
+                raise _damaged("two frames")
+            body.take(2)  # black and white
+            height, width = body.number(2), body.number(2)
+            self.limits.check(width, height, max_megapixels=MAX_MEGAPIXELS)
+            self.size = width, height
+            self.shift, self.scale = _decimal(body), _decimal(body)
+        elif marker == _FILTERS:
+            self.filters = _synthesis_filters(body)
+        elif marker == _QUANTISERS:
+            self.bin_center = _decimal(body)
+            self.bins = np.array([[_decimal(body), _decimal(body)] for _ in range(64)])
+        elif marker == _HUFFMAN:
+            self.tables |= _read_tables(body)
+        elif marker == _COMMENT:
+            self.comments.append(body.take(body.left))
+        elif not 0xFFA0 < marker <= 0xFFAF:
+            raise _damaged("a marker is missing")
+
+    def read_block(self, table_number: int, coded: bytes) -> None:
+        """Append the coefficients of a block, coded by the table of a number."""
+        table = self.tables.get(table_number)
+        if self.size is None or table is None:
+            raise _damaged("coefficients before their tables")
+        _decode_values(table, coded, self.values, self.size[0] * self.size[1])
+
+    def pixels(self) -> Any:
+        """Return the grey values of the image that has been read."""
+        if self.size is None or self.filters is None or self.bins is None:
+            raise _damaged("its frame, filters or quantisers are missing")
+        subbands = _Subbands(np.array(self.values, np.float64), self.bin_center, self.bins)
+        joined = _join_node(TREE, self.size, subbands, self.filters)
+        if subbands.at != len(self.values):
+            raise _damaged("it has too many coefficients")
+        grey = joined * np.float32(self.scale) + np.float32(self.shift) + np.float32(0.5)
+        return np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8)
 
 
-def _read_tables(body: ByteReader) -> dict[int, _HuffmanTable]:
+def _read_tables(body: ByteReader) -> dict[int, tuple[bytes, bytes]]:
     """Read the tables of a segment, by number.
 
     A table consists of its number, the count of codes of each length from 1 to 16 bits, and their
-    symbols in order; codes of one length are consecutive, as in JPEG.
+    symbols in order; codes of one length are consecutive, as in JPEG. Of each word of 16 bits it
+    is kept the symbol that it starts with, and the length of its code, 0 where no code fits.
     """
-    tables: dict[int, _HuffmanTable] = {}
+    tables: dict[int, tuple[bytes, bytes]] = {}
     for _ in range(MAX_TABLES):
         if not body.left:
             return tables
-        number = body.number()
-        counts = body.take(LONGEST_CODE)
-        tables[number] = _huffman_table(counts, body.take(sum(counts)))
+        number, counts = body.number(), body.take(LONGEST_CODE)
+        symbols, lengths = bytearray(), bytearray()
+        for length, count in enumerate(counts, start=1):
+            span = 1 << (LONGEST_CODE - length)
+            for value in body.take(count):
+                symbols += bytes([value]) * span
+                lengths += bytes([length]) * span
+                if len(symbols) > 1 << LONGEST_CODE:
+                    raise _damaged("a Huffman table has too many codes")
+        missing = bytes((1 << LONGEST_CODE) - len(symbols))
+        tables[number] = bytes(symbols) + missing, bytes(lengths) + missing
     raise _damaged("too many Huffman tables")
 
 
-def _huffman_table(counts: bytes, values: bytes) -> _HuffmanTable:
-    symbols, lengths = bytearray(), bytearray()
-    first = 0
-    for length, count in enumerate(counts, start=1):
-        span = 1 << (LONGEST_CODE - length)
-        for value in values[first : first + count]:
-            symbols += bytes([value]) * span
-            lengths += bytes([length]) * span
-            if len(symbols) > 1 << LONGEST_CODE:
-                raise _damaged("a Huffman table has too many codes")
-        first += count
-    missing = (1 << LONGEST_CODE) - len(symbols)
-    return _HuffmanTable(bytes(symbols) + bytes(missing), bytes(lengths) + bytes(missing))
-
-
-def _decimal(body: ByteReader) -> float:
-    """Read a number of 16 bits with its decimal exponent before it."""
+def _decimal(body: ByteReader, size: int = 2) -> float:
+    """Read a number of some bytes with its decimal exponent before it."""
     exponent = body.number()
-    return body.number(2) / 10.0**exponent
+    return body.number(size) / 10.0**exponent
 
 
-def _synthesis_filters(body: ByteReader) -> Filters:
+def _synthesis_filters(body: ByteReader) -> tuple[Floats, Floats]:
     """Return the low and high pass filters of the synthesis from those of the analysis."""
     lengths = body.number(), body.number()
     if any(length % 2 == 0 for length in lengths):
@@ -181,25 +180,13 @@ def _alternating(body: ByteReader, length: int) -> Floats:
     half = []
     for k in range((length + 1) // 2):
         sign = -1 if body.number() else 1
-        exponent = body.number()
-        half.append((-1) ** k * sign * body.number(4) / 10.0**exponent)
+        half.append((-1) ** k * sign * _decimal(body, 4))
     return np.array([*half[:0:-1], *half], np.float32)
 
 
-def _read_block(body: ByteReader, reader: ByteReader, header: _Header) -> None:
-    """Decode the block of coefficients, up to the next marker, that a segment announces."""
-    table = header.tables.get(body.number())
-    if header.size is None or table is None:
-        raise _damaged("coefficients before their tables")
-    end = _MARKER.search(reader.data, reader.at)
-    coded = reader.take(reader.left + 1 if end is None else end.start() - reader.at)
-    width, height = header.size
-    _decode_values(table, coded.replace(b"\xff\x00", b"\xff"), header.values, width * height)
-
-
-def _decode_values(table: _HuffmanTable, data: bytes, values: list[int], most: int) -> None:
+def _decode_values(table: tuple[bytes, bytes], data: bytes, values: list[int], most: int) -> None:
     """Append the coefficients that `data` codes to `values`, `most` of them altogether."""
-    symbols, lengths = table.symbols, table.lengths
+    symbols, lengths = table
     padded = data + bytes(4)
     at, end = 0, 8 * len(data)
     while at < end and len(values) < most:
@@ -250,17 +237,12 @@ class _Subbands:
         value = np.sign(quantised) * (step * (np.abs(quantised) - self.bin_center) + zero / 2)
         return np.asarray(value.reshape(height, width), np.float32)
 
-    def check_end(self) -> None:
-        """Raise ImageReadError if coefficients are left."""
-        if self.at != len(self.values):
-            raise _damaged("it has too many coefficients")
-
 
 def _join_node(
-    node: tuple[object, ...],
+    node: tuple[Any, ...],
     size: tuple[int, int],
     subbands: _Subbands,
-    filters: Filters,
+    filters: tuple[Floats, Floats],
     *,
     right: bool = False,
     below: bool = False,
@@ -275,7 +257,7 @@ def _join_node(
         # Right and lower parts are high frequencies, whose own halves change places.
         high_x, high_y = in_right != right, in_below != below
         inner = (width + (not high_x)) // 2, (height + (not high_y)) // 2
-        quarter_image = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)  # type: ignore[arg-type]
+        quarter_image = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)
         spread = np.zeros((height, width), np.float32)
         spread[int(high_y) :: 2, int(high_x) :: 2] = quarter_image
         joined += cv2.sepFilter2D(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -28,7 +29,7 @@ from fpmatch.formats import (
     xyt,
 )
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.fmr_header import MAGIC
+from fpmatch.formats.fmr_header import MAGIC, of_text
 
 if TYPE_CHECKING:
     import os
@@ -93,6 +94,9 @@ def codec_of_content(data: bytes) -> Codec:
     for codec in known_codecs():
         if codec.recognises(data):
             return codec
+    if record := of_text(data):
+        codec = codec_of_content(record)
+        return replace(codec, decode=lambda _, options: codec.decode(record, options))
     if data.startswith(MAGIC):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(

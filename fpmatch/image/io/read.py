@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import (
     DEFAULT_LIMITS,
+    FEWEST_RAW_BYTES,
     GreyImage,
     ImageLimits,
     as_grey,
@@ -17,7 +18,7 @@ from fpmatch.image.io.grey import (
     likely_raw_size,
 )
 from fpmatch.image.io.pillow_formats import error_text
-from fpmatch.image.io.registry import find_reader, is_image_file, other_kind
+from fpmatch.image.io.registry import find_reader, is_known
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.templates.minutiae import check_dpi
 
@@ -97,10 +98,12 @@ def read_image(
             data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
         )
     except ImageReadError as error:
-        if data.isascii() or is_image_file(data) or other_kind(data):
-            raise  # a text, a damaged image, or of a format that the error names
-        size = likely_raw_size(data) or "WIDTHxHEIGHT"
-        why = f"if its {len(data)} bytes are pixels: --raw {size}"
+        if raw_sizes or data.isascii() or is_known(data) or len(data) < FEWEST_RAW_BYTES:
+            raise  # a text, or of a format that the error names
+        size = likely_raw_size(data)
+        bits = size.bits(len(data)) if size else 8
+        packed = "" if bits == 8 else f" ({bits} bits a pixel)"
+        why = f"if its {len(data)} bytes are pixels: --raw {size or 'WIDTHxHEIGHT'}{packed}"
         raise ImageReadError(f"{error}; {why}") from error
 
 
@@ -148,7 +151,7 @@ def name_errors(source: object) -> Iterator[None]:
 
 def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> GreyImage:
     for size in raw_sizes:
-        if size.bytes == len(data):
+        if size.bits(len(data)):
             return decode_raw(data, size, limits)
     try:
         reader = find_reader(data)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from fpmatch.base.plugins import AN2_SIGNATURES, agency
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io import pillow_formats
+from fpmatch.image.io.grey import decode_ihead
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,6 +26,7 @@ class ImageReader(NamedTuple):
 
 # First bytes of the formats whose readers load with the first file of theirs.
 WSQ_SIGNATURE: Final = b"\xff\xa0"
+IHEAD_SIGNATURE: Final = b"288\x00"
 FIR_SIGNATURE: Final = b"FIR\x00"
 
 
@@ -50,6 +52,7 @@ FILE_READERS: Final = (
         for name, signatures in pillow_formats.SIGNATURES.items()
     ),
     ImageReader("WSQ", (WSQ_SIGNATURE,), _decode_wsq),
+    ImageReader("IHead", (IHEAD_SIGNATURE,), decode_ihead),
 )
 """The formats of a single image."""
 
@@ -57,6 +60,11 @@ FILE_READERS: Final = (
 def is_image_file(data: bytes) -> bool:
     """Return whether a file begins like one of `FILE_READERS`, so that it is no template."""
     return any(data.startswith(reader.signatures) for reader in FILE_READERS)
+
+
+def is_known(data: bytes) -> bool:
+    """Return whether a file begins like one of any format that is read or named."""
+    return any(data.startswith(reader.signatures) for reader in READERS) or bool(other_kind(data))
 
 
 def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
@@ -77,6 +85,7 @@ READERS: Final = (
 # First bytes of files that people take for images, and what those files are.
 _OTHERS: Final = (
     (b"FMR\x00", "a minutiae template, ISO/IEC 19794-2 or ANSI 378"),
+    (b"FP3", "a template of libfprint"),
     (b"%PDF", "a PDF document"),
     (b"%!PS", "a PostScript document"),
     (b"PK\x03\x04", "a ZIP archive"),

@@ -162,6 +162,14 @@ enhance_option: Final = click.option(
     hidden=True,
     help="Enhancement of ridges in images: by a small neural network, or by Gabor filters.",
 )
+RECORD: Final = click.option(
+    "--record",
+    metavar="N",
+    type=click.IntRange(min=1),
+    hidden=True,
+    help="Read this print of cards and records with several (ANSI/NIST-ITL, ISO/IEC 19794-2), from "
+    "1; fingers without an image are not counted.  [default: the first]",
+)
 matcher_option: Final = click.option(
     "--matcher",
     metavar="NAME",

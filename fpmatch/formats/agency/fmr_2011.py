@@ -14,8 +14,6 @@ import struct
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.binary_records import ByteReader
-from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.fmr_header import MAGIC, Frame, product_fields
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
@@ -28,6 +26,7 @@ AMENDED: Final = b"035\x00"
 AMENDED_NAME: Final = "ansi2009am1"
 ISO_HEADER_BYTES: Final = 15
 ANSI_HEADER_BYTES: Final = 21
+DRAFT_HEADER_BYTES: Final = 20
 ANSI_VIEW_BYTES: Final = 17  # before the minutiae
 MOST_ISO_VIEWS: Final = 176  # sixteen of each finger code
 FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
@@ -58,26 +57,17 @@ def encode_iso(record: TemplateRecord) -> Encoded:
     return Encoded(MAGIC + VERSION + head + body, tuple(notes))
 
 
-def _is_iso(data: bytes) -> bool:
-    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
+def _is_ansi(data: bytes) -> bool:
+    """Distinguish ANSI/INCITS 378-2009 from ISO/IEC 19794-2:2011, which begin alike.
 
-    Each view of the former begins with its length, and header and views add up to the length of
-    the record. Truncated data are judged by the part present.
+    The layout of the former fills `data`, or the first view would be shorter than any of the
+    latter, or longer than the record.
     """
-    reader = ByteReader(data, TemplateError, len(MAGIC + VERSION))
-    if reader.left < ISO_HEADER_BYTES + 4 - reader.at:
-        return False
-    declared, count, certified = reader.numbers("IHB")
-    if not 0 < count <= MOST_ISO_VIEWS or certified > 1:
-        return False
-    for _ in range(count):
-        if reader.left < 4:
-            return True
-        length = reader.number(4)
-        if length < FEWEST_VIEW_BYTES or reader.at - 4 + length > declared:
-            return False
-        reader.at += length - 4
-    return bool(reader.at == declared)
+    headers = ANSI_HEADER_BYTES, DRAFT_HEADER_BYTES
+    if any(fmr.fills(data, header, ANSI_VIEW_BYTES) for header in headers):
+        return True
+    declared, length = (int.from_bytes(data[at : at + 4], "big") for at in (8, ISO_HEADER_BYTES))
+    return not FEWEST_VIEW_BYTES <= length <= declared - ISO_HEADER_BYTES
 
 
 def _read_iso_view(reader: fmr.RecordReader, *, certified: bool) -> View:
@@ -126,13 +116,10 @@ def _write_iso_view(view: View, notes: list[str]) -> bytes:
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in a record of the standard or the draft, or raise TemplateError."""
-    is_draft, is_standard = (
-        fmr.fills(data, header, ANSI_VIEW_BYTES)
-        for header in (ANSI_HEADER_BYTES - 1, ANSI_HEADER_BYTES)
+    draft = not fmr.fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES) and fmr.fills(
+        data, DRAFT_HEADER_BYTES, ANSI_VIEW_BYTES
     )
-    return fmr.decode_ansi(
-        partial(_decode, data, options, draft=is_draft and not is_standard), ANSI
-    )
+    return fmr.decode_ansi(partial(_decode, data, options, draft=draft), ANSI)
 
 
 def _decode(
@@ -171,12 +158,12 @@ def _write_ansi_view(view: View, notes: list[str]) -> bytes:
     return head + NO_ALGORITHM + frame + fmr.write_view(view, ANSI, notes)
 
 
-def _is_ansi(data: bytes) -> bool:
-    return data.startswith(MAGIC + AMENDED) or not _is_iso(data)
+def _is_iso(data: bytes) -> bool:
+    return not _is_ansi(data)
 
 
 CODECS: Final = {
     ISO.name: (_is_iso, decode_iso, encode_iso),
     ANSI.name: (_is_ansi, decode_ansi, partial(encode_ansi, version=VERSION)),
-    AMENDED_NAME: (_is_ansi, decode_ansi, partial(encode_ansi, version=AMENDED)),
+    AMENDED_NAME: (bool, decode_ansi, partial(encode_ansi, version=AMENDED)),
 }

@@ -21,7 +21,7 @@ from fpmatch.image.io.resolution import usable_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.io.grey import ImageLimits
-    from fpmatch.image.preprocess.arrays import Doubles, Floats
+    from fpmatch.image.preprocess.arrays import Floats
 
 START_OF_IMAGE: Final = b"\xff\xa0"
 _END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN = range(0xFFA1, 0xFFA7)
@@ -85,12 +85,14 @@ class _Decoder:
     size: tuple[int, int] | None = None  # width, height
     shift: float = 0.0
     scale: float = 1.0
-    filters: tuple[Floats, Floats] | None = None  # of synthesis: low pass, high pass
+    filters: Any = None  # of synthesis: low pass, high pass
     bin_center: float = 0.0
-    bins: Doubles | None = None  # shape (64, 2): width of a bin, of the zero bin
+    bins: Any = None  # shape (64, 2): width of a bin, of the zero bin
     tables: dict[int, tuple[bytes, bytes]] = field(default_factory=dict)
     comments: list[bytes] = field(default_factory=list)
     values: list[int] = field(default_factory=list)
+    subband: int = 0  # the next one to be joined, and
+    at: int = 0  # its first coefficient
 
     def read_segment(self, marker: int, body: ByteReader) -> None:
         """Read the segment of a marker, without coefficients."""
@@ -125,12 +127,50 @@ class _Decoder:
         """Return the grey values of the image that has been read."""
         if self.size is None or self.filters is None or self.bins is None:
             raise _damaged("its frame, filters or quantisers are missing")
-        subbands = _Subbands(np.array(self.values, np.float64), self.bin_center, self.bins)
-        joined = _join_node(TREE, self.size, subbands, self.filters)
-        if subbands.at != len(self.values):
+        joined = self._join(TREE, *self.size)
+        if self.at != len(self.values):
             raise _damaged("it has too many coefficients")
         grey = joined * np.float32(self.scale) + np.float32(self.shift) + np.float32(0.5)
         return np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8)
+
+    def _join(
+        self,
+        node: tuple[Any, ...],
+        width: int,
+        height: int,
+        *,
+        right: bool = False,
+        below: bool = False,
+    ) -> Floats:
+        """Join the subbands below `node`, in a given quarter of its parent, to an image."""
+        if not node:
+            return self._subband(width, height)
+        joined = np.zeros((height, width), np.float32)
+        for quarter, part in enumerate(node):
+            in_right, in_below = bool(quarter & 1), bool(quarter & 2)
+            # Right and lower parts are high frequencies, whose own halves change places.
+            high_x, high_y = in_right != right, in_below != below
+            inner = (width + (not high_x)) // 2, (height + (not high_y)) // 2
+            spread = np.zeros((height, width), np.float32)
+            joined_part = self._join(part, *inner, right=in_right, below=in_below)
+            spread[int(high_y) :: 2, int(high_x) :: 2] = joined_part
+            along_x, along_y = self.filters[high_x], self.filters[high_y]
+            edge = cv2.BORDER_REFLECT_101
+            joined += cv2.sepFilter2D(spread, cv2.CV_32F, along_x, along_y, borderType=edge)
+        return joined
+
+    def _subband(self, width: int, height: int) -> Floats:
+        """Return the next subband, in the order of the leaves of the tree, dequantised."""
+        step, zero = self.bins[self.subband]
+        self.subband += 1
+        if self.subband > SUBBANDS or step == 0:
+            return np.zeros((height, width), np.float32)
+        quantised = np.array(self.values[self.at : self.at + width * height], np.float64)
+        if quantised.size != width * height:
+            raise _damaged("coefficients are missing")
+        self.at += width * height
+        value = np.sign(quantised) * (step * (np.abs(quantised) - self.bin_center) + zero / 2)
+        return np.asarray(value.reshape(height, width), np.float32)
 
 
 def _read_tables(body: ByteReader) -> dict[int, tuple[bytes, bytes]]:
@@ -212,55 +252,3 @@ def _decode_values(table: tuple[bytes, bytes], data: bytes, values: list[int], m
             values.extend([sign * number] if sign else [0] * number)
         else:
             raise _damaged("an unknown symbol")
-
-
-@dataclass(slots=True)
-class _Subbands:
-    """The coefficients of the subbands, in the order of the leaves of the tree."""
-
-    values: Doubles
-    bin_center: float
-    bins: Doubles
-    number: int = 0  # of the next subband
-    at: int = 0  # its first coefficient
-
-    def take(self, width: int, height: int) -> Floats:
-        """Return the next subband, dequantised."""
-        step, zero = self.bins[self.number]
-        self.number += 1
-        if self.number > SUBBANDS or step == 0:
-            return np.zeros((height, width), np.float32)
-        quantised = self.values[self.at : self.at + width * height]
-        if quantised.size != width * height:
-            raise _damaged("coefficients are missing")
-        self.at += width * height
-        value = np.sign(quantised) * (step * (np.abs(quantised) - self.bin_center) + zero / 2)
-        return np.asarray(value.reshape(height, width), np.float32)
-
-
-def _join_node(
-    node: tuple[Any, ...],
-    size: tuple[int, int],
-    subbands: _Subbands,
-    filters: tuple[Floats, Floats],
-    *,
-    right: bool = False,
-    below: bool = False,
-) -> Floats:
-    """Join the subbands below `node`, in a given quarter of its parent, to an image."""
-    width, height = size
-    if not node:
-        return subbands.take(width, height)
-    joined = np.zeros((height, width), np.float32)
-    for quarter, part in enumerate(node):
-        in_right, in_below = bool(quarter & 1), bool(quarter & 2)
-        # Right and lower parts are high frequencies, whose own halves change places.
-        high_x, high_y = in_right != right, in_below != below
-        inner = (width + (not high_x)) // 2, (height + (not high_y)) // 2
-        quarter_image = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)
-        spread = np.zeros((height, width), np.float32)
-        spread[int(high_y) :: 2, int(high_x) :: 2] = quarter_image
-        joined += cv2.sepFilter2D(
-            spread, cv2.CV_32F, filters[high_x], filters[high_y], borderType=cv2.BORDER_REFLECT_101
-        )
-    return joined

@@ -39,6 +39,7 @@ def read_image(
     raw_sizes: Sequence[RawSize] = (),
     polarity: Polarity = "auto",
     dpi: float | None = None,
+    record: int | None = None,
 ) -> GreyImage:
     """Read an image file as grey values with its resolution.
 
@@ -60,6 +61,9 @@ def read_image(
     dpi : float, optional
         Resolution that replaces the file's own, for finding the polarity; by default the file's
         own, and the likely one where it has none.
+    record : int, optional
+        Number, from 1, of the image that is read of an ANSI/NIST-ITL file; by default the first.
+        Fingers without an image are not counted, and other files have one image.
 
     Returns
     -------
@@ -95,7 +99,13 @@ def read_image(
         data = _bytes_of(path, limits)
     try:
         return decode_image(
-            data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
+            data,
+            str(path),
+            limits=limits,
+            raw_sizes=raw_sizes,
+            polarity=polarity,
+            dpi=dpi,
+            record=record,
         )
     except ImageReadError as error:
         if raw_sizes or data.isascii() or is_known(data) or len(data) < FEWEST_RAW_BYTES:
@@ -115,6 +125,7 @@ def decode_image(
     raw_sizes: Sequence[RawSize] = (),
     polarity: Polarity = "auto",
     dpi: float | None = None,
+    record: int | None = None,
 ) -> GreyImage:
     """Decode the bytes of an image file as `read_image` does; errors start with `source`."""
     if dpi is not None:
@@ -124,7 +135,7 @@ def decode_image(
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
         if not data:
             raise ImageReadError("the file is empty")
-        image = replace(_decode(data, limits, raw_sizes), source=source)
+        image = replace(_decode(data, limits, raw_sizes, record), source=source)
     if image.dpi is not None and dpi is None:
         from fpmatch.image.quality.ridge_scale import contradiction  # noqa: PLC0415
 
@@ -149,7 +160,9 @@ def name_errors(source: object) -> Iterator[None]:
         raise ImageError(f"{source}: image is too large for this machine's memory") from error
 
 
-def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> GreyImage:
+def _decode(
+    data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize], record: int | None
+) -> GreyImage:
     for size in raw_sizes:
         if size.bits(len(data)):
             return decode_raw(data, size, limits)
@@ -160,7 +173,8 @@ def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> G
             raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
         raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
-    return reader.decode(data, limits)
+    decode = reader.decode if record is None or reader.choose is None else reader.choose(record)
+    return decode(data, limits)
 
 
 def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:

@@ -22,6 +22,8 @@ class ImageReader(NamedTuple):
     name: str
     signatures: tuple[bytes, ...]  # the first bytes of its files
     decode: Callable[[bytes, ImageLimits], GreyImage]  # raises FpmatchError with the reason
+    choose: Callable[[int], Callable[[bytes, ImageLimits], GreyImage]] | None = None
+    """Return what decodes the image of a number, from 1, in formats of several."""
 
 
 # First bytes of the formats whose readers load with the first file of theirs.
@@ -77,7 +79,7 @@ def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
 
 READERS: Final = (
     *FILE_READERS,
-    ImageReader("AN2", AN2_SIGNATURES, _decode_an2),
+    ImageReader("AN2", AN2_SIGNATURES, _decode_an2, lambda n: partial(_decode_an2, record=n)),
     ImageReader("FIR", (FIR_SIGNATURE,), _decode_fir),
 )
 """All formats: single images, and records that contain one."""

@@ -1,17 +1,23 @@
 """Prints inside records: ANSI/NIST-ITL (AN2), ISO/IEC 19794-4, ANSI/INCITS 381."""
 
+import sys
+
 import numpy as np
 import pytest
 
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.formats.agency.an2 import Record
-from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.formats.agency.wsq import decode_wsq
+from fpmatch.image.io.grey import DEFAULT_LIMITS
+from fpmatch.image.io.read import decode_image
+from fpmatch.prints.reading import PrintReader
+from tests.formats.made_records import an2_file
 from tests.image.made_files import (
     an2,
     binary_print,
     decoded,
     finger_image_record,
+    lossless_jpeg,
     rings,
     saved,
     tagged_print,
@@ -51,6 +57,73 @@ def test_what_is_odd_about_a_transaction_is_noted():
     image = decoded(an2(tagged_print(GREY[:60], PNG, compression=b"PNG")))
     assert image.pixels.shape == GREY.shape
     assert image.notes == ("its record gives a size of 60 x 60 pixels, but its image has 60 x 72",)
+
+
+AMPUTATED = (14, with_fields(14, [(2, b"00"), (6, b"60"), (18, b"1\x1fXX")]))
+EMPTY = tagged_print(GREY, b"")
+
+
+@pytest.mark.parametrize("absent", [AMPUTATED, EMPTY, binary_print(GREY, b"")])
+def test_fingers_without_an_image_are_passed_over(absent):
+    for records in ([absent, tagged_print(GREY)], [tagged_print(GREY), absent]):
+        image = decoded(an2(*records))
+        assert np.array_equal(image.pixels, GREY)
+        assert image.notes == ()
+    with pytest.raises(ImageReadError, match="has no print in it"):
+        decoded(an2(absent, AMPUTATED))
+
+
+def test_a_number_chooses_a_print_of_a_card():
+    card = an2(AMPUTATED, tagged_print(GREY), EMPTY, tagged_print(255 - GREY), binary_print(GREY.T))
+    for number, pixels in ((1, GREY), (2, 255 - GREY), (3, GREY.T)):
+        image = decode_image(card, "card", polarity="dark", record=number)
+        assert np.array_equal(image.pixels, pixels)
+        assert image.notes == ()
+    with pytest.raises(ImageReadError, match="card: ANSI/NIST file of 3 images, not 4"):
+        decode_image(card, "card", record=4)
+    one = decode_image(PNG, "one", polarity="dark", record=4)
+    assert np.array_equal(one.pixels, GREY)
+
+
+@pytest.mark.parametrize(
+    ("scale", "shape", "dpi"),
+    [
+        ((1, 500, 500), (72, 60), 500),
+        ((1, 569, 570), (72, 60), 569),
+        ((1, 1000, 1001), (72, 60), 1000),
+        ((1, 500, 357), (101, 60), 500),
+        ((1, 250, 500), (72, 120), 500),
+        ((2, 197, 141), (101, 60), 500),
+    ],
+)
+def test_two_resolutions_become_one(scale, shape, dpi):
+    bare, compressed = (
+        decoded(an2(tagged_print(GREY, data, compression=name, scale=scale)))
+        for data, name in ((None, b"NONE"), (PNG, b"PNG"))
+    )
+    assert bare.pixels.shape == shape
+    assert bare.dpi == dpi
+    assert np.array_equal(bare.pixels, compressed.pixels)
+    assert bool(bare.notes) is (shape != GREY.shape)
+
+
+def test_a_lossless_jpeg_of_nist_in_a_record():
+    jpeg = lossless_jpeg(GREY, table_class=1)
+    for record in (
+        tagged_print(GREY, jpeg, compression=b"JPEGL"),
+        binary_print(GREY, jpeg, compression=3),
+    ):
+        assert np.array_equal(decoded(an2(record)).pixels, GREY)
+
+
+def test_without_the_formats_of_agencies_a_file_of_theirs_is_named(monkeypatch, tmp_path):
+    for module in ("an2", "wsq", "type9", "fmr_2011"):
+        monkeypatch.setitem(sys.modules, f"fpmatch.formats.agency.{module}", None)
+    for data in (wsq(), an2(tagged_print(GREY)), an2_file(), b"FMR\x00030\x00" + bytes(40)):
+        path = tmp_path / "file"
+        path.write_bytes(data)
+        with pytest.raises(FpmatchError, match=r"file: .*fpmatch.formats.agency is not installed"):
+            PrintReader()(path)
 
 
 SEPARATED = [b"\x1d", b"\x1c"]

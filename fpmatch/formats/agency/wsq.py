@@ -33,7 +33,7 @@ MAX_TABLES: Final = 8  # of one segment
 SUBBANDS: Final = 60  # transmitted, of the 64 of a quantiser table
 MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
 _MARKER: Final = re.compile(rb"\xff[^\x00]", re.DOTALL)
-_PPI: Final = re.compile(rb"(?:^|[\r\n])PPI[ \t]+(\d{2,5})[ \t]*(?:[\r\n\0]|$)")
+_PPI: Final = re.compile(rb"(?:^|[\r\n\0])PPI[ \t]+(\d{2,5})[ \t]*(?:[\r\n\0]|$)")
 
 # How the image is split: each node into top left, top right, bottom left and bottom right.
 _LEAF: Final = ()

@@ -183,7 +183,8 @@ def make_given_print(
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
-        notes = (f"the first of its {len(content.views)} prints is used",) if several else ()
+        first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
+        notes = (first,) if several else ()
         template, image, stages = view.at(given_dpi).template, None, None
     else:
         known, notes, image = content.dpi is not None, (), content

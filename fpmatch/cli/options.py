@@ -141,11 +141,11 @@ _DPI: Final = click.option(
 )
 _RAW: Final = click.option(
     "--raw",
-    metavar="WxH",
+    metavar="WxH[,bottom-up][,mirrored]",
     multiple=True,
     type=image_size,
     hidden=True,
-    help="Read files of W times H bytes as pixels without a header; may be repeated.",
+    help="Read files of W times H pixels of 8, 4, 2 or 1 bits, without a header; may be repeated.",
 )
 _POLARITY: Final = click.option(
     "--polarity",

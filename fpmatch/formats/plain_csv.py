@@ -41,8 +41,8 @@ DELIMITERS: Final = (",", ";", "\t", " ")
 HEADER_BYTES: Final = 1000  # of the first line
 _WORDS: Final = {  # of other programs
     MinutiaKind.OTHER: "unknown undefined none crossover crossing trifurcation",
-    MinutiaKind.ENDING: "end termination terminal rig ridge_ending ridge_end line_ending",
-    MinutiaKind.BIFURCATION: "bif fork ridge_bifurcation line_bifurcation",
+    MinutiaKind.ENDING: "t end term termination terminal rig ridge_ending ridge_end line_ending",
+    MinutiaKind.BIFURCATION: "3 bif fork ridge_bifurcation line_bifurcation",  # 3: crossing number
 }
 _KNOWN_TYPES: Final = {
     **TYPES,

@@ -10,7 +10,7 @@ from PIL import Image
 
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.registry import find_reader
-from research.fuzzing.targets.good_images import an2_text
+from research.fuzzing.targets.good_images import an2_text, ihead, lossless_jpeg
 
 DATA = Path(__file__).parent / "data"
 
@@ -36,45 +36,6 @@ def decoded(data):
 def wsq(name="rings_53x61"):
     """Return a WSQ file that NIST's own encoder made of rings."""
     return (DATA / f"{name}.wsq").read_bytes()
-
-
-def lossless_jpeg(pixels, table_class=0, number=0):
-    """Return a lossless JPEG (SOF3, the pixel to the left predicts) with a class of its tables."""
-    height, width = pixels.shape
-    values = pixels.astype(int)
-    before = np.empty_like(values)
-    before[:, 1:] = values[:, :-1]
-    before[1:, 0] = values[:-1, 0]
-    before[0, 0] = 128
-    bits = ""
-    for difference in (values - before).ravel().tolist():
-        size = abs(difference).bit_length()
-        low = difference if difference > 0 else difference + 2**size - 1
-        bits += f"{size:04b}" + (f"{low:0{size}b}" if size else "")
-    bits += "1" * (-len(bits) % 8)
-    coded = int(bits, 2).to_bytes(len(bits) // 8, "big").replace(b"\xff", b"\xff\x00")
-
-    def segment(marker, data):
-        return bytes([0xFF, marker]) + (2 + len(data)).to_bytes(2, "big") + data
-
-    table = bytes([table_class << 4 | number, 0, 0, 0, 9, *bytes(12), *range(9)])
-    return b"".join(
-        [
-            b"\xff\xd8",
-            segment(0xFE, b"NIST_COM 2\nPPI 500\n"),
-            segment(0xC3, struct.pack(">B2H4B", 8, height, width, 1, 1, 0x11, 0)),
-            segment(0xC4, table),
-            segment(0xDA, bytes([1, 1, number << 4, 1, 0, 0])) + coded + b"\xff\xd9",
-        ]
-    )
-
-
-def ihead(pixels, compression=0):
-    """Return an IHead file of NIST."""
-    numbers = (*pixels.shape[::-1], 8, 500, compression, 0, 8, 8)
-    texts = [b"%d" % number for number in numbers]
-    head = bytes(106) + b"".join(text.ljust(8, b"\0") for text in texts)
-    return b"288".ljust(8, b"\0") + head.ljust(288, b"\0") + pixels.tobytes()
 
 
 def with_fields(type_, fields):

@@ -133,9 +133,21 @@ def test_a_record_may_end_without_the_length_of_extended_data(name):
     record = read(whole[:at] + bytes([length]) + whole[at + 1 : -2])
     assert record.format == name
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
-    assert record.notes == ("it ends without the length of extended data",)
+    assert record.notes == (fmr.WITHOUT_EXTENDED,)
     with pytest.raises(TemplateError, match="cut short"):  # by its length it has two bytes more
         read(whole[:-2])
+
+
+@pytest.mark.parametrize("fingers", [(1, 2), (0, 0), (7, 8, 9)])
+def test_several_views_may_end_without_the_length_of_extended_data(fingers):
+    view = ISO_2005[25:-2]
+    body = b"".join(bytes([finger]) + view for finger in fingers)
+    head = ISO_2005[:8] + (24 + len(body)).to_bytes(4, "big") + ISO_2005[12:22]
+    record = read(head + bytes([len(fingers), 0]) + body)
+    assert record.format == "iso2005"
+    assert tuple(view.finger for view in record.views) == fingers
+    assert {view.template.minutiae.x.item() for view in record.views} == {100}
+    assert record.notes == (fmr.WITHOUT_EXTENDED,)
 
 
 @pytest.mark.parametrize("length", ["00000000", "00000001", "24000000", "00000fff"])

@@ -94,6 +94,7 @@ def test_a_number_chooses_a_print_of_a_card():
         ((1, 500, 357), (101, 60), 500),
         ((1, 250, 500), (72, 120), 500),
         ((2, 197, 141), (101, 60), 500),
+        ((1, 500, 0), (72, 60), 500),
     ],
 )
 def test_two_resolutions_become_one(scale, shape, dpi):

@@ -204,6 +204,7 @@ def _tagged_image(record: Record) -> StoredImage:
         same = "the same" if len(set(images)) == 1 else "different ones: the first was read"
         note = f"its record has {len(images)} images in fields {record.type}.{IMAGE_FIELD}, {same}"
     depth = _number(fields.get(12, b"8"))
+    across, down = across or down, down or across
     return StoredImage(data, name, width, height, units, across, down, depth, note)
 
 

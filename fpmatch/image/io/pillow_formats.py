@@ -48,6 +48,7 @@ MAX_PNM_HEADER: Final = 100_000  # bytes, comments and all
 MAX_PNM_TEXT: Final = 80_000_000  # bytes of a PNM whose pixels are written in digits
 
 _JPEG_START, _JPEG_SCAN = b"\xff\xd8", b"\xff\xda"
+_TABLE_BYTES: Final = 17  # before its symbols: class and number, and how many of each length
 _LOSSLESS_FRAME, _HUFFMAN_TABLES = b"\xc3", b"\xc4"
 _JPEG_SEGMENT: Final = re.compile(rb"\xff+([\x01-\xd9\xdb-\xfe])(..)", re.DOTALL)
 _PNM_TOKENS: Final = re.compile(rb"P[1-6](?:(?:#[^\r\n]*[\r\n]|[ \t\r\n\v\f])+[0-9]+){2,3}")
@@ -134,16 +135,20 @@ def _with_lossless_tables(data: bytes) -> bytes:
 
     Lossless JPEG has tables of this class only; NIST's encoder writes 1, which decoders refuse.
     """
-    changed, at, is_lossless = bytearray(data), len(_JPEG_START), False
+    tables, at, is_lossless = list[int](), len(_JPEG_START), False
     while segment := _JPEG_SEGMENT.match(data, at):
-        end = at + 2 + int.from_bytes(segment[2], "big")
+        at = segment.end() - 2 + int.from_bytes(segment[2], "big")
         is_lossless |= segment[1] == _LOSSLESS_FRAME
         table = segment.end()
-        while segment[1] == _HUFFMAN_TABLES and table + 17 <= min(end, len(data)):
-            changed[table] &= 0x0F
-            table += 17 + sum(data[table + 1 : table + 17])
-        at = end
-    return bytes(changed) if is_lossless else data
+        while segment[1] == _HUFFMAN_TABLES and table + _TABLE_BYTES <= min(at, len(data)):
+            tables.append(table)
+            table += _TABLE_BYTES + sum(data[table + 1 : table + _TABLE_BYTES])
+    if not is_lossless:
+        return data
+    changed = bytearray(data)
+    for table in tables:
+        changed[table] &= 0x0F
+    return bytes(changed)
 
 
 def _unknown_kind(data: bytes) -> str:

@@ -68,8 +68,8 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
             decoder.read_block(body.number(), coded.replace(b"\xff\x00", b"\xff"))
         else:
             decoder.read_segment(marker, body)
-    found = (_PPI.search(comment) for comment in decoder.comments)
-    ppi = next((match[1] for match in found if match), None)
+    matches = (_PPI.search(comment) for comment in decoder.comments)
+    ppi = next((match[1] for match in matches if match), None)
     return GreyImage(decoder.pixels(), dpi=usable_dpi(ppi), format="WSQ")
 
 

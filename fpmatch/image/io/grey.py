@@ -270,15 +270,15 @@ def _raw_pixels(data: bytes, size: RawSize) -> Grey:
 
 
 _IHEAD_PIXELS: Final = 296
-_IHEAD_NUMBERS: Final = range(114, 178, 8)  # width, height, depth, dpi, compression and others
+_IHEAD_NUMBERS: Final = range(114, 154, 8)  # width, height, depth, dpi, compression
 
 
 def decode_ihead(data: bytes, limits: ImageLimits) -> GreyImage:
     """Decode a file of NIST's IHead format, a header of text and pixels that are not compressed."""
     texts = [data[at : at + 8].partition(b"\0")[0].strip() for at in _IHEAD_NUMBERS]
-    if not all(text.isdigit() for text in texts[:5]):
+    if not all(text.isdigit() for text in texts):
         raise ImageReadError("damaged IHead image (text where a number should be)")
-    width, height, depth, dpi, compression = map(int, texts[:5])
+    width, height, depth, dpi, compression = map(int, texts)
     if compression or depth != 8:
         kind = f"compression {compression} and {depth} bits a pixel"
         raise ImageReadError(f"IHead image with {kind}, which cannot be read")

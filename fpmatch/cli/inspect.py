@@ -10,6 +10,7 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import (
     PRINT,
+    RECORD,
     files_argument,
     json_array_option,
     key_option,
@@ -40,6 +41,7 @@ Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 w
 )
 @files_argument("files", metavar="FILE...", type=PRINT)
 @reading_options
+@RECORD
 @json_array_option
 @key_option
 def inspect(
@@ -47,6 +49,7 @@ def inspect(
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
+    record: int | None,
     as_json: bool,
 ) -> int:
     """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
@@ -64,7 +67,7 @@ def inspect(
     from fpmatch.prints.reading import PrintReader
     from fpmatch.templates.minutiae import check_dpi
 
-    reader = PrintReader(raw, quiet=True).image
+    reader = PrintReader(raw, quiet=True, record=record).image
     if dpi is not None:
         check_dpi(dpi)
     polarities = find_polarities(files, polarity=polarity, dpi=dpi, reader=reader)

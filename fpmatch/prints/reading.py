@@ -53,14 +53,16 @@ _STDERR: Final = 2
 class PrintReader:
     """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
 
-    `angles` is how tables of minutiae measure them, where they do not define it themselves. With
-    `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
-    that read on one thread.
+    `angles` is how tables of minutiae measure them, where they do not define it themselves;
+    `record` is the number, from 1, of the print that is read of files with several. With `quiet`,
+    what C libraries write to stderr about damaged files is suppressed, in programs that read on
+    one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
     quiet: bool = False
     angles: AngleConvention | None = None
+    record: int | None = None
 
     def __call__(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
@@ -71,7 +73,10 @@ class PrintReader:
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
             from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
-            return load_record(path, options=ReadingOptions(angles=self.angles))
+            loaded = load_record(path, options=ReadingOptions(angles=self.angles))
+            if self.record is None or len(loaded.views) == 1:
+                return loaded
+            return loaded.of_view(self.record, path)
         with _failed_formats_named(head):
             return self.image(path, polarity=polarity, dpi=dpi)
 
@@ -80,7 +85,9 @@ class PrintReader:
     ) -> GreyImage:
         """Read an image as `fpmatch.image.io.read.read_image` does."""
         with _silence_c_libraries(active=self.quiet):
-            return read_image(path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi)
+            return read_image(
+                path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi, record=self.record
+            )
 
 
 def decode_print(
@@ -176,7 +183,8 @@ def make_given_print(
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
-        notes = (f"the first of its {len(content.views)} prints is used",) if several else ()
+        first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
+        notes = (first,) if several else ()
         template, image, stages = view.at(given_dpi).template, None, None
     else:
         known, notes, image = content.dpi is not None, (), content

@@ -132,8 +132,7 @@ def extract_print(
     content = (reader or PrintReader())(file.path)
     if isinstance(content, TemplateRecord) and len(content.views) > 1:
         raise TemplateError(
-            f"contains {len(content.views)} prints, and one is expected (fpmatch convert --view "
-            "takes one out)",
+            f"contains {len(content.views)} prints, and one is expected (--record N takes one)",
             path=file.path,
             code="several prints",
         )

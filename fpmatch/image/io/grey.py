@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.image.io.resolution import usable_dpi
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
@@ -19,9 +20,13 @@ if TYPE_CHECKING:
 
 _SENSORS: Final = (  # sizes of well-known sensors, width and height
     *((388, 374), (296, 560), (288, 384), (640, 480), (328, 364), (300, 480), (256, 364)),
-    *((448, 478), (240, 320), (400, 560), (152, 200)),
+    *((448, 478), (240, 320), (400, 560), (152, 200), (256, 288)),
 )
 _LEAST_SQUARE: Final = 96  # pixels; files of fewer bytes may be anything
+_LARGEST_GUESS: Final = 4_000_000  # pixels of a sensor whose size is looked for
+_LEAST_LIKENESS: Final = 0.5  # correlation of the rows of an image with the next ones
+_BITS: Final = (8, 4, 2, 1)  # of a pixel in a file without a header
+_ROWS: Final = ("bottom-up", "mirrored")
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
@@ -56,6 +61,7 @@ class ImageLimits:
 
 
 DEFAULT_LIMITS: Final = ImageLimits()
+FEWEST_RAW_BYTES: Final = DEFAULT_LIMITS.min_side_px**2 // 2  # of an image of 4 bits a pixel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,10 +189,16 @@ def _bands(shape: tuple[int, ...]) -> list[slice]:
 
 @dataclass(frozen=True, slots=True)
 class RawSize:
-    """The positive size of an image whose file is its pixels, row by row, 8 bits each."""
+    """The positive size of an image whose file is its pixels, row by row, 8, 4, 2 or 1 bits each.
+
+    Of several pixels in a byte the first is in its high bits. Rows may run from the bottom up, or
+    be mirrored.
+    """
 
     width: int
     height: int
+    bottom_up: bool = False
+    mirrored: bool = False
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -194,34 +206,85 @@ class RawSize:
 
     @property
     def bytes(self) -> int:
-        """Number of bytes of the file."""
+        """Number of bytes of the file, with 8 bits a pixel."""
         return self.width * self.height
+
+    def bits(self, size: int) -> int:
+        """Return the bits of a pixel in a file of `size` bytes; 0 where none of these fit."""
+        return next((bits for bits in _BITS if self.bytes * bits == size * 8), 0)
 
     @classmethod
     def parse(cls, text: str) -> RawSize:
-        """Return the size that ``WIDTHxHEIGHT`` names; raise ImageError for other text."""
-        size = _SIZE.fullmatch(text.strip())
-        if size is None:
-            raise ImageError(f"a size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
-        return cls(int(size[1]), int(size[2]))
+        """Return what ``WIDTHxHEIGHT[,bottom-up][,mirrored]`` means, or raise ImageError."""
+        first, *words = (word.strip().lower() for word in text.split(","))
+        size = _SIZE.fullmatch(first)
+        if size is None or not set(words) <= set(_ROWS) or len(set(words)) < len(words):
+            raise ImageError(
+                "a size is written WIDTHxHEIGHT, as in 388x374, where need be with ,bottom-up and "
+                f",mirrored, not {text!r}"
+            )
+        return cls(int(size[1]), int(size[2]), *(word in words for word in _ROWS))
 
     def __str__(self) -> str:
         return f"{self.width}x{self.height}"
 
 
 def likely_raw_size(data: bytes) -> RawSize | None:
-    """Return the size of a well-known sensor, or the square, of as many pixels; else None."""
-    side = math.isqrt(len(data))
-    square = [(side, side)] if side >= _LEAST_SQUARE else []
-    fits = (size for size in (*_SENSORS, *square) if size[0] * size[1] == len(data))
-    size = next(fits, None)
-    return size and RawSize(*size)
+    """Return the size of a well-known sensor, or a square, of which `data` are an image, or None.
+
+    In an image each row is like the next one; in rows of another width it is not.
+    """
+    likely, best = None, _LEAST_LIKENESS
+    for bits in _BITS:
+        side = math.isqrt(len(data) * 8 // bits)
+        for width, height in (*_SENSORS, (side, side)):
+            size = RawSize(max(width, 1), max(height, 1))
+            is_small = width == side and side < _LEAST_SQUARE
+            if size.bits(len(data)) != bits or is_small or size.bytes > _LARGEST_GUESS:
+                continue
+            pixels = _raw_pixels(data, size).astype(np.float32)
+            spread = float(pixels.var())
+            likeness = 1.0 - float(np.square(np.diff(pixels, axis=0)).mean()) / (2 * spread or 1.0)
+            if spread and likeness > best:
+                likely, best = size, likeness
+    return likely
 
 
 def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:
     """Return `data` as the pixels of an image of `size`; raise ImageError if they do not fit."""
     limits.check(size.width, size.height)
-    if len(data) != size.bytes:
-        raise ImageError(f"{len(data)} bytes are no {size} pixels of 8 bits")
-    pixels = np.frombuffer(data, np.uint8).reshape(size.height, size.width)
-    return GreyImage(pixels.copy(), format="raw")
+    bits = size.bits(len(data))
+    if not bits:
+        raise ImageError(f"{len(data)} bytes are no {size} pixels of 8, 4, 2 or 1 bits")
+    notes = () if bits == _BITS[0] else (f"its {len(data)} bytes were read as {bits} bits a pixel",)
+    return GreyImage(_raw_pixels(data, size), format="raw", notes=notes)
+
+
+def _raw_pixels(data: bytes, size: RawSize) -> Grey:
+    bits = size.bits(len(data))
+    shifts = np.arange(8 - bits, -1, -bits, dtype=np.uint8)
+    largest = 2**bits - 1
+    values = (np.frombuffer(data, np.uint8)[:, None] >> shifts & largest) * np.uint8(255 // largest)
+    rows = values.reshape(size.height, size.width)[:: -1 if size.bottom_up else 1]
+    return np.ascontiguousarray(rows[:, :: -1 if size.mirrored else 1])
+
+
+_IHEAD_PIXELS: Final = 296
+_IHEAD_NUMBERS: Final = range(114, 154, 8)  # width, height, depth, dpi, compression
+
+
+def decode_ihead(data: bytes, limits: ImageLimits) -> GreyImage:
+    """Decode a file of NIST's IHead format, a header of text and pixels that are not compressed."""
+    texts = [data[at : at + 8].partition(b"\0")[0].strip() for at in _IHEAD_NUMBERS]
+    if not all(text.isdigit() for text in texts):
+        raise ImageReadError("damaged IHead image (text where a number should be)")
+    width, height, depth, dpi, compression = map(int, texts)
+    if compression or depth != 8:
+        kind = f"compression {compression} and {depth} bits a pixel"
+        raise ImageReadError(f"IHead image with {kind}, which cannot be read")
+    size = RawSize(width, height)
+    pixels = data[_IHEAD_PIXELS : _IHEAD_PIXELS + size.bytes]
+    limits.check(size.width, size.height)
+    if len(pixels) < size.bytes:
+        raise ImageReadError("damaged IHead image (pixels are missing)")
+    return replace(decode_raw(pixels, size, limits), dpi=usable_dpi(dpi), format="IHead")

@@ -43,23 +43,19 @@ def usable_dpi(horizontal: object, vertical: object = None) -> float | None:
     return dpi if dpi is not None and same and MIN_DPI < dpi <= MAX_DPI else None
 
 
-def dpi_in_units(units: int, across: int, down: int) -> float | None:
-    """Return the resolution of a record: a code of the units, and whole pixels along either axis.
+def dpi_in_units(units: int, pixels: float) -> float | None:
+    """Return the resolution of a record in dpi, of a code of the units and whole pixels a unit.
 
     The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels per inch, 2 per centimetre.
+    Of the dpi that round to pixels per centimetre, a multiple of 100 is taken, if there is one.
     """
     if units == _RECORD_PER_INCH:
-        return usable_dpi(across, down)
-    if units == _RECORD_PER_CM:
-        return usable_dpi(_per_cm_as_dpi(across), _per_cm_as_dpi(down))
-    return None
-
-
-def _per_cm_as_dpi(pixels: int) -> int:
-    """Return pixels per centimetre in dpi, as a multiple of 100 where one is within rounding."""
+        return usable_dpi(pixels)
+    if units != _RECORD_PER_CM:
+        return None
     exact = pixels * CM_PER_INCH
     hundreds = round(exact, -2)
-    return round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact)
+    return usable_dpi(round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact))
 
 
 def tagged_dpi(image: Image.Image, head: bytes) -> tuple[float | None, tuple[str, ...]]:

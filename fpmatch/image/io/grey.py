@@ -11,6 +11,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.resolution import usable_dpi
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
@@ -30,10 +31,13 @@ _ROWS: Final = ("bottom-up", "mirrored")
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
-_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image without content
+_LEAST_USED: Final = 0.25  # of the range of a type; what uses less of it is stretched
+_FEW_PERCENT: Final = 0.1  # of the samples, darker and brighter than the range that is used
+_MOST_COUNTED: Final = 1_000_000  # samples
+_CLEARLY_MORE: Final = 1.25  # times the contrast, over black
 ON_WHITE: Final = "its transparent background was composed over white"
 ON_BLACK: Final = (
-    "its transparent background was composed over black, as nothing is visible over white"
+    "its transparent background was composed over black, where it has more contrast than over white"
 )
 ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully transparent"
 
@@ -105,14 +109,29 @@ class GreyImage:
 
 
 def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
-    """Return an array of pixels as 8-bit grey values (H, W): contiguous, or the array itself.
+    """Return an array of pixels as 8-bit grey values (H, W), as `grey_image` does."""
+    return grey_image(array, limits=limits).pixels
 
-    The array is grey, (H, W) or (H, W, 1), RGB or RGBA; transparent pixels are composed over white.
-    Black to white is False to True, 0..255 for uint8 and 0..65535 for uint16; other integers span
-    0..255 if none is larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
 
-    Raises ImageError if the shape or the type is none of these, a value is not finite or leaves its
-    span, or the size breaks a limit.
+def grey_image(
+    array: ArrayLike,
+    dpi: float | None = None,
+    *,
+    format: str = "",  # noqa: A002  (the name of the field)
+    notes: tuple[str, ...] = (),
+    limits: ImageLimits = DEFAULT_LIMITS,
+) -> GreyImage:
+    """Return an array of pixels as an image of 8-bit grey values, contiguous or the array itself.
+
+    The array is grey, (H, W) or (H, W, 1), RGB or RGBA. Black to white is False to True, and 0..255
+    for uint8. Other integers span 0..255 if none is larger, else 0..65535; floats span the first of
+    0..1, 0..255 and 0..65535 that holds them. Values that leave all spans, or use less than a
+    quarter of theirs (but for integers of 0..255), are stretched: the range of all but the highest
+    and lowest thousandth becomes 0..255. Transparent pixels are composed over white, or over black
+    where the image then has clearly more contrast. Notes say what was done.
+
+    Raises ImageError if the shape or the type is none of these, a value is not finite, all values
+    are one outside of 0..65535, or the size breaks a limit.
     """
     try:
         values = np.asarray(array)
@@ -122,48 +141,82 @@ def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
         shapes = "(H, W), (H, W, 3) or (H, W, 4)"
         raise ImageError(f"an image must have shape {shapes}, not {values.shape}")
     limits.check(values.shape[1], values.shape[0])
-    eight_bit = _eight_bit(values)
-    if eight_bit.ndim == 3:
-        eight_bit = _over(eight_bit, 255)
-    return np.ascontiguousarray(eight_bit)
+    if values.ndim == 2 or values.shape[2] < 4:
+        pixels, more = _eight_bit(values)
+        pixels = pixels if pixels.ndim == 2 else _over(pixels, 255)
+    else:
+        colours, more = _eight_bit(values if values.dtype == np.uint8 else values[..., :3])
+        if colours.shape[2] < 4:
+            opacity, _ = _eight_bit(values[..., 3], may_stretch=False)
+            colours = np.dstack([colours, opacity])
+        pixels, on_ground = _flattened(colours)
+        more += on_ground
+    return GreyImage(np.ascontiguousarray(pixels), dpi, format=format, notes=notes + more)
 
 
-def flatten_transparency(colours: Grey) -> tuple[Grey, tuple[str, ...]]:
+def _flattened(colours: Grey) -> tuple[Grey, tuple[str, ...]]:
     """Return RGBA values (H, W, 4) as grey values, and notes on what became of transparency.
 
-    They are composed over white, or over black where nothing shows over white; transparency is
-    ignored where every pixel is fully transparent.
+    Transparency is ignored where every pixel is fully transparent.
     """
     opacity = colours[..., 3]
     if opacity.min() == 255:
         return _over(colours[..., :3], 255), ()
     if opacity.max() == 0:
         return _over(colours[..., :3], 255), (ALL_TRANSPARENT,)
-    on_white = _over(colours, 255)
-    if int(on_white.max()) - int(on_white.min()) > _MAX_INVISIBLE:
-        return on_white, (ON_WHITE,)
-    return _over(colours, 0), (ON_BLACK,)
+    on_white, on_black = _over(colours, 255), _over(colours, 0)
+    if _steps(on_black) > _CLEARLY_MORE * _steps(on_white):
+        return on_black, (ON_BLACK,)
+    return on_white, (ON_WHITE,)
 
 
-def _eight_bit(values: NDArray[Any]) -> Grey:
-    """Scale `values` of any numeric type to 0..255."""
+def _steps(grey: Grey) -> float:
+    """Return the mean difference of pixels from their neighbours, below and beside."""
+    pairs = (grey[1:], grey[:-1]), (grey[:, 1:], grey[:, :-1])
+    return sum(float((np.maximum(a, b) - np.minimum(a, b)).mean()) for a, b in pairs)
+
+
+def _eight_bit(values: NDArray[Any], *, may_stretch: bool = True) -> tuple[Grey, tuple[str, ...]]:
+    """Scale `values` of any numeric type to 0..255; a note says what the type does not."""
     if values.dtype == np.uint8:
-        return values
+        return values, ()
     if values.dtype == np.bool_:
-        return np.where(values, np.uint8(255), np.uint8(0))
-    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        return np.where(values, np.uint8(255), np.uint8(0)), ()
+    is_float = values.dtype.kind == "f"
+    if is_float and not np.isfinite(values).all():
         raise ImageError("an image must not hold NaN or infinite values")
     if values.dtype.kind not in "iuf":
         raise ImageError(f"an image must hold numbers, not {values.dtype}")
-    narrow, wide = (1.0, 255.0) if values.dtype.kind == "f" else (255.0, 65535.0)
-    span = narrow if values.max() <= narrow and values.dtype.char != "H" else wide
-    if values.min() < 0 or values.max() > span:
-        given = f"pixel values run from {values.min():g} to {values.max():g}"
-        raise ImageError(f"{given}, outside 0 to {span:g}")
+    narrow, wide = (1.0, 255.0) if is_float else (255.0, 65535.0)
+    low, high = float(values.min()), float(values.max())
+    span = narrow if high <= narrow else wide
+    inside = low >= 0 and high <= span
+    is_byte = inside and span == narrow and not is_float
+    black, white = (0.0, span) if is_byte or not may_stretch else _used_range(values, low, high)
+    enough = inside and not 0 < white - black < _LEAST_USED * span
+    if not enough and not (may_stretch and 0 < white - black < math.inf):
+        raise ImageError(f"pixel values run from {low:g} to {high:g}, outside 0 to {span:g}")
     scaled = np.empty(values.shape, np.uint8)
     for rows in _bands(values.shape):
-        scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))
-    return scaled
+        if enough:
+            scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))
+        else:
+            share = (values[rows].astype(np.float64) - black) / (white - black)
+            scaled[rows] = np.rint(255.0 * np.clip(share, 0, 1))
+    if enough and not (is_byte and values.dtype.char == "H"):
+        return scaled, ()
+    run = f"its samples run from {low:g} to {high:g}"
+    if is_byte:
+        return scaled, (f"{run}: 8 of their 16 bits are read",)
+    return scaled, (f"{run}: {black:g} to {white:g} is scaled to black to white",)
+
+
+def _used_range(values: NDArray[Any], low: float, high: float) -> tuple[float, float]:
+    """Return the range of values without the few lowest and highest; or all of it."""
+    step = math.isqrt(values.size // _MOST_COUNTED) + 1
+    few = values[::step, ::step].astype(np.float64).ravel()
+    black, white = percentiles(few, _FEW_PERCENT, 100 - _FEW_PERCENT).tolist()
+    return (black, white) if black < white else (low, high)
 
 
 def _over(colours: Grey, ground: int) -> Grey:

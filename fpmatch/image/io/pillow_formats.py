@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import GreyImage, as_grey, flatten_transparency
+from fpmatch.image.io.grey import grey_image
 from fpmatch.image.io.resolution import tagged_dpi
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.io.grey import ImageLimits
+    from fpmatch.image.io.grey import GreyImage, ImageLimits
 
 # Name of Pillow's decoder, and the first bytes of its files.
 SIGNATURES: Final = {
@@ -69,7 +69,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
             dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
             if getattr(image, "is_animated", False):
                 notes += (FIRST_OF_SEVERAL,)
-            samples = _samples(image)
+            samples = pillow_samples(image)
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
@@ -81,10 +81,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
     except Exception as error:  # decoders raise almost anything on damage
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
-    if samples.ndim == 3 and samples.shape[2] == 4 and samples.dtype == np.uint8:
-        pixels, on_ground = flatten_transparency(samples)
-        return GreyImage(pixels, dpi, format=decoder, notes=notes + on_ground)
-    return GreyImage(as_grey(samples, limits=limits), dpi, format=decoder, notes=notes)
+    return grey_image(samples, dpi, format=decoder, notes=notes, limits=limits)
 
 
 def error_text(error: Exception) -> str:
@@ -102,7 +99,7 @@ def _decoder_warnings_held() -> Iterator[None]:
         yield
 
 
-def _samples(image: Image.Image) -> NDArray[Any]:
+def pillow_samples(image: Image.Image) -> NDArray[Any]:
     """Return samples of grey, RGB or RGBA in a type that defines their span."""
     if image.mode.startswith("I;16"):
         return _sixteen_bit_samples(image)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.image.preprocess.foreground import FAINT_CONTRAST
 from fpmatch.image.quality.measures import MM_PER_PX, LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
 
@@ -41,7 +42,7 @@ BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest 
 class Reason:
     """One fault of a print."""
 
-    code: str  # no ridges, too small, partial, too dry, too wet, blurred or wrong resolution
+    code: str  # no ridges, too small, partial, faint, too dry, too wet, blurred, wrong resolution
     message: str  # what is wrong, and what to do about it
     dpi: float | None = None  # the probable resolution, where the given one is wrong
 
@@ -152,6 +153,17 @@ def _about_area(m: QualityMeasures) -> list[Reason]:
 
 
 def _about_ink(m: QualityMeasures) -> list[Reason]:
+    return [*_about_contrast(m), *_about_moisture(m)]
+
+
+def _about_contrast(m: QualityMeasures) -> list[Reason]:
+    if not m.ridges_mm2 > 0 or m.contrast >= FAINT_CONTRAST:
+        return []
+    found = f"contrast of {m.contrast:.0f} grey levels of 255"
+    return [Reason("faint", f"{found} (set exposure and range of the scanner or sensor)")]
+
+
+def _about_moisture(m: QualityMeasures) -> list[Reason]:
     if m.dark_share < MIN_DARK:
         return [Reason("too dry", "ridges are thin and broken (moisten the finger, press on)")]
     if m.dark_share > MAX_DARK:

@@ -101,7 +101,7 @@ def extract(
     source = read_image(image) if isinstance(image, str | Path) else image
     if isinstance(source, np.ndarray):
         source = GreyImage(as_grey(source))
-    known = source.dpi if dpi is None else dpi
+    known = (source.dpi or source.likely_dpi) if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.image.folder_polarity import PolarityReader
+    from fpmatch.image.folder_traits import FolderReader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.templates.minutiae import Template
@@ -98,17 +98,17 @@ def folder_reader(
     dpi: float | None = None,
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     engine: Engine | None = None,
-) -> PolarityReader[GreyImage | TemplateRecord]:
+) -> FolderReader[GreyImage | TemplateRecord]:
     """Return a reader of prints that reads the images of a folder with one polarity.
 
     `polarity`, `dpi` and `reader` are as for
-    `fpmatch.image.folder_polarity.find_polarities` (default reader: `PrintReader`); an
+    `fpmatch.image.folder_traits.find_traits` (default reader: `PrintReader`); an
     `engine` looks at the images (default: this process).
     """
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
+    from fpmatch.image.folder_traits import FolderReader, find_traits  # noqa: PLC0415
 
     read, files = reader or PrintReader(), list(prints)
-    polarities = find_polarities(
+    traits = find_traits(
         [file.path for file in files],
         polarity=polarity,
         dpi=dpi,
@@ -116,7 +116,7 @@ def folder_reader(
         each=map if engine is None else partial(results_of_each, engine),
         places={file.path.parent: file.place for file in files if file.place is not None},
     )
-    return PolarityReader(read, polarities, dpi)
+    return FolderReader(read, traits, dpi)
 
 
 def extract_print(

@@ -22,7 +22,7 @@ from fpmatch.gallery.engine.workers import (
 )
 from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
-from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+from fpmatch.image.folder_traits import FolderReader, find_traits
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.prints.reading import FOUND_DPI, PrintReader, dpi_source
 
@@ -142,7 +142,7 @@ def dataset_reader(
     engine: Engine | None = None,
     *,
     polarity: Polarity = "auto",
-) -> PolarityReader[GreyImage | TemplateRecord]:
+) -> FolderReader[GreyImage | TemplateRecord]:
     """Return a reader of the prints of some databases, the images of a folder with one polarity.
 
     It is `polarity`, unless that is "auto"; an `engine` looks at the images (default: this
@@ -153,8 +153,8 @@ def dataset_reader(
     each = map if engine is None else partial(results_of_each, engine)
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
     how: dict[str, Any] = {"polarity": polarity, "reader": reader, "each": each, "places": places}
-    polarities = find_polarities(paths, **how)
-    return PolarityReader(reader, polarities)
+    traits = find_traits(paths, **how)
+    return FolderReader(reader, traits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ class SetImages:
     """The images of some databases, for matchers that want them; read anew where they are used."""
 
     paths: tuple[tuple[Path, ...], ...]
-    reader: PolarityReader[GreyImage | TemplateRecord]
+    reader: FolderReader[GreyImage | TemplateRecord]
 
     @classmethod
     def of(cls, datasets: Sequence[Dataset]) -> SetImages:

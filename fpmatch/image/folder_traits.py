@@ -113,7 +113,7 @@ def find_traits(
     known = cache(read_dataset_info)
     place = {folder: (places or {}).get(folder, folder) for folder in folders}
     polarities = dict.fromkeys(folders, polarity)
-    resolutions = dict.fromkeys(folders, dpi)
+    resolutions: dict[Path, float | None] = dict.fromkeys(folders, dpi)
     for folder, above in place.items():
         for described in dict.fromkeys((folder, above if above.is_dir() else above.parent)):
             if polarities[folder] == "auto":

@@ -14,8 +14,8 @@ import numpy as np
 from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import GreyImage, as_grey, flatten_transparency
-from fpmatch.image.io.resolution import tagged_dpi
+from fpmatch.image.io.grey import GreyImage, as_grey, flatten_transparency, with_square_pixels
+from fpmatch.image.io.resolution import tagged_axes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -61,7 +61,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     try:
         with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:
             limits.check(*image.size)
-            dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
+            axes, notes = tagged_axes(image, data[:_HEAD_BYTES])
             if getattr(image, "is_animated", False):
                 notes += (FIRST_OF_SEVERAL,)
             samples = _samples(image)
@@ -78,8 +78,10 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
     if samples.ndim == 3 and samples.shape[2] == 4 and samples.dtype == np.uint8:
         pixels, on_ground = flatten_transparency(samples)
-        return GreyImage(pixels, dpi, format=decoder, notes=notes + on_ground)
-    return GreyImage(as_grey(samples, limits=limits), dpi, format=decoder, notes=notes)
+        notes += on_ground
+    else:
+        pixels = as_grey(samples, limits=limits)
+    return with_square_pixels(GreyImage(pixels, format=decoder, notes=notes), axes, limits)
 
 
 def error_text(error: Exception) -> str:

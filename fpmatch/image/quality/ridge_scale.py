@@ -161,8 +161,12 @@ def clear_period_px(pixels: Grey) -> float | None:
     period = ridge_period_px(pixels)
     if period is None and pixels.size <= MAX_PX / 4:  # a window may have too many ridges
         period = _period_at(pixels, 2.0, cv2.INTER_LINEAR)
-    if period is None or period > _LONG_PX:  # or too few
-        period = _period_at(pixels, 0.5, cv2.INTER_AREA) or period
+    zoom = 0.5
+    while period * zoom > _LONG_PX / 2 if period else zoom == 0.5:
+        reduced = _period_at(pixels, zoom, cv2.INTER_AREA)
+        if reduced is None:
+            break
+        period, zoom = reduced, zoom / 2
     return period
 
 

@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
 FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
+OF_TWO_SENSORS: Final = (
+    "the prints are of two sensors by their ridges, of {:g} and {:g} dpi: each has the nearer one"
+)
 
 Read = TypeVar("Read")
 
@@ -65,10 +68,12 @@ class FolderReader(Generic[Read]):
         if self.dpi is not None or not isinstance(content, GreyImage) or content.dpi is not None:
             return content
         found = [dpi for dpi in traits.dpi if is_sound(content.pixels.shape, dpi)]
+        notes = content.notes
         if len(found) > 1:
+            notes += (OF_TWO_SENSORS.format(*found),)
             period = clear_period_px(content.pixels)
             found.sort(key=lambda dpi: 0.0 if period is None else _unlike(period, dpi))
-        return replace(content, likely_dpi=found[0]) if found else content
+        return replace(content, likely_dpi=found[0], notes=notes) if found else content
 
 
 class _Evidence(NamedTuple):

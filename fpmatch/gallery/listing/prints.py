@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.image.folder_traits import FolderReader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
@@ -125,9 +126,22 @@ def extract_print(
     """Return the template of a print: extracted from an image, or read from a template file.
 
     `reader` reads the file (default: `PrintReader`), and an image is `graded` with its quality.
+    Raises QualityError if the quality of an image, 0 to 100, is below `min_quality`; else the
+    errors of `read_one_print`.
+    """
+    given = read_one_print(file, reader, min_quality)
+    quality = given.quality.score if graded and given.quality is not None else None
+    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
+    return ExtractedPrint(given.template, given.dpi_assumed, notes, quality)
+
+
+def read_one_print(
+    file: PrintFile, reader: Reader | None = None, min_quality: int = 0
+) -> GivenPrint:
+    """Read the one print of a file, as `extract_print` does.
+
     Raises TemplateError, ImageReadError or ImageError if it cannot be read, cannot contain a
-    fingerprint, has no minutiae, or contains several prints; QualityError if the quality of an
-    image, 0 to 100, is below `min_quality`.
+    fingerprint, has no minutiae, or contains several prints.
     """
     content = (reader or PrintReader())(file.path)
     if isinstance(content, TemplateRecord) and len(content.views) > 1:
@@ -144,9 +158,7 @@ def extract_print(
     if not len(given.template.minutiae):
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=file.path, code="no minutiae")
-    quality = given.quality.score if graded and given.quality is not None else None
-    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
-    return ExtractedPrint(given.template, given.dpi_assumed, notes, quality)
+    return given
 
 
 def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:

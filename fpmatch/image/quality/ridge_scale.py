@@ -46,8 +46,9 @@ MOST_DEVIATIONS: Final = 2.9  # the density there is exp(-4.2) of that at the ty
 POSSIBLE_MM: Final = (0.31, 0.63)  # of a print that is tried at another resolution
 TWO_SENSORS: Final = (0.3, 3.5)
 """Least distance of two groups of periods, in logarithms and in their standard deviations."""
+_OF_FEW: Final = 0.5  # the first of these for few prints
+_FEW_PRINTS: Final = 24
 _LEAST_GROUP: Final = 0.1  # of all prints
-_FEW_PRINTS: Final = 8  # are one group
 MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5 million
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
 _WINDOW_PX: Final = 64
@@ -135,14 +136,15 @@ def common_dpi(periods_px: Sequence[float]) -> float:
 def sensors_of(periods_px: Sequence[float]) -> list[list[float]]:
     """Return the distances of ridges in one group or, clearly those of two sensors, in two."""
     ordered = sorted(periods_px)
-    least = max(2, math.ceil(_LEAST_GROUP * len(ordered)))
-    if len(ordered) < _FEW_PRINTS:
+    if len(ordered) < 2:
         return [ordered]
+    least = math.ceil(_LEAST_GROUP * len(ordered))
     logs = np.log(ordered)
     parts = [(logs[:k], logs[k:]) for k in range(least, len(logs) - least + 1)]
     low, high = min(parts, key=lambda two: sum(part.var() * len(part) for part in two))
     apart, spread = high.mean() - low.mean(), math.hypot(low.std(), high.std()) / math.sqrt(2.0)
-    if apart < TWO_SENSORS[0] or apart < TWO_SENSORS[1] * spread:
+    needed = _OF_FEW if len(ordered) < _FEW_PRINTS else TWO_SENSORS[0]
+    if apart < needed or apart < TWO_SENSORS[1] * spread:
         return [ordered]
     return [ordered[: len(low)], ordered[len(low) :]]
 

@@ -100,7 +100,7 @@ def folder_reader(
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     engine: Engine | None = None,
 ) -> FolderReader[GreyImage | TemplateRecord]:
-    """Return a reader of prints that reads the images of a folder with one polarity.
+    """Return a reader of prints that reads the images of a folder with one polarity and resolution.
 
     `polarity`, `dpi` and `reader` are as for
     `fpmatch.image.folder_traits.find_traits` (default reader: `PrintReader`); an

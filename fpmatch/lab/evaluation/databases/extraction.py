@@ -143,10 +143,9 @@ def dataset_reader(
     *,
     polarity: Polarity = "auto",
 ) -> FolderReader[GreyImage | TemplateRecord]:
-    """Return a reader of the prints of some databases, the images of a folder with one polarity.
+    """Return a reader of the prints of some databases; see `find_traits`.
 
-    It is `polarity`, unless that is "auto"; an `engine` looks at the images (default: this
-    process).
+    An `engine` looks at the images (default: this process).
     """
     files = [dataset for dataset in datasets if not dataset.in_gallery]
     paths = [impression.path for dataset in files for impression in dataset.impressions]
@@ -193,8 +192,8 @@ def extract_datasets(
     The templates of a gallery are taken as they are, whatever the extractor. `datasets`: the
     databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`. `extractor`: a function
     at the top of a module that makes a template from a path and a resolution (None: the file's
-    own), alone or in an `ExtractedPrint` with notes. By default it is `extract_image`, the images
-    of a folder read with one polarity. `workers`, `engine`, `progress`, `stage`: as for
+    own), alone or in an `ExtractedPrint` with notes. By default it is `extract_image` with
+    the reader of `dataset_reader`. `workers`, `engine`, `progress`, `stage`: as for
     `fpmatch.gallery.engine.workers.attempt_all`, in images. The result is each database with its
     templates, CPU times and reasons of failures.
     """

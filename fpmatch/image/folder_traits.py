@@ -67,13 +67,13 @@ class FolderReader(Generic[Read]):
         content = self.reader(path, polarity=traits.polarity, dpi=self.dpi)
         if self.dpi is not None or not isinstance(content, GreyImage) or content.dpi is not None:
             return content
-        found = [dpi for dpi in traits.dpi if is_sound(content.pixels.shape, dpi)]
+        possible = [dpi for dpi in traits.dpi if is_sound(content.pixels.shape, dpi)]
         notes = content.notes
-        if len(found) > 1:
-            notes += (OF_TWO_SENSORS.format(*found),)
+        if len(possible) > 1:
+            notes += (OF_TWO_SENSORS.format(*possible),)
             period = clear_period_px(content.pixels)
-            found.sort(key=lambda dpi: 0.0 if period is None else _unlike(period, dpi))
-        return replace(content, likely_dpi=found[0], notes=notes) if found else content
+            possible.sort(key=lambda dpi: 0.0 if period is None else _unlike(period, dpi))
+        return replace(content, likely_dpi=possible[0], notes=notes) if possible else content
 
 
 class _Evidence(NamedTuple):
@@ -138,7 +138,7 @@ def find_traits(
     for (path, *_), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
         if one is not None:
             evidence[group[path.parent]].append(one)
-    found = {key: _resolutions(of) for key, of in evidence.items()}
+    unstated = {key: _resolutions(of) for key, of in evidence.items()}
     doubtful = [folder for folder in open_ if polarities[folder] == "auto"]
     common = {key: common_polarity([one.polarity for one in of]) for key, of in evidence.items()}
     polarities |= {folder: common[group[folder]] for folder in doubtful}
@@ -146,7 +146,7 @@ def find_traits(
     groups = dict.fromkeys(group[folder] for folder in doubtful)
     together = common_polarity([one.polarity for key in groups for one in evidence[key]])
     polarities |= dict.fromkeys(doubtful, together)
-    return {f: FolderTraits(one, found.get(group[f], ())) for f, one in polarities.items()}
+    return {f: FolderTraits(one, unstated.get(group[f], ())) for f, one in polarities.items()}
 
 
 def _resolutions(evidence: Sequence[_Evidence]) -> tuple[float, ...]:

@@ -36,8 +36,8 @@ USUAL_DPI: Final = (STANDARD_DPI, 250.0, 363.0, 569.0, 1000.0)
 
 TYPICAL_MM: Final = 0.46
 """Median period of prints; the logarithm of that of a sensor's prints, and of one print of them,
-are normally distributed about it and about the sensor's, with these standard deviations. They are
-measured by ``research check resolution``."""
+are normally distributed about it and about the sensor's, with about these standard deviations;
+``research check resolution`` measures them."""
 SENSORS_SD: Final = 0.1
 PRINTS_SD: Final = 0.13  # of the least regular sensor
 

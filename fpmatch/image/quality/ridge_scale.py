@@ -119,7 +119,7 @@ def common_dpi(periods_px: Sequence[float]) -> float:
     Examples
     --------
     >>> common_dpi([9.1, 8.4]), common_dpi([5.8]), common_dpi([5.8] * 30), common_dpi([17.5])
-    (500.0, 500.0, 330.0, 1000.0)
+    (500.0, 500.0, 320.0, 1000.0)
     """
     if not periods_px:
         return STANDARD_DPI

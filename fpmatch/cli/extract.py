@@ -132,7 +132,7 @@ def extract(
     from fpmatch.base.output import check_writable
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import described
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
@@ -152,8 +152,8 @@ def extract(
     make_folder(output)
     check_writable(output / images[0].name)
     reader = PrintReader(raw, quiet=True, angles=angles, record=record)
-    polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
-    of_folder = PolarityReader(reader, polarities, dpi)
+    traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader)
+    of_folder = FolderReader(reader, traits, dpi)
     if len(images) > 1:
         say_slow_kernels()
     failures: list[FpmatchError] = []

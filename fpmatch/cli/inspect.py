@@ -63,15 +63,15 @@ def inspect(
     """
     from fpmatch.cli.inspection import inspect_file
     from fpmatch.image.dataset_folder import described
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.prints.reading import PrintReader
     from fpmatch.templates.minutiae import check_dpi
 
     reader = PrintReader(raw, quiet=True, record=record).image
     if dpi is not None:
         check_dpi(dpi)
-    polarities = find_polarities(files, polarity=polarity, dpi=dpi, reader=reader)
-    image_reader = PolarityReader(reader, polarities, dpi)
+    traits = find_traits(files, polarity=polarity, dpi=dpi, reader=reader)
+    image_reader = FolderReader(reader, traits, dpi)
     inspections: list[Inspection] = []
     failures = 0
     for file in files:

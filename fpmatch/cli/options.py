@@ -137,7 +137,7 @@ _DPI: Final = click.option(
     "--dpi",
     type=float,
     help="Resolution of the prints in dots per inch.  [default: of dataset.toml beside a file, of "
-    "the file, or by its ridges]",
+    "the file, or by the ridges of all prints of its folder]",
 )
 _RAW: Final = click.option(
     "--raw",

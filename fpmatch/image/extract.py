@@ -102,7 +102,7 @@ def extract(
     if isinstance(source, np.ndarray):
         source = grey_image(source)
     check_type(source, GreyImage, "an image is a path, a GreyImage or an array", ImageError)
-    known = source.dpi if dpi is None else dpi
+    known = (source.dpi or source.likely_dpi) if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)

@@ -43,9 +43,11 @@ Name = TypeVar("Name")
 DpiSource = Literal["given", "stated", "found", "assumed"]
 """Where a resolution comes from: the caller, the file, the ridges or a match, nowhere."""
 
-ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
-FOUND_DPI: Final = "resolution unknown; {:g} dpi by its ridges"
-MATCHED_DPI: Final = "resolution unknown; {:g} dpi by its ridges and the match"
+UNKNOWN_DPI: Final = "resolution unknown; "
+ASSUMED_DPI: Final = f"{UNKNOWN_DPI}{STANDARD_DPI:g} dpi assumed"
+FOUND_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges"
+COMMON_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by the ridges of the prints with it"
+MATCHED_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges and the match"
 _STDERR: Final = 2
 
 
@@ -122,7 +124,10 @@ class GivenPrint:
     @cached_property
     def quality(self) -> PrintQuality | None:
         """Quality of the image; None for a template."""
-        return None if self.stages is None else self.stages.quality(self.template.dpi)
+        if self.stages is None:
+            return None
+        quality = self.stages.quality(self.template.dpi)
+        return quality.at_found_resolution() if self.dpi_source == "found" else quality
 
     @property
     def dpi_assumed(self) -> bool:
@@ -166,6 +171,16 @@ def dpi_source(template: Template, *, given: bool, known: bool) -> DpiSource:
     return "assumed" if template.dpi == STANDARD_DPI else "found"
 
 
+def dpi_notes(
+    content: GreyImage | TemplateRecord, template: Template, source: DpiSource
+) -> tuple[str, ...]:
+    """Return the note on the resolution of a print that states none."""
+    if source == "assumed":
+        return (ASSUMED_DPI,)
+    alone = not isinstance(content, GreyImage) or content.likely_dpi is None
+    return ((FOUND_DPI if alone else COMMON_DPI).format(template.dpi),) * (source == "found")
+
+
 def make_given_print(
     content: GreyImage | TemplateRecord,
     name: str,
@@ -191,8 +206,12 @@ def make_given_print(
         stages = QualityRecorder() if recorder is None else None
         template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
     source = dpi_source(template, given=given_dpi is not None, known=known)
-    on_dpi = {"assumed": (ASSUMED_DPI,), "found": (FOUND_DPI.format(template.dpi),)}.get(source, ())
-    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
+    all_notes = (
+        *content.notes,
+        *notes,
+        *find_doubts(template),
+        *dpi_notes(content, template, source),
+    )
     return GivenPrint(name, template, image, all_notes, stages, source, enhance)
 
 

@@ -38,7 +38,7 @@ _WORKERS_NEED: Final = (
     "fpmatch.gallery.listing.entry",
     "fpmatch.gallery.listing.prints",
     "fpmatch.image.io.registry",
-    "fpmatch.image.folder_polarity",
+    "fpmatch.image.folder_traits",
     "fpmatch.prints.reading",
 )
 

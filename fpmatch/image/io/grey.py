@@ -84,6 +84,8 @@ class GreyImage:
         Name of the file format; "" where there was no file.
     notes : tuple of str
         What reading changed or assumed, such as inverted grey values.
+    likely_dpi : float or None
+        Resolution by the ridges of the prints that came with this one, where `dpi` is None.
 
     Raises
     ------
@@ -98,6 +100,7 @@ class GreyImage:
     source: str = "array"
     format: str = field(default="", repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
+    likely_dpi: float | None = None
 
     def __post_init__(self) -> None:
         if self.pixels.ndim != 2 or self.pixels.dtype != np.uint8:
@@ -106,6 +109,26 @@ class GreyImage:
             raise ImageError(f"{self.source}: an image must have pixels")
         if self.dpi is not None:
             object.__setattr__(self, "dpi", check_dpi(self.dpi))
+
+
+def with_square_pixels(
+    image: GreyImage, axes: tuple[float, float] | None, limits: ImageLimits = DEFAULT_LIMITS
+) -> GreyImage:
+    """Return an image with its resolution across and down, resampled to the higher if they differ.
+
+    Raises ImageError if it is then larger than the limits.
+    """
+    if axes is None or axes[0] == axes[1]:
+        return replace(image, dpi=None if axes is None else axes[0])
+    import cv2  # noqa: PLC0415
+
+    dpi = max(axes)
+    height, width = image.pixels.shape
+    size = round(width * dpi / axes[0]), round(height * dpi / axes[1])
+    limits.check(*size)
+    pixels = cv2.resize(image.pixels, size, interpolation=cv2.INTER_CUBIC)
+    note = f"its resolution is {axes[0]:g} dpi across and {axes[1]:g} down: resampled to {dpi:g}"
+    return replace(image, pixels=np.asarray(pixels, np.uint8), dpi=dpi, notes=(*image.notes, note))
 
 
 def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:

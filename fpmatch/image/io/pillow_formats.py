@@ -14,8 +14,8 @@ import numpy as np
 from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import grey_image
-from fpmatch.image.io.resolution import tagged_dpi
+from fpmatch.image.io.grey import grey_image, with_square_pixels
+from fpmatch.image.io.resolution import tagged_axes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,7 +66,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     try:
         with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:
             limits.check(*image.size)
-            dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
+            axes, notes = tagged_axes(image, data[:_HEAD_BYTES])
             if getattr(image, "is_animated", False):
                 notes += (FIRST_OF_SEVERAL,)
             samples = pillow_samples(image)
@@ -81,7 +81,8 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
     except Exception as error:  # decoders raise almost anything on damage
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
-    return grey_image(samples, dpi, format=decoder, notes=notes, limits=limits)
+    grey = grey_image(samples, format=decoder, notes=notes, limits=limits)
+    return with_square_pixels(grey, axes, limits)
 
 
 def error_text(error: Exception) -> str:

@@ -9,13 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-import cv2
-import numpy as np
-
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, ImageReadError
-from fpmatch.image.io.grey import RawSize, decode_raw
-from fpmatch.image.io.resolution import dpi_in_units
+from fpmatch.image.io.grey import RawSize, decode_raw, with_square_pixels
+from fpmatch.image.io.resolution import dpi_in_units, usable_axes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,7 +24,6 @@ if TYPE_CHECKING:
 
 UNCOMPRESSED: Final = "NONE"
 _DEPTH: Final = 8
-_SAME: Final = 1.01  # ratio of the resolutions of two axes that are taken for equal
 _VERSION_2011: Final = b"020\x00"
 _PIXELS: Final = 0  # compression code of one byte a pixel; other images are recognized by content
 _PACKED: Final = 1
@@ -129,16 +125,6 @@ def decode_stored(
     if (height, width) != (image.height, image.width):
         given = f"its record gives a size of {image.width} x {image.height} pixels"
         notes += (f"{given}, but its image has {width} x {height}",)
-    across, down = (dpi_in_units(image.units, n) for n in (image.across, image.down))
-    if across is None or down is None:
-        return replace(decoded, notes=notes)
-    dpi = max(across, down)
-    if dpi <= min(across, down) * _SAME:
-        return replace(decoded, dpi=across, notes=notes)
-    new_size = RawSize(round(width * dpi / across), round(height * dpi / down))
-    limits.check(new_size.width, new_size.height)
-    pixels = np.asarray(
-        cv2.resize(decoded.pixels, (new_size.width, new_size.height)), dtype=np.uint8
-    )
-    notes += (f"its resolutions of {across:g} across and {down:g} down are made {dpi:g} dpi",)
-    return replace(decoded, pixels=pixels, dpi=dpi, notes=notes)
+    decoded = replace(decoded, notes=notes)
+    axes = usable_axes(*(dpi_in_units(image.units, n) for n in (image.across, image.down)))
+    return decoded if axes is None else with_square_pixels(decoded, axes, limits)

@@ -8,7 +8,7 @@ of the similarity among the good ones. It was learned from synthetic prints by
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from fpmatch.image.preprocess.foreground import FAINT_CONTRAST
 from fpmatch.image.quality.measures import MM_PER_PX, LinearWeights
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Doubles
@@ -67,6 +67,10 @@ class PrintQuality:
 
     def __str__(self) -> str:
         return "; ".join([f"quality {self.score}", *map(str, self.reasons)])
+
+    def at_found_resolution(self) -> PrintQuality:
+        """Return it without the reason that the resolution is wrong, for one that was found."""
+        return replace(self, reasons=tuple(r for r in self.reasons if r.code != WRONG_RESOLUTION))
 
     def as_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""
@@ -173,11 +177,11 @@ def _about_moisture(m: QualityMeasures) -> list[Reason]:
 
 def wrong_resolution(period_px: float, dpi: float) -> Reason:
     """Return the reason for a ridge period of `period_px` pixels at 500 dpi."""
-    probable = round(dpi * period_px / TYPICAL_PERIOD_PX, -1)
+    probable = min(max(round(dpi * period_px / TYPICAL_PERIOD_PX, -1), MIN_DPI), MAX_DPI)
     return Reason(
         WRONG_RESOLUTION,
         f"ridges lie {period_px * dpi / STANDARD_DPI:.1f} px apart, {period_px * MM_PER_PX:.2f} mm "
-        f"at {dpi:g} dpi; on most fingers {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} mm: the resolution "
-        f"is probably not {dpi:g} dpi but about {probable:.0f} dpi (set it)",
+        f"at {dpi:g} dpi, and {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} mm on most fingers: the "
+        f"resolution is probably not {dpi:g} dpi but about {probable:.0f} dpi (set it)",
         dpi=probable,
     )

@@ -48,7 +48,7 @@ def read_image(
     path : path-like
         A TIFF, PNG, BMP, JPEG, PGM/PPM/PBM, GIF, WebP, JPEG 2000 or WSQ file of 1, 8, 16 or 32
         bits a sample; grey, palette or colour; or a record with an image, of ANSI/NIST-ITL (AN2),
-        ISO/IEC 19794-4 or ANSI 381. Transparent pixels are composed over white; of several images
+        ISO/IEC 19794-4 or ANSI 381. Of transparent pixels see `grey_image`; of several images
         the first is read.
     limits : ImageLimits
         Sizes that are refused, before reading and decoding.

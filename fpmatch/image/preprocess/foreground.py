@@ -35,12 +35,12 @@ BOX_OPENING_BLOCKS: Final = 3
 MARGIN_PX: Final = 16
 MIN_SIDE_PX: Final = 64
 
-CONTRAST_SIDE_BLOCKS: Final = 15  # of the square that shows the contrast of a print
+CONTRAST_SIDE: Final = 7  # of the square that shows the contrast of a print, in every second block
 FAINT_CONTRAST: Final = 38  # grey levels; every print of nine sensors and of ink has more
-LEAST_CONTRAST: Final = 5  # of a print; less may be rounding
+LEAST_CONTRAST: Final = 4  # of a print; less may be rounding
 STRETCHED_CONTRAST: Final = 96  # of a faint print after stretching
 LEAST_SHARE: Final = 0.6  # of that which is left where the ground is taken away; a gradient is not
-GROUND_PX, GROUND_SIGMA_PX = 51, 12.0  # window of the median that is its ground, and smoothing
+GROUND_PX, GROUND_SIGMA_PX = 61, 12.0  # window of the median that is its ground, and smoothing
 
 # Lengths in blocks (8 px at 500 dpi), contrasts in grey levels.
 SMOOTHING_BLOCKS: Final = 1.2
@@ -65,8 +65,8 @@ def ridge_contrast(grey: Grey) -> int:
     blocks = _ranges(grey)
     if not blocks.size:
         return 0
-    padded = np.pad(blocks, CONTRAST_SIDE_BLOCKS // 2)
-    return int(cv2.medianBlur(padded, CONTRAST_SIDE_BLOCKS).max())
+    padded = np.pad(blocks[::2, ::2], CONTRAST_SIDE // 2)
+    return int(cv2.medianBlur(padded, CONTRAST_SIDE).max())
 
 
 def stretch_contrast(grey: Grey) -> Grey:

@@ -164,11 +164,10 @@ def compare_prepared(matcher: Matcher, probe: Any, reference: Any) -> Comparison
     """Compare two prepared templates; raise MatcherError where a plug-in answers wrongly."""
     if is_own(matcher):
         return matcher.compare(probe, reference)
-    comparison = call_matcher(matcher, "compare", probe, reference)
+    comparison: Comparison = call_matcher(matcher, "compare", probe, reference)
     if wrong := _what_is_wrong(comparison):
         raise MatcherError(f"matcher {matcher.name}: compare returned {wrong}", code=PLUG_IN)
-    found: Comparison = comparison
-    return found
+    return comparison
 
 
 def check_repeats(matcher: Matcher, probe: Any, reference: Any, similarity: float) -> None:

@@ -46,7 +46,7 @@ def test_no_secret_is_printed(run):
     [
         (["k", "--new"], "--add puts a new key into it"),
         (["env:K", "--new"], "cannot be changed"),
-        (["none/k", "--new"], "cannot be written"),
+        (["/dev/null/k", "--new"], "cannot be written"),
         (["none"], "file:none: no such file"),
         (["file:."], "not a regular file"),
         (["k", "--remove", "0" * 16], "no key"),

@@ -113,7 +113,7 @@ CASES = {
         ("{missing} {1}", {2}),
         ("{0} {1} --calibration {missing}", {2}),
         ("{0} {1} --{missing}", {2}),
-        ("{0} {1} --overlay {missing}/x.png", {2}),
+        ("{0} {1} --overlay {0}/{missing}/x.png", {2}),
     ],
     "explain": [
         ("{0} {1} -o {out}/e", {0}),

@@ -127,7 +127,7 @@ def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(bench, tmp_path, calls, 
         ("--budget 0", "--budget"),
         ("--budget nan", "no number of seconds"),
         ("--plot b.gif", ".png, .svg, .pdf"),
-        ("--json nowhere/b.json", "cannot be written"),
+        ("--json /dev/null/b.json", "cannot be written"),
         ("--json {file} --resume", "not a file of results"),
     ],
 )

@@ -301,12 +301,12 @@ class Verification:
         apart, target = np.empty(most), self._target
         bases = paired[:: -(-len(paired) // _BASES)]
         for i, beside in zip(bases, self._beside(self._points, partner)[bases], strict=True):
-            found = overlay.rival_moves(
+            count = overlay.rival_moves(
                 *(self._points, target.grid, partner, i, beside, target.points),
                 *(self._mesh_q.ring_start, self._mesh_q.ring),
                 *(move, _ALIKE * target.tolerance, apart, moves, first),
             )
-            first, largest = first + found, max(largest, found)
+            first, largest = first + count, max(largest, count)
         return moves[:first], largest
 
     def _against_rivals(
@@ -334,16 +334,16 @@ class Verification:
         for other in moves:
             if self._proposals.at_limit:
                 break
-            found = self._overlay(points, other, rate)
-            if found is None or found[0] + math.log(len(moves)) >= _OF_RIVAL:
+            overlaid = self._overlay(points, other, rate)
+            if overlaid is None or overlaid[0] + math.log(len(moves)) >= _OF_RIVAL:
                 continue
-            theirs = found[1]
+            theirs = overlaid[1]
             pairs = int(np.count_nonzero(theirs >= 0))
             if 2 * np.count_nonzero((theirs == mine) & (theirs >= 0)) < pairs:
                 rivals[theirs.tobytes()] = (
-                    found[0],
+                    overlaid[0],
                     pairs,
-                    np.where(theirs >= 0, found[2], np.inf),
+                    np.where(theirs >= 0, overlaid[2], np.inf),
                     other,
                 )
         if not rivals:
@@ -361,9 +361,9 @@ class Verification:
         for part in range(REACHES):
             reach2 = self._t2 / 4**part
             hits = int(np.count_nonzero(hit & (apart2 <= reach2)))
-            found = theirs2 <= reach2
-            both = (found & found[:, beside]).sum(axis=0)
-            shares = (both / np.maximum(1, found[:, beside].sum(axis=0)))[is_inside]
+            within = theirs2 <= reach2
+            both = (within & within[:, beside]).sum(axis=0)
+            shares = (both / np.maximum(1, within[:, beside].sum(axis=0)))[is_inside]
             least = min(least, _log_tail(np.maximum(each[part], shares), hits))
         of_structure = math.log(REACHES * 2 * max(1, alike)) + every * least
         return Verdict(max(chance, of_structure), has_rivals=True)

@@ -163,8 +163,8 @@ def _about_ink(m: QualityMeasures) -> list[Reason]:
 def _about_contrast(m: QualityMeasures) -> list[Reason]:
     if not m.ridges_mm2 > 0 or m.contrast >= FAINT_CONTRAST:
         return []
-    found = f"contrast of {m.contrast:.0f} grey levels of 255"
-    return [Reason("faint", f"{found} (set exposure and range of the scanner or sensor)")]
+    contrast = f"contrast of {m.contrast:.0f} grey levels of 255"
+    return [Reason("faint", f"{contrast} (set exposure and range of the scanner or sensor)")]
 
 
 def _about_moisture(m: QualityMeasures) -> list[Reason]:

@@ -255,7 +255,7 @@ def verify(
 
 def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:
     """Return a print with its template extracted."""
-    from fpmatch.image.io.grey import GreyImage, as_grey  # noqa: PLC0415  (not for templates)
+    from fpmatch.image.io.grey import GreyImage, grey_image  # noqa: PLC0415  (not for templates)
     from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
@@ -265,9 +265,11 @@ def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:
         return reading.read_given_print(path, reading.PrintReader(), dpi=dpi, enhance=enhance)
     image = print_
     if isinstance(print_, np.ndarray):
-        image = GreyImage(as_grey(print_))
+        image = grey_image(print_)
     elif hasattr(print_, "convert"):  # of PIL
-        image = GreyImage(as_grey(np.asarray(print_.convert("L"))))
+        from fpmatch.image.io.pillow_formats import pillow_samples  # noqa: PLC0415
+
+        image = grey_image(pillow_samples(print_))
     elif not isinstance(print_, GreyImage):
         kinds = "a template, a path, an array or a PIL image"
         raise ImageError(f"a print is {kinds}, not {type(print_).__name__}")

@@ -40,6 +40,7 @@ MAY_IMPORT: Final[Mapping[str, Set[str]]] = {
     "image/enhancement": {"base", "image/preprocess"},
     "image/quality": {"image/preprocess", "templates"},
     "image/io": {"image/quality"},
+    "formats/agency": {"formats", "image/io"},
     "image/skeleton": {"image/preprocess"},
     "image": {"image/enhancement", "image/io", "image/skeleton"},
     "matching/reference": {"matching/pipeline"},

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 MATCHERS: Final = "fpmatch.matchers"
 FORMATS: Final = "fpmatch.formats"
 COMMANDS: Final = "fpmatch.commands"
+AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
+_AGENCY: Final = "fpmatch.formats.agency"
 _POINTS: Final = "*.*-info/entry_points.txt"
 _PARTS: Final = {  # what an object of a group must have
     MATCHERS: ("name", "prepare", "compare"),
@@ -80,6 +82,17 @@ def load_plugins(group: str) -> Plugins:
         except PluginError as error:
             failures[name] = str(error)
     return Plugins(loaded, failures)
+
+
+def agency(module: str) -> Any:
+    """Import a module of the formats of agencies, which loads with the first file of theirs.
+
+    They are an optional part of the package: raises PluginError where it is left out.
+    """
+    try:
+        return importlib.import_module(f"{_AGENCY}.{module}")
+    except ModuleNotFoundError as error:
+        raise PluginError(f"a format of agencies: {_AGENCY} is not installed") from error
 
 
 def plugin_source(group: str, name: str) -> str:

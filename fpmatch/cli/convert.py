@@ -18,7 +18,6 @@ from fpmatch.cli.options import (
     key_option,
     reading_options,
 )
-from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 from fpmatch.printable import count
 
@@ -60,7 +59,7 @@ What does not fit:
     epilog="""\b
 Examples:
   fpmatch convert print.json print.iso
-  fpmatch convert card.an2 print.dat --format ansi2004 --view 2
+  fpmatch convert card.an2 print.dat --format ansi2004 --record 2
   fpmatch convert print.xyt print.json --size 388x374 --dpi 500
   fpmatch convert minutiae.npy print.json --angles rad,clockwise --size 388x374 --dpi 500
   fpmatch convert print.tif print.iso
@@ -82,7 +81,11 @@ Examples:
     hidden=True,
     help="Format of IN.  [default: by its content]",
 )
-@click.option("--view", type=click.IntRange(min=1), help="Write this print of IN only, from 1.")
+@click.option(
+    *("--record", "--view", "record"),
+    type=click.IntRange(min=1),
+    help="Write this print of IN only, from 1.",
+)
 @reading_options
 @click.option(
     "--size",
@@ -97,7 +100,7 @@ def convert(
     target: Path,
     file_format: str | None,
     source_format: str | None,
-    view: int | None,
+    record: int | None,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -118,22 +121,19 @@ def convert(
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
     check_writable(target)
     if source_format or is_template_file(source):
-        record = _template(source, source_format, described(source, dpi=dpi)[1], size, angles)
+        prints = _template(source, source_format, described(source, dpi=dpi)[1], size, angles)
+        prints = prints if record is None else prints.of_view(record, source)
     else:
         given = read_given_print(
-            source, PrintReader(raw, quiet=True).image, polarity=polarity, dpi=dpi
+            source, PrintReader(raw, quiet=True, record=record).image, polarity=polarity, dpi=dpi
         )
-        record = TemplateRecord("", (View(given.template),), given.notes)
-    if view is not None:
-        if view > len(record.views):
-            raise TemplateError(f"{source}: holds {count(len(record.views), 'print')}, not {view}")
-        record = replace(record, views=(record.views[view - 1],))
-    notes = save_record(target, record, file_format=codec.name)
-    for path, texts in [(source, record.notes), (target, notes)]:
+        prints = TemplateRecord("", (View(given.template),), given.notes)
+    notes = save_record(target, prints, file_format=codec.name)
+    for path, texts in [(source, prints.notes), (target, notes)]:
         say_notes({note: [path] for note in texts})
-    minutiae = sum(len(print_.template.minutiae) for print_ in record.views)
-    prints = "" if len(record.views) == 1 else f"{len(record.views)} prints, "
-    show_line(f"{target}: {codec.title}, {prints}{count(minutiae, 'minutia', 'minutiae')}")
+    minutiae = sum(len(print_.template.minutiae) for print_ in prints.views)
+    several = "" if len(prints.views) == 1 else f"{len(prints.views)} prints, "
+    show_line(f"{target}: {codec.title}, {several}{count(minutiae, 'minutia', 'minutiae')}")
 
 
 def _template(

@@ -12,6 +12,7 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     PRINT,
+    RECORD,
     FormatChoice,
     angles_option,
     enhance_option,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
-_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "enhance", "angles", "as_json")
+_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "record", "enhance", "angles", "as_json")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +104,7 @@ when an image failed; the others are kept.
 )
 @click.option("--subject", metavar="ID", hidden=True, help="With --gallery: of this subject only.")
 @reading_options
+@RECORD
 @enhance_option
 @angles_option
 @json_option
@@ -117,6 +119,7 @@ def extract(
     polarity: Polarity,
     enhance: str,
     raw: tuple[RawSize, ...],
+    record: int | None,
     angles: AngleConvention | None,
     as_json: bool,
 ) -> int:
@@ -129,7 +132,7 @@ def extract(
     from fpmatch.base.output import check_writable
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import described
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
@@ -148,9 +151,9 @@ def extract(
     _refuse_shared_names(images)
     make_folder(output)
     check_writable(output / images[0].name)
-    reader = PrintReader(raw, quiet=True, angles=angles)
-    polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
-    of_folder = PolarityReader(reader, polarities, dpi)
+    reader = PrintReader(raw, quiet=True, angles=angles, record=record)
+    traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader)
+    of_folder = FolderReader(reader, traits, dpi)
     if len(images) > 1:
         say_slow_kernels()
     failures: list[FpmatchError] = []

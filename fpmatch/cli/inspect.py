@@ -10,6 +10,7 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import (
     PRINT,
+    RECORD,
     files_argument,
     json_array_option,
     key_option,
@@ -40,6 +41,7 @@ Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 w
 )
 @files_argument("files", metavar="FILE...", type=PRINT)
 @reading_options
+@RECORD
 @json_array_option
 @key_option
 def inspect(
@@ -47,6 +49,7 @@ def inspect(
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
+    record: int | None,
     as_json: bool,
 ) -> int:
     """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
@@ -60,15 +63,15 @@ def inspect(
     """
     from fpmatch.cli.inspection import inspect_file
     from fpmatch.image.dataset_folder import described
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.prints.reading import PrintReader
     from fpmatch.templates.minutiae import check_dpi
 
-    reader = PrintReader(raw, quiet=True).image
+    reader = PrintReader(raw, quiet=True, record=record).image
     if dpi is not None:
         check_dpi(dpi)
-    polarities = find_polarities(files, polarity=polarity, dpi=dpi, reader=reader)
-    image_reader = PolarityReader(reader, polarities, dpi)
+    traits = find_traits(files, polarity=polarity, dpi=dpi, reader=reader)
+    image_reader = FolderReader(reader, traits, dpi)
     inspections: list[Inspection] = []
     failures = 0
     for file in files:

@@ -118,6 +118,7 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
         quality = assessed.quality
         notes += find_doubts(assessed.template)
         likely = None if known or assessed.template.dpi == STANDARD_DPI else assessed.template.dpi
+        quality = quality if likely is None else quality.at_found_resolution()
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {without_path(str(error), image.source)}",)

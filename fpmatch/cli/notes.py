@@ -69,10 +69,10 @@ def say_other_sources() -> None:
 
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
     """Print each note once, with the first of the prints that it is about."""
-    from fpmatch.prints.reading import ASSUMED_DPI
+    from fpmatch.prints.reading import UNKNOWN_DPI
 
     for note, prints in list(noted.items())[:MOST_SHOWN]:
-        say_note(f"{first_of(prints)}: {note}{' (--dpi sets it)' * (note == ASSUMED_DPI)}")
+        say_note(f"{first_of(prints)}: {note}{' (--dpi sets it)' * note.startswith(UNKNOWN_DPI)}")
     if len(noted) > MOST_SHOWN:
         say_note(f"{count(len(noted) - MOST_SHOWN, 'more note')} of other kinds")
 

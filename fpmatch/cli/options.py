@@ -137,15 +137,15 @@ _DPI: Final = click.option(
     "--dpi",
     type=float,
     help="Resolution of the prints in dots per inch.  [default: of dataset.toml beside a file, of "
-    "the file, or by its ridges]",
+    "the file, or by the ridges of all prints of its folder]",
 )
 _RAW: Final = click.option(
     "--raw",
-    metavar="WxH",
+    metavar="WxH[,bottom-up][,mirrored]",
     multiple=True,
     type=image_size,
     hidden=True,
-    help="Read files of W times H bytes as pixels without a header; may be repeated.",
+    help="Read files of W times H pixels of 8, 4, 2 or 1 bits, without a header; may be repeated.",
 )
 _POLARITY: Final = click.option(
     "--polarity",
@@ -161,6 +161,14 @@ enhance_option: Final = click.option(
     default=ENHANCEMENTS[0],
     hidden=True,
     help="Enhancement of ridges in images: by a small neural network, or by Gabor filters.",
+)
+RECORD: Final = click.option(
+    "--record",
+    metavar="N",
+    type=click.IntRange(min=1),
+    hidden=True,
+    help="Read this print of cards and records with several (ANSI/NIST-ITL, ISO/IEC 19794-2), from "
+    "1; fingers without an image are not counted.  [default: the first]",
 )
 matcher_option: Final = click.option(
     "--matcher",

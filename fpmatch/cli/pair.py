@@ -10,6 +10,7 @@ import click
 
 from fpmatch.cli.options import (
     PRINT,
+    RECORD,
     add_options,
     angles_option,
     enhance_option,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 _OPTIONS: Final = (
     reading_options,
+    RECORD,
     click.option("--probe-dpi", type=float, hidden=True, help="Resolution of the probe."),
     click.option("--reference-dpi", type=float, hidden=True, help="Resolution of the reference."),
     click.option(
@@ -79,5 +81,7 @@ def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
 
     dpi = values[f"{side}_dpi"]
     how = {"polarity": values["polarity"], "dpi": values["dpi"] if dpi is None else dpi}
-    reader = PrintReader(values["raw"], quiet=True, angles=values["angles"])
+    reader = PrintReader(
+        values["raw"], quiet=True, angles=values["angles"], record=values["record"]
+    )
     return read_given_print(values[side], reader, **how, enhance=values["enhance"])

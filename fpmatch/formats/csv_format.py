@@ -119,7 +119,8 @@ def read_table(
             raise TemplateError(f"line {number}: expected {len(header)} values, found {len(cells)}")
         row = {**absent, **dict(zip(header, cells, strict=True))}
         kind = row[columns[3]]
-        if kind.lower() not in kinds:
+        word = re.sub(r"[ -]", "_", kind.lower())
+        if word not in kinds:
             raise TemplateError(
                 f"line {number}: unknown {columns[3]} of minutia {kind!r} (known: "
                 f"{', '.join(kinds)})"
@@ -129,7 +130,7 @@ def read_table(
         )
         if not 0 <= quality <= 100:
             raise TemplateError(f"line {number}, column {columns[4]}: {quality:g} is not in 0..100")
-        table.append([x, y, angle, kinds[kind.lower()], quality])
+        table.append([x, y, angle, kinds[word], quality])
     return np.array(table, dtype=np.float64).reshape(-1, len(columns)).T
 
 

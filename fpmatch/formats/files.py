@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.base.parsing import HEAD_BYTES, read_head
+from fpmatch.base.plugins import AN2_SIGNATURES, PluginError, agency
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats import plain_csv
-from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
@@ -174,7 +174,14 @@ def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
 def is_of_minutiae_only(data: bytes) -> bool:
     """Return `holds_minutiae_only` for the bytes of a file."""
     head = data[:HEAD_BYTES]
-    return _begins_as_template(head) and not holds_image(head)
+    return _begins_as_template(head) and not _holds_image(head)
+
+
+def _holds_image(head: bytes) -> bool:
+    try:
+        return head.startswith(AN2_SIGNATURES) and agency("an2").holds_image(head)
+    except PluginError:  # the reader of images says so
+        return True
 
 
 def _begins_as_template(head: bytes) -> bool:

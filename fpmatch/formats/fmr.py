@@ -45,6 +45,7 @@ _COLUMNS: Final = [("x", ">u2"), ("y", ">u2"), ("angle", "u1"), ("quality", "u1"
 MINUTIA: Final = {5: np.dtype(_COLUMNS[:3]), 6: np.dtype(_COLUMNS)}  # by its bytes
 EXTENDED_HEADER: Final = 4  # bytes of type and length before a block of extended data
 EXTENDED_KINDS: Final = {1: "ridge counts", 2: "cores and deltas", 3: "zonal quality"}
+WITHOUT_EXTENDED: Final = "its views end without the length of extended data"
 ISO_STEPS: Final = 256
 ANSI_STEPS: Final = 180
 
@@ -77,6 +78,7 @@ class RecordReader(ByteReader):
         super().__init__(data, TemplateError, 8)
         self.options = options
         self.layout = layout
+        self.has_extended = True
         self.notes: list[str] = []
 
     def record(
@@ -84,7 +86,18 @@ class RecordReader(ByteReader):
     ) -> TemplateRecord:
         """Return the record of as many `views`, the rest of `declared` bytes, each from `view`."""
         self.options.limits.check_views(views)
-        all_views = tuple(view() for _ in range(views))
+        start = self.at
+        try:
+            all_views = tuple(view() for _ in range(views))
+        except AngleError:
+            raise
+        except TemplateError:
+            self.at, self.has_extended, self.notes = start, False, [WITHOUT_EXTENDED]
+            if declared != len(self.data):
+                raise
+            all_views = tuple(view() for _ in range(views))
+            if self.at != declared:
+                raise
         if declared != self.at:
             self.notes.append(f"the header declares {declared} bytes, the record has {self.at}")
         if self.data[self.at :].strip(b"\x00"):  # many writers pad with zeros
@@ -141,7 +154,9 @@ class RecordReader(ByteReader):
         return minutiae_from_columns(x, y, angle, kind, quality), known
 
     def _extended(self) -> ExtendedData | None:
-        """Return the extended data, None if the file ends within them."""
+        """Return the extended data, None if the file ends within them or has no length of them."""
+        if not self.has_extended:
+            return None
         length = self.number(2)
         if length > self.left:
             self.notes.append(
@@ -150,6 +165,21 @@ class RecordReader(ByteReader):
             self.take(self.left)
             return None
         return ExtendedData(self.layout.name, self.take(length)) if length else None
+
+
+def fills(data: bytes, header: int, view: int) -> bool:
+    """Return whether views of minutiae fill `data`, perhaps but for zeros at the end.
+
+    Before them is a `header` of as many bytes, the number of views last but one; a `view` has as
+    many bytes before its minutiae of six, their number last.
+    """
+    at, views = header, data[header - 2] if header <= len(data) else 0
+    for _ in range(views):
+        if at + view > len(data):
+            return False
+        at += view + 6 * data[at + view - 1]
+        at += 2 + int.from_bytes(data[at : at + 2], "big")  # extended data
+    return views > 0 and at <= len(data) + 2 and not data[at:].strip(b"\x00")
 
 
 def decode_ansi(read: Callable[[Layout], TemplateRecord], layout: Layout) -> TemplateRecord:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ISO_HEADER_BYTES: Final = 24
 ANSI_HEADER_BYTES: Final = 26
+VIEW_BYTES: Final = 4  # before the minutiae
 VERSION: Final = b" 20\x00"
 ANSI_VERSIONS: Final = (VERSION, b"020\x00")  # the second in early files only
 LONG_LENGTH: Final = 2**16  # from which on ANSI's length takes six bytes
@@ -39,7 +40,7 @@ def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
 
     def read(layout: fmr.Layout) -> TemplateRecord:
         reader = fmr.RecordReader(data, options, layout, *ANSI_VERSIONS)
-        declared = reader.number(2) or reader.number(4)
+        declared = reader.number(6 if _is_long(data) else 2)
         return _decode(reader, declared, product_fields(reader))
 
     return fmr.decode_ansi(read, ANSI)
@@ -89,13 +90,23 @@ def _write_view(view: View, layout: fmr.Layout, notes: list[str]) -> bytes:
 
 
 def _is_ansi(data: bytes) -> bool:
-    """Distinguish ANSI from ISO records, which begin alike.
+    """Distinguish ANSI from ISO records, which begin alike, by the layout that fills `data`.
 
-    ISO's length has four bytes. ANSI's has two, of 26 at least, or six, of which the first two are
-    0 and the next two the higher half of a length over 65,535.
+    Where both or neither do, as in the beginning of a file, the length decides. ISO's has four
+    bytes, ANSI's two, of 26 at least, or six, of which the first two are 0 and the others a number
+    over 65,535.
     """
+    iso = fmr.fills(data, ISO_HEADER_BYTES, VIEW_BYTES)
+    ansi = fmr.fills(data, ANSI_HEADER_BYTES + 4 * _is_long(data), VIEW_BYTES)
+    if iso != ansi:
+        return ansi
     first, second = int.from_bytes(data[8:10], "big"), int.from_bytes(data[10:12], "big")
-    return first >= ANSI_HEADER_BYTES or (first == 0 and second < ISO_HEADER_BYTES)
+    return first >= ANSI_HEADER_BYTES or (first == 0 and 0 < second < ISO_HEADER_BYTES)
+
+
+def _is_long(data: bytes) -> bool:
+    """Return whether the length of an ANSI record has six bytes."""
+    return data[8:10] == bytes(2) and int.from_bytes(data[10:14], "big") >= LONG_LENGTH
 
 
 def _recognises_iso(data: bytes) -> bool:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import binascii
 import math
+import re
 import struct
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -15,6 +18,9 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 MAGIC: Final = b"FMR\x00"
+_IN_BASE64: Final = b"Rk1SA"  # the beginning, as the next byte is a space or a digit
+_URL_SAFE: Final = bytes.maketrans(b"-_", b"+/")
+_IN_HEX: Final = re.compile(rb"(?:0x|\\x)?(?P<magic>464d5200)", re.IGNORECASE)
 CM_PER_INCH: Final = 2.54
 ROUND_DPI: Final = 100  # nominal resolutions of scanners are multiples of this
 MISMATCH: Final = 0.01  # of horizontal and vertical resolution, attributed to rounding
@@ -38,6 +44,25 @@ def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
     low, high = (per_cm_x - 0.5) * CM_PER_INCH, (per_cm_x + 0.5) * CM_PER_INCH
     multiple = math.ceil(low / ROUND_DPI) * ROUND_DPI
     return float(multiple if multiple < high else round(per_cm_x * CM_PER_INCH))
+
+
+def of_text(data: bytes) -> bytes | None:
+    """Return the record whose base64 or hexadecimal digits a text is; None for other data.
+
+    Of a text that is cut short, the record is cut short as well.
+    """
+    digits = re.sub(rb"\s+", b"", data.strip(b"\xef\xbb\xbf \t\r\n\"'")).rstrip(b"=")
+    try:
+        if digits.startswith(_IN_BASE64):
+            digits = digits[: len(digits) - (len(digits) % 4 == 1)]
+            digits = digits.translate(_URL_SAFE) + b"=" * (-len(digits) % 4)
+            return base64.b64decode(digits, validate=True)
+        if hexadecimal := _IN_HEX.match(digits):
+            digits = digits[hexadecimal.start("magic") :]
+            return binascii.unhexlify(digits[: len(digits) // 2 * 2])
+    except binascii.Error as error:
+        raise TemplateError(f"damaged text of a finger minutiae record ({error})") from error
+    return None
 
 
 class Frame(NamedTuple):

@@ -8,7 +8,8 @@ fpmatch writes them like this::
 Positions are pixels from the top left, y down. Angles in a column theta are degrees in fpmatch's
 own convention (ISO/IEC 19794-2), and so are angles in a column whose name contains the unit
 (angle_deg, direction_rad). For another name, `ReadingOptions.angles` must define them. Types are U,
-E and B, or other, ending and bifurcation, or 0, 1 and 2; quality runs from 0 to 100.
+E and B, or other, ending and bifurcation, or 0, 1 and 2, or words of other programs for these, such
+as Termination; quality runs from 0 to 100.
 
 On reading, type and quality may be missing, the columns may have any order and any of the names
 below, and other columns are ignored. Comma, semicolon, tab or spaces separate them, and the header
@@ -38,7 +39,17 @@ COLUMNS: Final = ("x", "y", "theta", "type", "quality")
 TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
 DELIMITERS: Final = (",", ";", "\t", " ")
 HEADER_BYTES: Final = 1000  # of the first line
-_KNOWN_TYPES: Final = {**TYPES, **KINDS, **{str(kind.value): kind for kind in MinutiaKind}}
+_WORDS: Final = {  # of other programs
+    MinutiaKind.OTHER: "unknown undefined none crossover crossing trifurcation",
+    MinutiaKind.ENDING: "t end term termination terminal rig ridge_ending ridge_end line_ending",
+    MinutiaKind.BIFURCATION: "3 bif fork ridge_bifurcation line_bifurcation",  # 3: crossing number
+}
+_KNOWN_TYPES: Final = {
+    **TYPES,
+    **KINDS,
+    **{str(kind.value): kind for kind in MinutiaKind},
+    **{word: kind for kind, words in _WORDS.items() for word in words.split()},
+}
 _NAMES: Final = {
     "x": re.compile(r"x|col|column|(x|pos)_?(px|pos|x|coord)"),
     "y": re.compile(r"y|row|(y|pos)_?(px|pos|y|coord)"),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
+from fpmatch.printable import count
 from fpmatch.templates.bounds import MOST_SIDE_PX
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
 
@@ -190,6 +191,12 @@ class TemplateRecord:
     format: str
     views: tuple[View, ...]
     notes: tuple[str, ...] = ()
+
+    def of_view(self, number: int, path: object) -> TemplateRecord:
+        """Return a record of the view of a number, from 1; a TemplateError names the file."""
+        if number > len(self.views):
+            raise TemplateError(f"{path}: holds {count(len(self.views), 'print')}, not {number}")
+        return replace(self, views=(self.views[number - 1],))
 
     def single(self) -> View:
         """Return the only view; raises TemplateError if there are more."""

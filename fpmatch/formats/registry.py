@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.base.plugins import FORMATS, PluginError, load_plugin, load_plugins, plugin_names
+from fpmatch.base.plugins import (
+    AN2_SIGNATURES,
+    FORMATS,
+    PluginError,
+    agency,
+    load_plugin,
+    load_plugins,
+    plugin_names,
+)
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
-    an2,
     csv_format,
     fmr_2005,
-    fmr_2011,
     json_format,
     min_format,
     number_table,
@@ -22,7 +29,7 @@ from fpmatch.formats import (
     xyt,
 )
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.fmr_header import MAGIC
+from fpmatch.formats.fmr_header import MAGIC, of_text
 from fpmatch.formats.record import Encoded, TemplateRecord
 
 if TYPE_CHECKING:
@@ -31,17 +38,47 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 
+
+def _agency(
+    name: str, title: str, suffixes: tuple[str, ...], module: str, *signatures: bytes
+) -> Codec:
+    """Return a codec whose functions are those of a name in `CODECS` of a module of agencies."""
+
+    def call(part: int, *given: Any) -> Any:
+        return agency(module).CODECS[name][part](*given)
+
+    def recognises(data: bytes) -> bool:
+        try:
+            return data.startswith(signatures) and call(0, data)
+        except PluginError:  # which reading it raises again
+            return True
+
+    encode = None if module == "type9" else partial(call, 2)
+    return Codec(name, title, suffixes, recognises, partial(call, 1), encode)
+
+
+_030: Final = MAGIC + b"030\x00"
+ISO_2011: Final = _agency("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), "fmr_2011", _030)
+ANSI_2009: Final = _agency("ansi2009", "ANSI/INCITS 378-2009", (".ansi2009",), "fmr_2011", _030)
+AMENDED: Final = _agency(
+    *("ansi2009am1", "ANSI/INCITS 378-2009/AM1", (".ansi2009am1",), "fmr_2011"),
+    MAGIC + b"035\x00",
+)
+AN2: Final = _agency(
+    "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "type9", *AN2_SIGNATURES
+)
+
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
 # another package, see `fpmatch.base.plugins`.
 CODECS: Final = (
     csv_format.CODEC,
     json_format.CODEC,
     fmr_2005.ISO_CODEC,
-    fmr_2011.ISO_CODEC,
+    ISO_2011,
     fmr_2005.ANSI_CODEC,
-    fmr_2011.ANSI_CODEC,
-    fmr_2011.AMENDED_CODEC,
-    an2.CODEC,
+    ANSI_2009,
+    AMENDED,
+    AN2,
     min_format.CODEC,
     xyt.M1_CODEC,
     xyt.CODEC,
@@ -58,6 +95,9 @@ def codec_of_content(data: bytes) -> Codec:
     for codec in known_codecs():
         if codec.recognises(data):
             return codec
+    if record := of_text(data):
+        codec = codec_of_content(record)
+        return replace(codec, decode=lambda _, options: codec.decode(record, options))
     if data.startswith(MAGIC):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(

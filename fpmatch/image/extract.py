@@ -11,10 +11,10 @@ import numpy as np
 
 from fpmatch.errors import ImageError, check_type
 from fpmatch.image.enhancement.enhancers import ENHANCERS
-from fpmatch.image.io.grey import GreyImage, ImageLimits, as_grey
+from fpmatch.image.io.grey import GreyImage, ImageLimits, grey_image
 from fpmatch.image.io.read import name_errors, read_image
 from fpmatch.image.preprocess.arrays import BLOCK_PX, UncropRecorder
-from fpmatch.image.preprocess.foreground import foreground_box
+from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
 from fpmatch.image.quality.print_quality import (
@@ -100,17 +100,18 @@ def extract(
         raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
     source = read_image(image) if isinstance(image, str | Path) else image
     if isinstance(source, np.ndarray):
-        source = GreyImage(as_grey(source))
+        source = grey_image(source)
     check_type(source, GreyImage, "an image is a path, a GreyImage or an array", ImageError)
-    known = source.dpi if dpi is None else dpi
+    known = (source.dpi or source.likely_dpi) if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
 
-    box = foreground_box(grey)
+    stretched = stretch_contrast(grey)
+    box = foreground_box(stretched)
     stages = UncropRecorder(recorder, box, (grey.shape[0], grey.shape[1]))
     stages.record("input", grey)
-    normalized = normalize(grey[box.slices])
+    normalized = normalize(stretched[box.slices])
     stages.record("normalised", normalized.pixels)
     ridges = ENHANCERS[enhance](normalized, stages)
     binary = binarize(ridges.enhanced, ridges.mask)

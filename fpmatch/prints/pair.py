@@ -166,9 +166,9 @@ def _other_resolutions(probe: GivenPrint, reference: GivenPrint) -> list[tuple[f
 
 
 def _by_scale(pair: ComparedPair) -> list[tuple[float, float]]:
-    """Return resolutions at which two prints that do not match have one scale; none if unknown."""
+    """Return resolutions at which two prints have one scale; none if they have, or unknown."""
     v, scale = pair.verification, pair.verification.scale
-    if v.match or scale is None or not scale.differs:
+    if scale is None or not scale.differs:
         return []
     probe_dpi, reference_dpi = v.probe.dpi, v.reference.dpi
     if not pair.probe.dpi_stated:

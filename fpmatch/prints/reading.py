@@ -43,9 +43,11 @@ Name = TypeVar("Name")
 DpiSource = Literal["given", "stated", "found", "assumed"]
 """Where a resolution comes from: the caller, the file, the ridges or a match, nowhere."""
 
-ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
-FOUND_DPI: Final = "resolution unknown; {:g} dpi by its ridges"
-MATCHED_DPI: Final = "resolution unknown; {:g} dpi by its ridges and the match"
+UNKNOWN_DPI: Final = "resolution unknown; "
+ASSUMED_DPI: Final = f"{UNKNOWN_DPI}{STANDARD_DPI:g} dpi assumed"
+FOUND_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges"
+COMMON_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by the ridges of the prints with it"
+MATCHED_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges and the match"
 _STDERR: Final = 2
 
 
@@ -53,14 +55,16 @@ _STDERR: Final = 2
 class PrintReader:
     """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
 
-    `angles` is how tables of minutiae measure them, where they do not define it themselves. With
-    `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
-    that read on one thread.
+    `angles` is how tables of minutiae measure them, where they do not define it themselves;
+    `record` is the number, from 1, of the print that is read of files with several. With `quiet`,
+    what C libraries write to stderr about damaged files is suppressed, in programs that read on
+    one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
     quiet: bool = False
     angles: AngleConvention | None = None
+    record: int | None = None
 
     def __call__(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
@@ -71,7 +75,10 @@ class PrintReader:
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
             from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
-            return load_record(path, options=ReadingOptions(angles=self.angles))
+            loaded = load_record(path, options=ReadingOptions(angles=self.angles))
+            if self.record is None or len(loaded.views) == 1:
+                return loaded
+            return loaded.of_view(self.record, path)
         with _failed_formats_named(head):
             return self.image(path, polarity=polarity, dpi=dpi)
 
@@ -80,7 +87,9 @@ class PrintReader:
     ) -> GreyImage:
         """Read an image as `fpmatch.image.io.read.read_image` does."""
         with _silence_c_libraries(active=self.quiet):
-            return read_image(path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi)
+            return read_image(
+                path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi, record=self.record
+            )
 
 
 def decode_print(
@@ -115,7 +124,10 @@ class GivenPrint:
     @cached_property
     def quality(self) -> PrintQuality | None:
         """Quality of the image; None for a template."""
-        return None if self.stages is None else self.stages.quality(self.template.dpi)
+        if self.stages is None:
+            return None
+        quality = self.stages.quality(self.template.dpi)
+        return quality.at_found_resolution() if self.dpi_source == "found" else quality
 
     @property
     def dpi_assumed(self) -> bool:
@@ -159,6 +171,16 @@ def dpi_source(template: Template, *, given: bool, known: bool) -> DpiSource:
     return "assumed" if template.dpi == STANDARD_DPI else "found"
 
 
+def dpi_notes(
+    content: GreyImage | TemplateRecord, template: Template, source: DpiSource
+) -> tuple[str, ...]:
+    """Return the note on the resolution of a print that states none."""
+    if source == "assumed":
+        return (ASSUMED_DPI,)
+    alone = not isinstance(content, GreyImage) or content.likely_dpi is None
+    return ((FOUND_DPI if alone else COMMON_DPI).format(template.dpi),) * (source == "found")
+
+
 def make_given_print(
     content: GreyImage | TemplateRecord,
     name: str,
@@ -176,15 +198,20 @@ def make_given_print(
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         known = view.dpi_known
-        notes = (f"the first of its {len(content.views)} prints is used",) if several else ()
+        first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
+        notes = (first,) if several else ()
         template, image, stages = view.at(given_dpi).template, None, None
     else:
         known, notes, image = content.dpi is not None, (), content
         stages = QualityRecorder() if recorder is None else None
         template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
     source = dpi_source(template, given=given_dpi is not None, known=known)
-    on_dpi = {"assumed": (ASSUMED_DPI,), "found": (FOUND_DPI.format(template.dpi),)}.get(source, ())
-    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
+    all_notes = (
+        *content.notes,
+        *notes,
+        *find_doubts(template),
+        *dpi_notes(content, template, source),
+    )
     return GivenPrint(name, template, image, all_notes, stages, source, enhance)
 
 

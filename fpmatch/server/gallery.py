@@ -17,7 +17,7 @@ from fpmatch.errors import EncryptionError, GalleryError, TemplateError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Label, NamePattern, NewEntry
-from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.entries import identify_given
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.rows import check_storable
 from fpmatch.gallery.store.tables import ENROLLED
@@ -172,10 +172,10 @@ def identify_print(
     with open_served_gallery(where) as gallery:
         search = _search(gallery, matcher)
         start = time.perf_counter()
-        result, entries = identify_entries(
+        given, result, entries = identify_given(
             gallery,
             search,
-            given.template,
+            given,
             count=count,
             threshold=threshold,
             transforms=True,

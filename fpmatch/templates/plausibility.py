@@ -9,11 +9,12 @@ they have no partner.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from fpmatch.templates.two_prints import best_minutiae, why_two_prints
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ LEAST_ALONG: Final = 0.65  # mean cosine of twice the difference from the ridges
 LEAST_INSIDE: Final = 0.8  # share of the minutiae that lie on ridges
 ENOUGH_ON_RIDGES: Final = 10  # minutiae whose ridges are compared
 LEAST_EVEN: Final = 0.4  # of the qualities, see `evenness`
+USUAL_DPI: Final = (500, 508, 512, 569, 600, 1000)
+CLOSE_MM: Final = 0.7  # median distance of nearest minutiae, mostly above 0.73 of an extractor
+CM_PER_INCH: Final = MM_PER_INCH / 10
 
 NO_FINGER: Final = "no finger can have this template"
 DISORDERED: Final = "neighbouring minutiae point in unrelated directions"
@@ -38,8 +42,29 @@ UNEVEN: Final = "a few of its minutiae have nearly all of the quality"
 
 
 def find_doubts(template: Template) -> tuple[str, ...]:
-    """Return why one finger does not have a template, or probably not; none for most prints."""
-    return tuple(filter(None, (why_no_finger(template), why_two_prints(template))))
+    """Return why one finger does not have a template, or probably not; none for most prints.
+
+    Where its resolution was probably confused, the template is judged at the one that is meant.
+    """
+    meant = dpi_meant(template)
+    if meant is None:
+        return tuple(filter(None, (why_no_finger(template), why_two_prints(template))))
+    why = f"probably {meant} dpi, written as {meant} pixels a cm: its minutiae are too close"
+    return f"{why} for {template.dpi:g}", *find_doubts(replace(template, dpi=float(meant)))
+
+
+def dpi_meant(template: Template) -> int | None:
+    """Return the dpi that were probably written as pixels per cm, None where nothing indicates it.
+
+    Minutiae are then 2.54 times too close to each other.
+    """
+    per_cm, xy = round(template.dpi / CM_PER_INCH), template.minutiae.xy
+    if per_cm not in USUAL_DPI or len(xy) < ENOUGH_ON_RIDGES or template.field is not None:
+        return None
+    m = best_minutiae(template.minutiae)
+    nearest = _distances(m.xy).min(axis=1)
+    close = float(np.median(nearest)) * MM_PER_INCH / template.dpi < CLOSE_MM
+    return per_cm if close else None
 
 
 def why_no_finger(template: Template) -> str:
@@ -86,9 +111,15 @@ def lie_off_ridges(on: NDArray[np.bool_], apart: NDArray[np.floating]) -> bool:
 
 def _coherence(xy: NDArray[np.floating], angle: NDArray[np.floating]) -> float:
     """Return how parallel neighbouring minutiae are, -1 to 1."""
-    apart = np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1))
-    np.fill_diagonal(apart, np.inf)
+    apart = _distances(xy)
     nearest = np.argsort(apart, axis=1, kind="stable")[:, :NEIGHBOURS]
     weight = np.exp(-np.take_along_axis(apart, nearest, axis=1) / FADING_PX)
     agreement = np.cos(2.0 * (angle[:, None] - angle[nearest]))
     return float((weight * agreement).sum() / max(float(weight.sum()), 1e-9))
+
+
+def _distances(xy: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the distances between points, infinite from a point to itself."""
+    apart: NDArray[np.floating] = np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    return apart

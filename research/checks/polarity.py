@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpmatch.image.extract import extract, resample
-from fpmatch.image.folder_polarity import common_polarity
+from fpmatch.image.folder_traits import common_polarity
 from fpmatch.image.io.read import read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.image.quality.line_cues import polarity_evidence

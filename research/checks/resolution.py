@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
@@ -12,11 +13,12 @@ import numpy as np
 
 from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.read import read_image
+from fpmatch.image.quality.ridge_scale import clear_period_px, common_dpi, sensors_of
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.prints.pair import verify_given
 from fpmatch.prints.reading import GivenPrint, make_given_print
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from research.commands import PATH, Command, folders
 from research.markdown import markdown_table, write_marked_block
 
@@ -48,7 +50,14 @@ def command(folders: tuple[Path, ...], into: Path | None, impressions: int) -> N
     resolution is right. Pairs of one finger, and each print with the first of the next finger, are
     compared as with the resolution stated, as with 500 dpi assumed, and with none; also with the
     resolution of the reference stated, which is then 500 dpi.
+
+    A table before lists for each database the distance of its ridges, its deviation (of the
+    logarithm), and the resolutions that all its prints together have when theirs is withheld.
     """
+    together = _together(folders)
+    click.echo(together)
+    if into:
+        write_marked_block(into, "together", together)
     rows = [_row(folders, true, impressions) for true in TRUE_DPI]
     head = ["true resolution", "prints", "right by the ridges", "500 dpi assumed"]
     head += ["pairs", "match: stated", "500 assumed", "none stated", "right at a match"]
@@ -58,6 +67,31 @@ def command(folders: tuple[Path, ...], into: Path | None, impressions: int) -> N
     click.echo(table)
     if into:
         write_marked_block(into, "withheld", table)
+
+
+def _together(folders: tuple[Path, ...]) -> str:
+    """Return the table of the distances of ridges, and of the resolutions that they indicate."""
+    head = ["database", "prints", "clear", "median, mm", "deviation"]
+    rows = [[*head, *(f"withheld {dpi} dpi" for dpi in TRUE_DPI)]]
+    medians = []
+    for folder in folders:
+        at = {dpi: [one for of in _images(folder, dpi) for one in of] for dpi in TRUE_DPI}
+        periods = {dpi: _clear_periods(images) for dpi, images in at.items()}
+        standard = int(STANDARD_DPI)
+        logs = np.log(np.array(periods[standard]) * MM_PER_INCH / STANDARD_DPI)
+        medians.append(float(np.median(logs)))
+        found = [" and ".join(f"{common_dpi(p):g}" for p in sensors_of(periods[d])) for d in at]
+        numbers = [str(len(at[standard])), str(len(logs))]
+        figures = [f"{math.exp(medians[-1]):.3f}", f"{logs.std():.3f}"]
+        rows.append([load_dataset(folder).name, *numbers, *figures, *found])
+    spread = [f"{math.exp(np.median(medians)):.3f}", f"{np.std(medians):.3f}"]
+    rows.append(["between databases", "", "", *spread, *[""] * len(TRUE_DPI)])
+    return markdown_table(rows)
+
+
+def _clear_periods(images: list[GreyImage]) -> list[float]:
+    periods = (clear_period_px(image.pixels) for image in images)
+    return [period for period in periods if period is not None]
 
 
 def _row(folders: tuple[Path, ...], true: int, impressions: int) -> list[str]:
@@ -99,8 +133,16 @@ def _row(folders: tuple[Path, ...], true: int, impressions: int) -> list[str]:
 
 def _fingers(folder: Path, dpi: int, impressions: int) -> list[list[GivenPrint]]:
     """Return the first prints of each finger, resampled and without their resolution."""
+    return [
+        [make_given_print(image, image.source) for image in of]
+        for of in _images(folder, dpi, impressions)
+    ]
+
+
+def _images(folder: Path, dpi: int, impressions: int | None = None) -> list[list[GreyImage]]:
+    """Return the first images of each finger (default: all), resampled, without resolution."""
     dataset = load_dataset(folder)
-    fingers: dict[int | str, list[GivenPrint]] = {}
+    fingers: dict[int | str, list[GreyImage]] = {}
     for impression in dataset.impressions:
         of = fingers.setdefault(impression.finger, [])
         if len(of) == impressions:
@@ -109,8 +151,7 @@ def _fingers(folder: Path, dpi: int, impressions: int) -> list[list[GivenPrint]]
         zoom = dpi / (dataset.dpi or image.dpi or STANDARD_DPI)
         how = cv2.INTER_AREA if zoom < 1 else cv2.INTER_CUBIC
         pixels = cv2.resize(image.pixels, None, fx=zoom, fy=zoom, interpolation=how)
-        grey = GreyImage(np.asarray(pixels, np.uint8))
-        of.append(make_given_print(grey, impression.path.name))
+        of.append(GreyImage(np.asarray(pixels, np.uint8), source=impression.path.name))
     return list(fingers.values())
 
 

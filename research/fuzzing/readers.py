@@ -19,7 +19,7 @@ _OWN = "reads files of the package alone"
 _OUT = "opens what it writes, or nothing"
 _PICTURES = tuple(
     f"image-{kind}"
-    for kind in ("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "raw")
+    for kind in ("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "ihead", "raw")
 )
 _TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
 

@@ -112,8 +112,18 @@ def sample_files():
     return {name: written(name, record) for name in WRITTEN} | {"an2": an2_file()}
 
 
-def an2_file(block="standard", image="13", resolution="19.69"):
-    """Return an AN2 file with three minutiae in a block of type 9, and an image record."""
+def an2_file(
+    block="standard",
+    image="13",
+    resolution="19.69",
+    *,
+    region="1500\x1f2000\x1f100\x1f200",
+    minutiae="1000\x1f500\x1f270\x1fE\x1e2000\x1f1000\x1f90\x1fB\x1e0\x1f0\x1f180\x1fX",
+):
+    """Return an AN2 file with three minutiae in a block of type 9, and an image record.
+
+    `region` and `minutiae` are fields of the extended feature set.
+    """
     blocks = {
         "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB"
                                      "\x1e003\x1f00000000000\x1f63\x1fD")],
@@ -122,8 +132,7 @@ def an2_file(block="standard", image="13", resolution="19.69"):
         "m1": [(128, "300"), (129, "400"), (130, "2"), (131, "197"), (132, "197"), (134, "07"),
                (137, "001\x1f100\x1f50\x1f135\x1f1\x1f90\x1e002\x1f200\x1f100\x1f45\x1f2\x1f80"
                      "\x1e003\x1f0\x1f0\x1f90\x1f0\x1f0")],
-        "efs": [(300, "1500\x1f2000\x1f100\x1f200"), (302, "7"),
-                (331, "1000\x1f500\x1f270\x1fE\x1e2000\x1f1000\x1f90\x1fB\x1e0\x1f0\x1f180\x1fX")],
+        "efs": [(300, region), (302, "7"), (331, minutiae)],
         "none": [(6, "07")],
     }  # fmt: skip
     images = {

@@ -5,7 +5,7 @@ import pytest
 from made_records import an2_file, only_view, read
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.an2 import CODEC
+from fpmatch.formats.registry import AN2 as CODEC
 
 PX = 500 / 2540  # pixels in 0.01 mm at 500 dpi
 
@@ -59,6 +59,38 @@ def test_a_file_without_minutiae_is_no_template():
     with pytest.raises(TemplateError, match="no minutiae"):
         read(an2_file("none"))
     assert not CODEC.recognises(an2_file().replace(b"\x1e9\x1f01", b""))  # images only
+
+
+@pytest.mark.parametrize(
+    ("region", "offset", "size"),
+    [
+        ("1500\x1f2000\x1f100\x1f200\x1f0,0-1500,0-1500,2000", (100, 200), (315, 433)),
+        ("1500\x1f2000\x1f\x1f\x1f0,0-1500,0-1500,2000", (0, 0), (295, 394)),
+        ("1500\x1f2000", (0, 0), (295, 394)),
+        ("\x1f\x1f100\x1f200", (100, 200), None),
+        ("", (0, 0), None),
+    ],
+)
+def test_the_region_of_the_extended_feature_set(region, offset, size):
+    data = an2_file("efs", "none", region=region)
+    view = only_view(data)
+    expected = (np.array([[1000, 500], [2000, 1000], [0, 0]]) + offset) * PX
+    assert np.allclose(view.template.minutiae.xy, expected, atol=0.01)
+    assert view.size_known is (size is not None)
+    if size:
+        assert (view.template.width, view.template.height) == size
+
+
+def test_minutiae_of_the_extended_feature_set_without_a_direction_or_type():
+    minutiae = "1000\x1f500\x1f270\x1e2000\x1f1000\x1f\x1fB\x1e0\x1f0\x1f180\x1f\x1e5\x1f5"
+    record = read(an2_file("efs", minutiae=minutiae))
+    assert record.views[0].template.minutiae.kind.tolist() == [0, 0]
+    assert record.notes == ("2 minutiae without a direction passed over",)
+
+
+def test_a_malformed_region_is_named():
+    with pytest.raises(TemplateError, match=r"field 9\.300 is malformed"):
+        read(an2_file("efs", region="wide\x1f2000"))
 
 
 def test_a_field_that_is_malformed_is_named():

@@ -1,5 +1,7 @@
 """Finger minutiae records: told apart, and read in spite of what writers got wrong."""
 
+import base64
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,7 @@ from made_records import FMR, only_view, read, sample_record, written
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
+from fpmatch.formats.files import is_template_file, load_record
 from fpmatch.formats.fmr_header import dpi_of, per_cm
 from fpmatch.formats.record import ExtendedData, TemplateRecord
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
@@ -120,6 +123,80 @@ def test_extended_data_cut_short_cost_no_minutiae():
     assert len(record.views[0].template.minutiae) == 1
     assert record.views[0].extended is None
     assert "extended data cut short (2 of 9 bytes) and passed over" in record.notes
+
+
+@pytest.mark.parametrize("name", ["iso2005", "ansi2004"])
+def test_a_record_may_end_without_the_length_of_extended_data(name):
+    whole = BY_HAND[name]
+    length = len(whole) - 2
+    at = 11 if name == "iso2005" else 9  # the last byte of the length
+    record = read(whole[:at] + bytes([length]) + whole[at + 1 : -2])
+    assert record.format == name
+    assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
+    assert record.notes == (fmr.WITHOUT_EXTENDED,)
+    with pytest.raises(TemplateError, match="cut short"):  # by its length it has two bytes more
+        read(whole[:-2])
+
+
+@pytest.mark.parametrize("fingers", [(1, 2), (0, 0), (7, 8, 9)])
+def test_several_views_may_end_without_the_length_of_extended_data(fingers):
+    view = ISO_2005[25:-2]
+    body = b"".join(bytes([finger]) + view for finger in fingers)
+    head = ISO_2005[:8] + (24 + len(body)).to_bytes(4, "big") + ISO_2005[12:22]
+    record = read(head + bytes([len(fingers), 0]) + body)
+    assert record.format == "iso2005"
+    assert tuple(view.finger for view in record.views) == fingers
+    assert {view.template.minutiae.x.item() for view in record.views} == {100}
+    assert record.notes == (fmr.WITHOUT_EXTENDED,)
+
+
+@pytest.mark.parametrize("length", ["00000000", "00000001", "24000000", "00000fff"])
+def test_iso_records_with_a_wrong_length_are_read_with_a_note(length):
+    record = read(ISO_2005[:8] + bytes.fromhex(length) + ISO_2005[12:])
+    assert record.format == "iso2005"
+    assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
+    assert record.notes == (f"the header declares {int(length, 16)} bytes, the record has 36",)
+
+
+@pytest.mark.parametrize("length", ["0000", "0001", "2600"])
+def test_ansi_records_with_a_wrong_length_are_read_with_a_note(length):
+    record = read(ANSI_2004[:8] + bytes.fromhex(length) + ANSI_2004[10:])
+    assert record.format == "ansi2004"
+    assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
+    assert record.notes == (f"the header declares {int(length, 16)} bytes, the record has 38",)
+
+
+TEXTS = {
+    "base64": base64.b64encode,
+    "base64 in lines": base64.encodebytes,
+    "base64 for addresses": base64.urlsafe_b64encode,
+    "base64 without padding": lambda data: base64.b64encode(data).rstrip(b"="),
+    "base64 in quotes": lambda data: b'"' + base64.b64encode(data) + b'"\n',
+    "hex": lambda data: data.hex().encode(),
+    "hex in capitals": lambda data: data.hex(" ", 2).upper().encode() + b"\r\n",
+    "hex of a database": lambda data: b"\\x" + data.hex().encode(),
+    "hex with a mark": lambda data: b"\xef\xbb\xbf0x" + data.hex().encode(),
+}
+
+
+@pytest.mark.parametrize("form", TEXTS)
+@pytest.mark.parametrize("name", BY_HAND)
+def test_a_record_as_text_is_the_record(name, form, tmp_path):
+    data = sample_record(250)
+    path = tmp_path / "text"
+    for whole in (BY_HAND[name], written(name, data)):
+        path.write_bytes(TEXTS[form](whole))
+        assert is_template_file(path)
+        assert load_record(path) == read(whole)
+
+
+@pytest.mark.parametrize("form", ["base64", "hex"])
+def test_a_damaged_text_of_a_record_is_refused(form):
+    text = TEXTS[form](ISO_2005)
+    with pytest.raises(TemplateError, match="damaged text of a finger minutiae record"):
+        read(text[:20] + b"!?" + text[22:])
+    with pytest.raises(TemplateError, match="cut short"):
+        read(text[:-9])
 
 
 def test_different_resolutions_across_and_down_are_refused():

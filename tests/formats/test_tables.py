@@ -226,3 +226,21 @@ def test_any_damaged_array_is_read_or_refused(data, at):
     for bad in (whole[:at].tobytes() + data, bytes([*whole[:at], *data, *whole[at + len(data) :]])):
         with suppress(TemplateError):
             decoded(bad, "rad")
+
+
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [
+        *((word, 1) for word in ("Termination", "Ridge Ending", "ridge-ending", "END", "RIG", "1")),
+        *((word, 2) for word in ("Bifurcation", "bif", "Ridge bifurcation", "B", "2")),
+        *((word, 0) for word in ("unknown", "Crossover", "other", "u")),
+    ],
+)
+def test_the_words_of_other_programs_for_kinds(word, kind):
+    view = decoded(f"x,y,theta,type\n10,20,30,{word}\n".encode()).views[0]
+    assert view.template.minutiae.kind.tolist() == [kind]
+
+
+def test_an_unknown_word_for_a_kind_is_refused():
+    with pytest.raises(TemplateError, match="line 2: unknown type of minutia 'whorl'"):
+        decoded(b"x,y,theta,type\n10,20,30,whorl\n")

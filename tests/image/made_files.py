@@ -10,7 +10,7 @@ from PIL import Image
 
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.registry import find_reader
-from research.fuzzing.targets.good_images import an2_text
+from research.fuzzing.targets.good_images import an2_text, ihead, lossless_jpeg
 
 DATA = Path(__file__).parent / "data"
 
@@ -94,6 +94,8 @@ def one_of_each():
         "TIFF, JPEG": saved(grey, "TIFF", compression="jpeg"),
         "PNG, 16 bits": saved(grey.astype(np.uint16) * 257, "PNG", dpi=(500, 500)),
         "PNG, RGBA": saved(np.dstack([grey, grey, grey, grey]), "PNG"),
+        "JPEG, lossless": lossless_jpeg(grey, table_class=1),
+        "IHead": ihead(grey),
         "WSQ": wsq(),
         "AN2, type 4": an2(binary_print(grey)),
         "AN2, type 14": an2(tagged_print(rings(61, 53), wsq(), compression=b"WSQ20")),

@@ -12,12 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fpmatch import verify
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
-from fpmatch.image.extract import QualityRecorder, extract, resample
+from fpmatch.image.extract import QualityRecorder, assess, extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
+from fpmatch.image.preprocess.foreground import stretch_contrast
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
+from fpmatch.matching.decision import MATCH
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 from tests.image.made_images import (
     as_picture,
@@ -376,3 +379,68 @@ def check_field(template, stages, zoom):
     for i, j in np.argwhere(field.mask):
         drawn = [bool(int(field.ridges[i, j]) >> k & 1) for k in range(64)]
         assert drawn == dark[8 * i : 8 * i + 8, 8 * j : 8 * j + 8].ravel().tolist()
+
+
+def faint(name, share, kind):
+    """Return a sample print with a share of its contrast, and something else besides."""
+    shown = 235 - (255.0 - pixels_of(name)) * share
+    rows, columns = shown.shape
+    rng = np.random.default_rng(5)
+    match kind:
+        case "dark":
+            shown = 17 + pixels_of(name) * share
+        case "uneven light":
+            shown -= 100 * np.arange(columns) / columns
+        case "noise":
+            shown += rng.normal(0, 1.0, shown.shape)
+        case "gamma":
+            shown = 255 * (shown / 255) ** 2.2
+    shown = np.clip(np.rint(shown), 0, 255).astype(np.uint8)
+    match kind:
+        case "text":
+            cv2.putText(shown, "Right index", (10, 60), cv2.FONT_HERSHEY_SIMPLEX, 1.2, 0, 3)
+        case "blot":
+            cv2.circle(shown, (60, rows - 60), 30, 0, -1)
+        case "frame":
+            cv2.rectangle(shown, (8, 8), (columns - 9, rows - 9), 0, 4)
+        case "JPEG":
+            shown = cv2.imdecode(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, 75])[1], 0)
+    return shown
+
+
+@pytest.mark.parametrize(
+    ("kind", "share"),
+    [
+        *product(("light", "dark", "text", "frame", "uneven light", "JPEG"), (0.1, 0.06)),
+        *(("light", share) for share in (0.04, 0.15, 0.2)),
+        *(("noise", 0.1), ("blot", 0.1), ("gamma", 0.06)),
+    ],
+)
+def test_a_faint_print_matches_as_any_other(kind, share):
+    for first, second in (("101_1", "101_3"), ("102_3", "102_1"), ("104_3", "104_1")):
+        one, other = (extract(faint(name, share, kind), 500) for name in (first, second))
+        assert verify(one, template_of(second, "learned")).decision == MATCH
+        assert verify(one, other).decision == MATCH
+    impostor = extract(faint("103_1", share, kind), 500)
+    assert verify(impostor, other).score < 40
+
+
+def test_only_a_faint_print_is_stretched(rng):
+    for name in SOME:
+        assert stretch_contrast(pixels_of(name)) is pixels_of(name)
+        assert stretch_contrast(faint(name, 0.3, "light")).std() > 10
+    sheet, (y, x) = np.full((300, 400), 200.0), np.mgrid[:300, :400]
+    for without_print in (
+        sheet,
+        sheet + rng.normal(0, 1, sheet.shape),
+        sheet + rng.normal(0, 4, sheet.shape),
+        sheet + rng.integers(-2, 3, sheet.shape),
+        255 * x / 400,
+        40 + 0.3 * x + 0.2 * y,
+        200 - 100 * (((x - 200) / 300) ** 2 + ((y - 150) / 300) ** 2),
+        sheet + 3 * np.cos(x * np.pi / 2) + 3 * np.cos(y * np.pi / 2),
+    ):
+        shown = np.clip(np.rint(without_print), 0, 255).astype(np.uint8)
+        found = assess(shown, 500)
+        assert not len(found.template.minutiae)
+        assert "no ridges" in {reason.code for reason in found.quality.reasons}

@@ -1,6 +1,7 @@
 """Verification of prints whose resolution nothing states."""
 
 import json
+import re
 from pathlib import Path
 
 import cv2
@@ -164,3 +165,17 @@ def test_a_resolution_that_is_not_usual_is_found_by_the_scale():
     assert pair.verification.decision == "match"
     assert pair.probe.template.dpi == pytest.approx(700, rel=0.06)
     assert pair.probe.dpi_source == "found"
+
+
+@pytest.mark.parametrize("dpi", [1500, 2000, 3000, 4000])
+def test_a_large_image_has_one_resolution_that_options_accept(run, tmp_path, dpi):
+    Image.fromarray(pixels_at("101_1.tif", dpi)).save(tmp_path / "big.png")
+    reference = SAMPLES / "101_2.tif"
+    found = run("verify", tmp_path / "big.png", reference, "--reference-dpi", 500)
+    assert (found.exit_code, "Scale " in found.stdout) == (0, False)
+    named = set(re.findall(r"(\d+) dpi", found.output)) - {"500"}
+    (value,) = map(int, named)
+    assert value == pytest.approx(dpi, rel=0.08)
+    assert "wrong resolution" not in found.output
+    again = run("verify", tmp_path / "big.png", reference, "--probe-dpi", value)
+    assert again.exit_code == 0

@@ -103,3 +103,19 @@ def test_such_a_template_has_a_note(tmp_path, suffix):
     made = make_given_print(load_record(path), path.name)
     assert f"{NO_FINGER}: {DISORDERED}" in made.notes
     assert set(find_doubts(made.template)) <= set(made.notes)
+
+
+def test_dots_an_inch_written_as_pixels_a_centimetre_are_named(fingers):
+    meant = replace(extract(fingers[0], 500), field=None)
+    assert find_doubts(meant) == ()
+    for dpi, per_cm in ((1270.0, 500), (1290.0, 508), (1445.0, 569)):
+        (doubt,) = find_doubts(replace(meant, dpi=dpi))
+        assert doubt == (
+            f"probably {per_cm} dpi, written as {per_cm} pixels a cm: its minutiae are too close "
+            f"for {dpi:g}"
+        )
+    for dpi in (569.0, 1000.0, 1200.0, 1270.0):  # of a scanner
+        factor = dpi / 500
+        minutiae = replace(meant.minutiae, x=meant.minutiae.x * factor, y=meant.minutiae.y * factor)
+        sides = round(meant.width * factor), round(meant.height * factor)
+        assert find_doubts(Template(minutiae, *sides, dpi)) == ()

@@ -103,7 +103,7 @@ def open_source(
     The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database. Of
     the files of a folder, `dpi`, `pattern` and `by_folder` are as for
     `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
-    `fpmatch.image.folder_polarity.find_polarities`. Raises FpmatchError if there is no such
+    `fpmatch.image.folder_traits.find_traits`. Raises FpmatchError if there is no such
     folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:

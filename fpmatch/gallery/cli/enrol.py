@@ -13,7 +13,7 @@ import click
 from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import json_option, key_option, reading_options
+from fpmatch.cli.options import RECORD, json_option, key_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
@@ -38,7 +38,7 @@ _WORKERS_NEED: Final = (
     "fpmatch.gallery.listing.entry",
     "fpmatch.gallery.listing.prints",
     "fpmatch.image.io.registry",
-    "fpmatch.image.folder_polarity",
+    "fpmatch.image.folder_traits",
     "fpmatch.prints.reading",
 )
 
@@ -97,6 +97,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
 )
 @reading_options
+@RECORD
 @click.option(
     "--min-quality",
     metavar="N",
@@ -143,6 +144,7 @@ def enrol(
     encrypt: bool,
     audit: bool,
     raw: tuple[RawSize, ...],
+    record: int | None,
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
@@ -188,7 +190,7 @@ def enrol(
     prints = find_prints(
         others, dpi, pattern=None if pattern is None else names, by_folder=by_folder
     )
-    read = PrintReader(raw, quiet=True)
+    read = PrintReader(raw, quiet=True, record=record)
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()

@@ -157,9 +157,9 @@ def identify_one_by_one(run: Run) -> int:
 
 def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | FpmatchError]:
     """Yield the outcome for each probe, searched for by threads, or why it cannot be read."""
-    from fpmatch.gallery.listing.prints import extract_print, folder_reader
+    from fpmatch.gallery.listing.prints import folder_reader, read_one_print
     from fpmatch.gallery.search.consolidated import ConsolidatedFingers
-    from fpmatch.gallery.search.entries import identify_entries
+    from fpmatch.gallery.search.entries import identify_given
     from fpmatch.matching.result import named
 
     options, consolidated = run.options, None
@@ -168,19 +168,19 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
     reader = folder_reader(run.files, **run.reading)
     for file in run.files:
         try:
-            probe = extract_print(file, reader=reader)
+            given = read_one_print(file, reader)
         except FpmatchError as error:
             yield error
             continue
         start = time.perf_counter()
         how: dict[str, Any] = {"consolidated": consolidated, "workers": run.workers}
         try:
-            result, entries = identify_entries(gallery, search, probe.template, options, **how)
+            probe, result, entries = identify_given(gallery, search, given, options, **how)
         except MatcherError as error:
             raise named(error, file.path) from error
         seconds = time.perf_counter() - start
         gallery.record("identify", probe=file.path, candidates=result.numbers)
-        yield _Answer(str(file.path), result, entries, seconds, probe.all_notes)
+        yield _Answer(str(file.path), result, entries, seconds, probe.notes)
 
 
 def _far(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | FpmatchError]:

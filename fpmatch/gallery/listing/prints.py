@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.image.folder_polarity import PolarityReader
+    from fpmatch.image.folder_traits import FolderReader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
@@ -98,17 +99,17 @@ def folder_reader(
     dpi: float | None = None,
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     engine: Engine | None = None,
-) -> PolarityReader[GreyImage | TemplateRecord]:
-    """Return a reader of prints that reads the images of a folder with one polarity.
+) -> FolderReader[GreyImage | TemplateRecord]:
+    """Return a reader of prints that reads the images of a folder with one polarity and resolution.
 
     `polarity`, `dpi` and `reader` are as for
-    `fpmatch.image.folder_polarity.find_polarities` (default reader: `PrintReader`); an
+    `fpmatch.image.folder_traits.find_traits` (default reader: `PrintReader`); an
     `engine` looks at the images (default: this process).
     """
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
+    from fpmatch.image.folder_traits import FolderReader, find_traits  # noqa: PLC0415
 
     read, files = reader or PrintReader(), list(prints)
-    polarities = find_polarities(
+    traits = find_traits(
         [file.path for file in files],
         polarity=polarity,
         dpi=dpi,
@@ -116,7 +117,7 @@ def folder_reader(
         each=map if engine is None else partial(results_of_each, engine),
         places={file.path.parent: file.place for file in files if file.place is not None},
     )
-    return PolarityReader(read, polarities, dpi)
+    return FolderReader(read, traits, dpi)
 
 
 def extract_print(
@@ -125,15 +126,27 @@ def extract_print(
     """Return the template of a print: extracted from an image, or read from a template file.
 
     `reader` reads the file (default: `PrintReader`), and an image is `graded` with its quality.
+    Raises QualityError if the quality of an image, 0 to 100, is below `min_quality`; else the
+    errors of `read_one_print`.
+    """
+    given = read_one_print(file, reader, min_quality)
+    quality = given.quality.score if graded and given.quality is not None else None
+    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
+    return ExtractedPrint(given.template, given.dpi_assumed, notes, quality)
+
+
+def read_one_print(
+    file: PrintFile, reader: Reader | None = None, min_quality: int = 0
+) -> GivenPrint:
+    """Read the one print of a file, as `extract_print` does.
+
     Raises TemplateError, ImageReadError or ImageError if it cannot be read, cannot contain a
-    fingerprint, has no minutiae, or contains several prints; QualityError if the quality of an
-    image, 0 to 100, is below `min_quality`.
+    fingerprint, has no minutiae, or contains several prints.
     """
     content = (reader or PrintReader())(file.path)
     if isinstance(content, TemplateRecord) and len(content.views) > 1:
         raise TemplateError(
-            f"contains {len(content.views)} prints, and one is expected (fpmatch convert --view "
-            "takes one out)",
+            f"contains {len(content.views)} prints, and one is expected (--record N takes one)",
             path=file.path,
             code="several prints",
         )
@@ -144,9 +157,7 @@ def extract_print(
     if not len(given.template.minutiae):
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=file.path, code="no minutiae")
-    quality = given.quality.score if graded and given.quality is not None else None
-    notes = tuple(note for note in given.notes if note != ASSUMED_DPI)
-    return ExtractedPrint(given.template, given.dpi_assumed, notes, quality)
+    return given
 
 
 def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:

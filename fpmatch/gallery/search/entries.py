@@ -16,7 +16,10 @@ from fpmatch.gallery.search.identification import RIVALS
 from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.gallery.search.whole import ENTRY, piece_size
+from fpmatch.image.quality.ridge_scale import possible_dpi
 from fpmatch.matching.result import named, prepare_print
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.prints.pair import FIRST_SHARE, allowance
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.search.identification import FusedIdentification, Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
 MAX_BATCH: Final = 16  # probes that are searched for together
@@ -54,6 +58,48 @@ def identify_entries(
     given = replace(options, **changes)
     compared, given = compare_probe(search, probe, given, workers)
     return _with_entries(gallery, compared, given, consolidated)
+
+
+def identify_given(
+    gallery: Gallery,
+    search: Search,
+    probe: GivenPrint,
+    options: SearchOptions = USUAL,
+    **how: Any,
+) -> tuple[GivenPrint, Identification, list[Entry]]:
+    """Identify an image as `identify_entries` does, also at other resolutions if it states none.
+
+    Where no candidate matches, those are tried that its ridges allow, unless prints that came with
+    it decided. As with `fpmatch.prints.pair.verify_given`, each try has a share of the false match
+    rate, the first one too, which lowers its scores. The print is returned as it was at the
+    resolution of the candidates.
+    """
+    result, entries = identify_entries(gallery, search, probe.template, options, **how)
+    image = probe.image
+    if probe.dpi_stated or image is None or image.likely_dpi is not None:
+        return probe, result, entries
+    possible = possible_dpi(probe.ridge_period_px, image.pixels.shape)
+    others = [dpi for dpi in possible if dpi != probe.template.dpi]
+    if not others:
+        return probe, result, entries
+    changes = {name: value for name, value in how.items() if hasattr(options, name)}
+    allow = replace(options, **changes).allow
+    lowered = result.lowered(allowance(FIRST_SHARE), allow)
+    best = probe, lowered, [one for one in entries if one.id in lowered.numbers]
+    if _best(lowered):
+        return best
+    for other in map(probe.at, others):
+        result, entries = identify_entries(gallery, search, other.template, options, **how)
+        lowered = result.lowered(allowance(1.0 - FIRST_SHARE, len(others)), allow)
+        if _best(lowered) > _best(best[1]):
+            best = other, lowered, [one for one in entries if one.id in lowered.numbers]
+    return best
+
+
+def _best(result: Identification) -> float:
+    """Return the score of the first candidate where it is a match, else 0."""
+    score = max((candidate.score for candidate in result.candidates), default=0.0)
+    return score if score >= DEFAULT_THRESHOLD else 0.0
 
 
 def identify_each(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -149,6 +149,20 @@ class Identification(_Outcome):
     def numbers(self) -> list[int]:
         """The numbers of the entries of the candidates, as an audit states them."""
         return [candidate.number for candidate in self.candidates]
+
+    def lowered(self, by: float, allow: Callable[[Candidate], bool]) -> Identification:
+        """Return it with lower scores, as one of several searches for a print, if they allow it."""
+        candidates = [
+            replace(
+                one,
+                score=max(one.score - by, 0.0),
+                fmr=min(one.fmr * 10.0 ** (by / 10.0), 1.0),
+                expected_false=one.expected_false * 10.0 ** (by / 10.0),
+                impression_score=max(one.impression_score - by, 0.0),
+            )
+            for one in self.candidates
+        ]
+        return replace(self, candidates=tuple(filter(allow, candidates)))
 
     def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
         """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.

@@ -113,10 +113,10 @@ def enrol(
 
     The `pattern` gets the labels of prints without one from their paths (default: FVC's names), and
     `prefix` stands before each subject. Templates are made on the `engine` (default: all cores) by
-    the `extractor`, a function at the top of a module (default: `extract_print`, the images of a
-    folder read with one polarity). Workers must see the files, unless there is an `opener`: it
-    reads each print here, an `open_print` with its reader, and the extractor, an `extract_opened`,
-    is called with what it returns. `progress` is called with stage "enrol", and with "prepare"
+    the `extractor`, a function at the top of a module (default: `extract_print` with the reader of
+    `folder_reader`). Workers must see the files, unless there is an `opener`: it reads each print
+    here, an `open_print` with its reader, and the extractor, an `extract_opened`, is called with
+    what it returns. `progress` is called with stage "enrol", and with "prepare"
     while a large gallery is indexed. If `strict`, impressions that do not match the others of their
     finger, or are probably two prints in one, are refused once all are extracted; see
     `fpmatch.gallery.tasks.consistency`.

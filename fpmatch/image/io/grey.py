@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import ImageError
+from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.image.io.resolution import usable_dpi
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
@@ -19,16 +21,23 @@ if TYPE_CHECKING:
 
 _SENSORS: Final = (  # sizes of well-known sensors, width and height
     *((388, 374), (296, 560), (288, 384), (640, 480), (328, 364), (300, 480), (256, 364)),
-    *((448, 478), (240, 320), (400, 560), (152, 200)),
+    *((448, 478), (240, 320), (400, 560), (152, 200), (256, 288)),
 )
 _LEAST_SQUARE: Final = 96  # pixels; files of fewer bytes may be anything
+_LARGEST_GUESS: Final = 4_000_000  # pixels of a sensor whose size is looked for
+_LEAST_LIKENESS: Final = 0.5  # correlation of the rows of an image with the next ones
+_BITS: Final = (8, 4, 2, 1)  # of a pixel in a file without a header
+_ROWS: Final = ("bottom-up", "mirrored")
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
-_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image without content
+_LEAST_USED: Final = 0.25  # of the range of a type; what uses less of it is stretched
+_FEW_PERCENT: Final = 0.1  # of the samples, darker and brighter than the range that is used
+_MOST_COUNTED: Final = 1_000_000  # samples
+_CLEARLY_MORE: Final = 1.25  # times the contrast, over black
 ON_WHITE: Final = "its transparent background was composed over white"
 ON_BLACK: Final = (
-    "its transparent background was composed over black, as nothing is visible over white"
+    "its transparent background was composed over black, where it has more contrast than over white"
 )
 ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully transparent"
 
@@ -56,6 +65,7 @@ class ImageLimits:
 
 
 DEFAULT_LIMITS: Final = ImageLimits()
+FEWEST_RAW_BYTES: Final = DEFAULT_LIMITS.min_side_px**2 // 2  # of an image of 4 bits a pixel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +84,8 @@ class GreyImage:
         Name of the file format; "" where there was no file.
     notes : tuple of str
         What reading changed or assumed, such as inverted grey values.
+    likely_dpi : float or None
+        Resolution by the ridges of the prints that came with this one, where `dpi` is None.
 
     Raises
     ------
@@ -88,6 +100,7 @@ class GreyImage:
     source: str = "array"
     format: str = field(default="", repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
+    likely_dpi: float | None = None
 
     def __post_init__(self) -> None:
         if self.pixels.ndim != 2 or self.pixels.dtype != np.uint8:
@@ -98,15 +111,50 @@ class GreyImage:
             object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
 
+def with_square_pixels(
+    image: GreyImage, axes: tuple[float, float] | None, limits: ImageLimits = DEFAULT_LIMITS
+) -> GreyImage:
+    """Return an image with its resolution across and down, resampled to the higher if they differ.
+
+    Raises ImageError if it is then larger than the limits.
+    """
+    if axes is None or axes[0] == axes[1]:
+        return replace(image, dpi=None if axes is None else axes[0])
+    import cv2  # noqa: PLC0415
+
+    dpi = max(axes)
+    height, width = image.pixels.shape
+    size = round(width * dpi / axes[0]), round(height * dpi / axes[1])
+    limits.check(*size)
+    pixels = cv2.resize(image.pixels, size, interpolation=cv2.INTER_CUBIC)
+    note = f"its resolution is {axes[0]:g} dpi across and {axes[1]:g} down: resampled to {dpi:g}"
+    return replace(image, pixels=np.asarray(pixels, np.uint8), dpi=dpi, notes=(*image.notes, note))
+
+
 def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
-    """Return an array of pixels as 8-bit grey values (H, W): contiguous, or the array itself.
+    """Return an array of pixels as 8-bit grey values (H, W), as `grey_image` does."""
+    return grey_image(array, limits=limits).pixels
 
-    The array is grey, (H, W) or (H, W, 1), RGB or RGBA; transparent pixels are composed over white.
-    Black to white is False to True, 0..255 for uint8 and 0..65535 for uint16; other integers span
-    0..255 if none is larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
 
-    Raises ImageError if the shape or the type is none of these, a value is not finite or leaves its
-    span, or the size breaks a limit.
+def grey_image(
+    array: ArrayLike,
+    dpi: float | None = None,
+    *,
+    format: str = "",  # noqa: A002  (the name of the field)
+    notes: tuple[str, ...] = (),
+    limits: ImageLimits = DEFAULT_LIMITS,
+) -> GreyImage:
+    """Return an array of pixels as an image of 8-bit grey values, contiguous or the array itself.
+
+    The array is grey, (H, W) or (H, W, 1), RGB or RGBA. Black to white is False to True, and 0..255
+    for uint8. Other integers span 0..255 if none is larger, else 0..65535; floats span the first of
+    0..1, 0..255 and 0..65535 that holds them. Values that leave all spans, or use less than a
+    quarter of theirs (but for integers of 0..255), are stretched: the range of all but the highest
+    and lowest thousandth becomes 0..255. Transparent pixels are composed over white, or over black
+    where the image then has clearly more contrast. Notes say what was done.
+
+    Raises ImageError if the shape or the type is none of these, a value is not finite, all values
+    are one outside of 0..65535, or the size breaks a limit.
     """
     try:
         values = np.asarray(array)
@@ -116,48 +164,82 @@ def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
         shapes = "(H, W), (H, W, 3) or (H, W, 4)"
         raise ImageError(f"an image must have shape {shapes}, not {values.shape}")
     limits.check(values.shape[1], values.shape[0])
-    eight_bit = _eight_bit(values)
-    if eight_bit.ndim == 3:
-        eight_bit = _over(eight_bit, 255)
-    return np.ascontiguousarray(eight_bit)
+    if values.ndim == 2 or values.shape[2] < 4:
+        pixels, more = _eight_bit(values)
+        pixels = pixels if pixels.ndim == 2 else _over(pixels, 255)
+    else:
+        colours, more = _eight_bit(values if values.dtype == np.uint8 else values[..., :3])
+        if colours.shape[2] < 4:
+            opacity, _ = _eight_bit(values[..., 3], may_stretch=False)
+            colours = np.dstack([colours, opacity])
+        pixels, on_ground = _flattened(colours)
+        more += on_ground
+    return GreyImage(np.ascontiguousarray(pixels), dpi, format=format, notes=notes + more)
 
 
-def flatten_transparency(colours: Grey) -> tuple[Grey, tuple[str, ...]]:
+def _flattened(colours: Grey) -> tuple[Grey, tuple[str, ...]]:
     """Return RGBA values (H, W, 4) as grey values, and notes on what became of transparency.
 
-    They are composed over white, or over black where nothing shows over white; transparency is
-    ignored where every pixel is fully transparent.
+    Transparency is ignored where every pixel is fully transparent.
     """
     opacity = colours[..., 3]
     if opacity.min() == 255:
         return _over(colours[..., :3], 255), ()
     if opacity.max() == 0:
         return _over(colours[..., :3], 255), (ALL_TRANSPARENT,)
-    on_white = _over(colours, 255)
-    if int(on_white.max()) - int(on_white.min()) > _MAX_INVISIBLE:
-        return on_white, (ON_WHITE,)
-    return _over(colours, 0), (ON_BLACK,)
+    on_white, on_black = _over(colours, 255), _over(colours, 0)
+    if _steps(on_black) > _CLEARLY_MORE * _steps(on_white):
+        return on_black, (ON_BLACK,)
+    return on_white, (ON_WHITE,)
 
 
-def _eight_bit(values: NDArray[Any]) -> Grey:
-    """Scale `values` of any numeric type to 0..255."""
+def _steps(grey: Grey) -> float:
+    """Return the mean difference of pixels from their neighbours, below and beside."""
+    pairs = (grey[1:], grey[:-1]), (grey[:, 1:], grey[:, :-1])
+    return sum(float((np.maximum(a, b) - np.minimum(a, b)).mean()) for a, b in pairs)
+
+
+def _eight_bit(values: NDArray[Any], *, may_stretch: bool = True) -> tuple[Grey, tuple[str, ...]]:
+    """Scale `values` of any numeric type to 0..255; a note says what the type does not."""
     if values.dtype == np.uint8:
-        return values
+        return values, ()
     if values.dtype == np.bool_:
-        return np.where(values, np.uint8(255), np.uint8(0))
-    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        return np.where(values, np.uint8(255), np.uint8(0)), ()
+    is_float = values.dtype.kind == "f"
+    if is_float and not np.isfinite(values).all():
         raise ImageError("an image must not hold NaN or infinite values")
     if values.dtype.kind not in "iuf":
         raise ImageError(f"an image must hold numbers, not {values.dtype}")
-    narrow, wide = (1.0, 255.0) if values.dtype.kind == "f" else (255.0, 65535.0)
-    span = narrow if values.max() <= narrow and values.dtype.char != "H" else wide
-    if values.min() < 0 or values.max() > span:
-        given = f"pixel values run from {values.min():g} to {values.max():g}"
-        raise ImageError(f"{given}, outside 0 to {span:g}")
+    narrow, wide = (1.0, 255.0) if is_float else (255.0, 65535.0)
+    low, high = float(values.min()), float(values.max())
+    span = narrow if high <= narrow else wide
+    inside = low >= 0 and high <= span
+    is_byte = inside and span == narrow and not is_float
+    black, white = (0.0, span) if is_byte or not may_stretch else _used_range(values, low, high)
+    enough = inside and not 0 < white - black < _LEAST_USED * span
+    if not enough and not (may_stretch and 0 < white - black < math.inf):
+        raise ImageError(f"pixel values run from {low:g} to {high:g}, outside 0 to {span:g}")
     scaled = np.empty(values.shape, np.uint8)
     for rows in _bands(values.shape):
-        scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))
-    return scaled
+        if enough:
+            scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))
+        else:
+            share = (values[rows].astype(np.float64) - black) / (white - black)
+            scaled[rows] = np.rint(255.0 * np.clip(share, 0, 1))
+    if enough and not (is_byte and values.dtype.char == "H"):
+        return scaled, ()
+    run = f"its samples run from {low:g} to {high:g}"
+    if is_byte:
+        return scaled, (f"{run}: 8 of their 16 bits are read",)
+    return scaled, (f"{run}: {black:g} to {white:g} is scaled to black to white",)
+
+
+def _used_range(values: NDArray[Any], low: float, high: float) -> tuple[float, float]:
+    """Return the range of values without the few lowest and highest; or all of it."""
+    step = math.isqrt(values.size // _MOST_COUNTED) + 1
+    few = values[::step, ::step].astype(np.float64).ravel()
+    black, white = percentiles(few, _FEW_PERCENT, 100 - _FEW_PERCENT).tolist()
+    return (black, white) if black < white else (low, high)
 
 
 def _over(colours: Grey, ground: int) -> Grey:
@@ -183,10 +265,16 @@ def _bands(shape: tuple[int, ...]) -> list[slice]:
 
 @dataclass(frozen=True, slots=True)
 class RawSize:
-    """The positive size of an image whose file is its pixels, row by row, 8 bits each."""
+    """The positive size of an image whose file is its pixels, row by row, 8, 4, 2 or 1 bits each.
+
+    Of several pixels in a byte the first is in its high bits. Rows may run from the bottom up, or
+    be mirrored.
+    """
 
     width: int
     height: int
+    bottom_up: bool = False
+    mirrored: bool = False
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -194,34 +282,85 @@ class RawSize:
 
     @property
     def bytes(self) -> int:
-        """Number of bytes of the file."""
+        """Number of bytes of the file, with 8 bits a pixel."""
         return self.width * self.height
+
+    def bits(self, size: int) -> int:
+        """Return the bits of a pixel in a file of `size` bytes; 0 where none of these fit."""
+        return next((bits for bits in _BITS if self.bytes * bits == size * 8), 0)
 
     @classmethod
     def parse(cls, text: str) -> RawSize:
-        """Return the size that ``WIDTHxHEIGHT`` names; raise ImageError for other text."""
-        size = _SIZE.fullmatch(text.strip())
-        if size is None:
-            raise ImageError(f"a size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
-        return cls(int(size[1]), int(size[2]))
+        """Return what ``WIDTHxHEIGHT[,bottom-up][,mirrored]`` means, or raise ImageError."""
+        first, *words = (word.strip().lower() for word in text.split(","))
+        size = _SIZE.fullmatch(first)
+        if size is None or not set(words) <= set(_ROWS) or len(set(words)) < len(words):
+            raise ImageError(
+                "a size is written WIDTHxHEIGHT, as in 388x374, where need be with ,bottom-up and "
+                f",mirrored, not {text!r}"
+            )
+        return cls(int(size[1]), int(size[2]), *(word in words for word in _ROWS))
 
     def __str__(self) -> str:
         return f"{self.width}x{self.height}"
 
 
 def likely_raw_size(data: bytes) -> RawSize | None:
-    """Return the size of a well-known sensor, or the square, of as many pixels; else None."""
-    side = math.isqrt(len(data))
-    square = [(side, side)] if side >= _LEAST_SQUARE else []
-    fits = (size for size in (*_SENSORS, *square) if size[0] * size[1] == len(data))
-    size = next(fits, None)
-    return size and RawSize(*size)
+    """Return the size of a well-known sensor, or a square, of which `data` are an image, or None.
+
+    In an image each row is like the next one; in rows of another width it is not.
+    """
+    likely, best = None, _LEAST_LIKENESS
+    for bits in _BITS:
+        side = math.isqrt(len(data) * 8 // bits)
+        for width, height in (*_SENSORS, (side, side)):
+            size = RawSize(max(width, 1), max(height, 1))
+            is_small = width == side and side < _LEAST_SQUARE
+            if size.bits(len(data)) != bits or is_small or size.bytes > _LARGEST_GUESS:
+                continue
+            pixels = _raw_pixels(data, size).astype(np.float32)
+            spread = float(pixels.var())
+            likeness = 1.0 - float(np.square(np.diff(pixels, axis=0)).mean()) / (2 * spread or 1.0)
+            if spread and likeness > best:
+                likely, best = size, likeness
+    return likely
 
 
 def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:
     """Return `data` as the pixels of an image of `size`; raise ImageError if they do not fit."""
     limits.check(size.width, size.height)
-    if len(data) != size.bytes:
-        raise ImageError(f"{len(data)} bytes are no {size} pixels of 8 bits")
-    pixels = np.frombuffer(data, np.uint8).reshape(size.height, size.width)
-    return GreyImage(pixels.copy(), format="raw")
+    bits = size.bits(len(data))
+    if not bits:
+        raise ImageError(f"{len(data)} bytes are no {size} pixels of 8, 4, 2 or 1 bits")
+    notes = () if bits == _BITS[0] else (f"its {len(data)} bytes were read as {bits} bits a pixel",)
+    return GreyImage(_raw_pixels(data, size), format="raw", notes=notes)
+
+
+def _raw_pixels(data: bytes, size: RawSize) -> Grey:
+    bits = size.bits(len(data))
+    shifts = np.arange(8 - bits, -1, -bits, dtype=np.uint8)
+    largest = 2**bits - 1
+    values = (np.frombuffer(data, np.uint8)[:, None] >> shifts & largest) * np.uint8(255 // largest)
+    rows = values.reshape(size.height, size.width)[:: -1 if size.bottom_up else 1]
+    return np.ascontiguousarray(rows[:, :: -1 if size.mirrored else 1])
+
+
+_IHEAD_PIXELS: Final = 296
+_IHEAD_NUMBERS: Final = range(114, 154, 8)  # width, height, depth, dpi, compression
+
+
+def decode_ihead(data: bytes, limits: ImageLimits) -> GreyImage:
+    """Decode a file of NIST's IHead format, a header of text and pixels that are not compressed."""
+    texts = [data[at : at + 8].partition(b"\0")[0].strip() for at in _IHEAD_NUMBERS]
+    if not all(text.isdigit() for text in texts):
+        raise ImageReadError("damaged IHead image (text where a number should be)")
+    width, height, depth, dpi, compression = map(int, texts)
+    if compression or depth != 8:
+        kind = f"compression {compression} and {depth} bits a pixel"
+        raise ImageReadError(f"IHead image with {kind}, which cannot be read")
+    size = RawSize(width, height)
+    pixels = data[_IHEAD_PIXELS : _IHEAD_PIXELS + size.bytes]
+    limits.check(size.width, size.height)
+    if len(pixels) < size.bytes:
+        raise ImageReadError("damaged IHead image (pixels are missing)")
+    return replace(decode_raw(pixels, size, limits), dpi=usable_dpi(dpi), format="IHead")

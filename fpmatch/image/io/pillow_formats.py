@@ -14,15 +14,15 @@ import numpy as np
 from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.grey import GreyImage, as_grey, flatten_transparency
-from fpmatch.image.io.resolution import tagged_dpi
+from fpmatch.image.io.grey import grey_image, with_square_pixels
+from fpmatch.image.io.resolution import tagged_axes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.io.grey import ImageLimits
+    from fpmatch.image.io.grey import GreyImage, ImageLimits
 
 # Name of Pillow's decoder, and the first bytes of its files.
 SIGNATURES: Final = {
@@ -47,7 +47,10 @@ MAX_TIFF_TAGS: Final = 1000
 MAX_PNM_HEADER: Final = 100_000  # bytes, comments and all
 MAX_PNM_TEXT: Final = 80_000_000  # bytes of a PNM whose pixels are written in digits
 
-_JPEG_SCAN: Final = b"\xff\xda"
+_JPEG_START, _JPEG_SCAN = b"\xff\xd8", b"\xff\xda"
+_TABLE_BYTES: Final = 17  # before its symbols: class and number, and how many of each length
+_LOSSLESS_FRAME, _HUFFMAN_TABLES = b"\xc3", b"\xc4"
+_JPEG_SEGMENT: Final = re.compile(rb"\xff+([\x01-\xd9\xdb-\xfe])(..)", re.DOTALL)
 _PNM_TOKENS: Final = re.compile(rb"P[1-6](?:(?:#[^\r\n]*[\r\n]|[ \t\r\n\v\f])+[0-9]+){2,3}")
 # Types of tags that Pillow reads into one Python number each.
 _TIFF_NUMBERS: Final = frozenset((3, 4, 5, 8, 9, 10, 11, 12, 13, 16, 17, 18))
@@ -58,13 +61,15 @@ _warnings_lock = threading.Lock()  # warning filters are global to the process
 def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyImage:
     """Decode an image file with Pillow's `decoder`; of several images the first."""
     check_decoder_limits(decoder, data)
+    if decoder == "JPEG":
+        data = _with_lossless_tables(data)
     try:
         with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:
             limits.check(*image.size)
-            dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
+            axes, notes = tagged_axes(image, data[:_HEAD_BYTES])
             if getattr(image, "is_animated", False):
                 notes += (FIRST_OF_SEVERAL,)
-            samples = _samples(image)
+            samples = pillow_samples(image)
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
@@ -76,10 +81,8 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
     except Exception as error:  # decoders raise almost anything on damage
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
-    if samples.ndim == 3 and samples.shape[2] == 4 and samples.dtype == np.uint8:
-        pixels, on_ground = flatten_transparency(samples)
-        return GreyImage(pixels, dpi, format=decoder, notes=notes + on_ground)
-    return GreyImage(as_grey(samples, limits=limits), dpi, format=decoder, notes=notes)
+    grey = grey_image(samples, format=decoder, notes=notes, limits=limits)
+    return with_square_pixels(grey, axes, limits)
 
 
 def error_text(error: Exception) -> str:
@@ -97,7 +100,7 @@ def _decoder_warnings_held() -> Iterator[None]:
         yield
 
 
-def _samples(image: Image.Image) -> NDArray[Any]:
+def pillow_samples(image: Image.Image) -> NDArray[Any]:
     """Return samples of grey, RGB or RGBA in a type that defines their span."""
     if image.mode.startswith("I;16"):
         return _sixteen_bit_samples(image)
@@ -123,6 +126,27 @@ def _sixteen_bit_samples(image: Image.Image) -> NDArray[np.uint16]:
     if tags.get(_PHOTOMETRIC) == _WHITE_IS_ZERO:
         samples = np.uint16(0xFFFF) - samples
     return samples
+
+
+def _with_lossless_tables(data: bytes) -> bytes:
+    """Return a lossless JPEG with the class 0 in its Huffman tables, other files as they are.
+
+    Lossless JPEG has tables of this class only; NIST's encoder writes 1, which decoders refuse.
+    """
+    tables, at, is_lossless = list[int](), len(_JPEG_START), False
+    while segment := _JPEG_SEGMENT.match(data, at):
+        at = segment.end() - 2 + int.from_bytes(segment[2], "big")
+        is_lossless |= segment[1] == _LOSSLESS_FRAME
+        table = segment.end()
+        while segment[1] == _HUFFMAN_TABLES and table + _TABLE_BYTES <= min(at, len(data)):
+            tables.append(table)
+            table += _TABLE_BYTES + sum(data[table + 1 : table + _TABLE_BYTES])
+    if not is_lossless:
+        return data
+    changed = bytearray(data)
+    for table in tables:
+        changed[table] &= 0x0F
+    return bytes(changed)
 
 
 def _unknown_kind(data: bytes) -> str:

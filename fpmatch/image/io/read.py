@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError, check_path
 from fpmatch.image.io.grey import (
     DEFAULT_LIMITS,
+    FEWEST_RAW_BYTES,
     GreyImage,
     ImageLimits,
     as_grey,
@@ -17,7 +18,7 @@ from fpmatch.image.io.grey import (
     likely_raw_size,
 )
 from fpmatch.image.io.pillow_formats import error_text
-from fpmatch.image.io.registry import find_reader, is_image_file, other_kind
+from fpmatch.image.io.registry import find_reader, is_known
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.templates.minutiae import check_dpi
 
@@ -38,6 +39,7 @@ def read_image(
     raw_sizes: Sequence[RawSize] = (),
     polarity: Polarity = "auto",
     dpi: float | None = None,
+    record: int | None = None,
 ) -> GreyImage:
     """Read an image file as grey values with its resolution.
 
@@ -46,7 +48,7 @@ def read_image(
     path : path-like
         A TIFF, PNG, BMP, JPEG, PGM/PPM/PBM, GIF, WebP, JPEG 2000 or WSQ file of 1, 8, 16 or 32
         bits a sample; grey, palette or colour; or a record with an image, of ANSI/NIST-ITL (AN2),
-        ISO/IEC 19794-4 or ANSI 381. Transparent pixels are composed over white; of several images
+        ISO/IEC 19794-4 or ANSI 381. Of transparent pixels see `grey_image`; of several images
         the first is read.
     limits : ImageLimits
         Sizes that are refused, before reading and decoding.
@@ -59,6 +61,9 @@ def read_image(
     dpi : float, optional
         Resolution that replaces the file's own, for finding the polarity; by default the file's
         own, and the likely one where it has none.
+    record : int, optional
+        Number, from 1, of the image that is read of an ANSI/NIST-ITL file; by default the first.
+        Fingers without an image are not counted, and other files have one image.
 
     Returns
     -------
@@ -95,13 +100,21 @@ def read_image(
         data = _bytes_of(path, limits)
     try:
         return decode_image(
-            data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
+            data,
+            str(path),
+            limits=limits,
+            raw_sizes=raw_sizes,
+            polarity=polarity,
+            dpi=dpi,
+            record=record,
         )
     except ImageReadError as error:
-        if data.isascii() or is_image_file(data) or other_kind(data):
-            raise  # a text, a damaged image, or of a format that the error names
-        size = likely_raw_size(data) or "WIDTHxHEIGHT"
-        why = f"if its {len(data)} bytes are pixels: --raw {size}"
+        if raw_sizes or data.isascii() or is_known(data) or len(data) < FEWEST_RAW_BYTES:
+            raise  # a text, or of a format that the error names
+        size = likely_raw_size(data)
+        bits = size.bits(len(data)) if size else 8
+        packed = "" if bits == 8 else f" ({bits} bits a pixel)"
+        why = f"if its {len(data)} bytes are pixels: --raw {size or 'WIDTHxHEIGHT'}{packed}"
         raise ImageReadError(f"{error}; {why}") from error
 
 
@@ -113,6 +126,7 @@ def decode_image(
     raw_sizes: Sequence[RawSize] = (),
     polarity: Polarity = "auto",
     dpi: float | None = None,
+    record: int | None = None,
 ) -> GreyImage:
     """Decode the bytes of an image file as `read_image` does; errors start with `source`."""
     if dpi is not None:
@@ -122,7 +136,7 @@ def decode_image(
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
         if not data:
             raise ImageReadError("the file is empty")
-        image = replace(_decode(data, limits, raw_sizes), source=source)
+        image = replace(_decode(data, limits, raw_sizes, record), source=source)
     if image.dpi is not None and dpi is None:
         from fpmatch.image.quality.ridge_scale import contradiction  # noqa: PLC0415
 
@@ -147,9 +161,11 @@ def name_errors(source: object) -> Iterator[None]:
         raise ImageError(f"{source}: image is too large for this machine's memory") from error
 
 
-def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> GreyImage:
+def _decode(
+    data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize], record: int | None
+) -> GreyImage:
     for size in raw_sizes:
-        if size.bytes == len(data):
+        if size.bits(len(data)):
             return decode_raw(data, size, limits)
     try:
         reader = find_reader(data)
@@ -158,7 +174,8 @@ def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> G
             raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
         raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
-    return reader.decode(data, limits)
+    decode = reader.decode if record is None or reader.choose is None else reader.choose(record)
+    return decode(data, limits)
 
 
 def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:

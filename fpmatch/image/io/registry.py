@@ -5,8 +5,10 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from fpmatch.base.plugins import AN2_SIGNATURES, agency
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io import pillow_formats
+from fpmatch.image.io.grey import decode_ihead
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,27 +22,30 @@ class ImageReader(NamedTuple):
     name: str
     signatures: tuple[bytes, ...]  # the first bytes of its files
     decode: Callable[[bytes, ImageLimits], GreyImage]  # raises FpmatchError with the reason
+    choose: Callable[[int], Callable[[bytes, ImageLimits], GreyImage]] | None = None
+    """Return what decodes the image of a number, from 1, in formats of several."""
 
 
 # First bytes of the formats whose readers load with the first file of theirs.
 WSQ_SIGNATURE: Final = b"\xff\xa0"
-AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
+IHEAD_SIGNATURE: Final = b"288\x00"
 FIR_SIGNATURE: Final = b"FIR\x00"
 
 
 def _decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode a WSQ file."""
-    from fpmatch.image.io.wsq import decode_wsq  # noqa: PLC0415
-
-    return decode_wsq(data, limits)
+    decoded: GreyImage = agency("wsq").decode_wsq(data, limits)
+    return decoded
 
 
-def _decode_record(name: str, data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode the print in a record."""
-    from fpmatch.image.io import records  # noqa: PLC0415
+def _decode_an2(data: bytes, limits: ImageLimits, record: int | None = None) -> GreyImage:
+    decoded: GreyImage = agency("an2").decode_image(data, limits, _decode_file, record)
+    return decoded
 
-    decode = {"AN2": records.decode_an2, "FIR": records.decode_fir}[name]
-    return decode(data, limits, decode_file=_decode_file)
+
+def _decode_fir(data: bytes, limits: ImageLimits) -> GreyImage:
+    from fpmatch.image.io.records import decode_fir  # noqa: PLC0415
+
+    return decode_fir(data, limits, _decode_file)
 
 
 FILE_READERS: Final = (
@@ -49,6 +54,7 @@ FILE_READERS: Final = (
         for name, signatures in pillow_formats.SIGNATURES.items()
     ),
     ImageReader("WSQ", (WSQ_SIGNATURE,), _decode_wsq),
+    ImageReader("IHead", (IHEAD_SIGNATURE,), decode_ihead),
 )
 """The formats of a single image."""
 
@@ -56,6 +62,11 @@ FILE_READERS: Final = (
 def is_image_file(data: bytes) -> bool:
     """Return whether a file begins like one of `FILE_READERS`, so that it is no template."""
     return any(data.startswith(reader.signatures) for reader in FILE_READERS)
+
+
+def is_known(data: bytes) -> bool:
+    """Return whether a file begins like one of any format that is read or named."""
+    return any(data.startswith(reader.signatures) for reader in READERS) or bool(other_kind(data))
 
 
 def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
@@ -68,14 +79,15 @@ def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
 
 READERS: Final = (
     *FILE_READERS,
-    ImageReader("AN2", AN2_SIGNATURES, partial(_decode_record, "AN2")),
-    ImageReader("FIR", (FIR_SIGNATURE,), partial(_decode_record, "FIR")),
+    ImageReader("AN2", AN2_SIGNATURES, _decode_an2, lambda n: partial(_decode_an2, record=n)),
+    ImageReader("FIR", (FIR_SIGNATURE,), _decode_fir),
 )
 """All formats: single images, and records that contain one."""
 
 # First bytes of files that people take for images, and what those files are.
 _OTHERS: Final = (
     (b"FMR\x00", "a minutiae template, ISO/IEC 19794-2 or ANSI 378"),
+    (b"FP3", "a template of libfprint"),
     (b"%PDF", "a PDF document"),
     (b"%!PS", "a PostScript document"),
     (b"PK\x03\x04", "a ZIP archive"),

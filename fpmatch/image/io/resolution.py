@@ -17,6 +17,7 @@ CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
 _NO_UNIT, _PER_CM = 1, 3
 _RECORD_PER_INCH, _RECORD_PER_CM = 1, 2
+_EQUAL: Final = 0.01  # relative difference of two axes of one resolution
 _COMMENT_BYTES: Final = 4096  # searched in a header and in each comment
 _IN_A_COMMENT: Final = re.compile(
     r"\b(?:ppi|dpi)\b[^\w\n]{0,3}(\d{3,4}(?:\.\d+)?)\b|\b(\d{3,4}(?:\.\d+)?) ?(?:ppi|dpi)\b",
@@ -33,53 +34,59 @@ ASSUMED_UNIT: Final = "its resolution has no unit; dots per inch assumed"
 
 
 def usable_dpi(horizontal: object, vertical: object = None) -> float | None:
-    """Return a file's resolution along both axes in dpi, rounded to a tenth, or None.
+    """Return the resolution of both axes in dpi where they have one; see `usable_axes`."""
+    axes = usable_axes(horizontal, horizontal if vertical is None else vertical)
+    return axes[0] if axes is not None and axes[0] == axes[1] else None
 
-    None where the axes differ, or the value is not above 100 and up to 4000 dpi: lower ones (1, 72,
-    96) are defaults of programs.
+
+def usable_axes(horizontal: object, vertical: object) -> tuple[float, float] | None:
+    """Return a file's resolution across and down in dpi, rounded to a tenth, or None.
+
+    Axes that differ by 1 % or less have the horizontal one. None where a value is not above 100 and
+    up to 4000 dpi: lower ones (1, 72, 96) are defaults of programs.
+
+    Examples
+    --------
+    >>> usable_axes(569, 570), usable_axes(500, 357), usable_axes(72, 500)
+    ((569.0, 569.0), (500.0, 357.0), None)
     """
-    dpi = _rounded(horizontal)
-    same = vertical is None or dpi == _rounded(vertical)
-    return dpi if dpi is not None and same and MIN_DPI < dpi <= MAX_DPI else None
+    across, down = _rounded(horizontal), _rounded(vertical)
+    if across is None or down is None or not all(MIN_DPI < d <= MAX_DPI for d in (across, down)):
+        return None
+    equal = abs(across - down) <= _EQUAL * max(across, down)
+    return across, across if equal else down
 
 
-def dpi_in_units(units: int, across: int, down: int) -> float | None:
-    """Return the resolution of a record: a code of the units, and whole pixels along either axis.
+def dpi_in_units(units: int, pixels: float) -> float | None:
+    """Return the resolution of a record in dpi, of a code of the units and whole pixels a unit.
 
     The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels per inch, 2 per centimetre.
+    Of the dpi that round to pixels per centimetre, a multiple of 100 is taken, if there is one.
     """
     if units == _RECORD_PER_INCH:
-        return usable_dpi(across, down)
-    if units == _RECORD_PER_CM:
-        return usable_dpi(_per_cm_as_dpi(across), _per_cm_as_dpi(down))
-    return None
-
-
-def _per_cm_as_dpi(pixels: int) -> int:
-    """Return pixels per centimetre in dpi, as a multiple of 100 where one is within rounding."""
+        return usable_dpi(pixels)
+    if units != _RECORD_PER_CM:
+        return None
     exact = pixels * CM_PER_INCH
     hundreds = round(exact, -2)
-    return round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact)
+    return usable_dpi(round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact))
 
 
-def tagged_dpi(image: Image.Image, head: bytes) -> tuple[float | None, tuple[str, ...]]:
+def tagged_axes(
+    image: Image.Image, head: bytes
+) -> tuple[tuple[float, float] | None, tuple[str, ...]]:
     """Return the resolution of an opened image file, and a note where it is doubtful.
 
-    It is taken from the format's own tag, else from Exif, else from a comment such as NIST's
-    ``PPI 500``; `head` is the beginning of the file.
+    It is taken across and down from the format's own tag, else from Exif, else from a comment such
+    as NIST's ``PPI 500``; `head` is the beginning of the file.
     """
-    notes: list[str] = []
     for unit, horizontal, vertical in _pairs(image, head):
-        dpi = usable_dpi(horizontal, vertical)
-        if dpi is not None:
-            return dpi, (ASSUMED_UNIT,) if unit == _NO_UNIT else ()
-        if usable_dpi(horizontal) and usable_dpi(vertical):
-            both = f"{float(horizontal):g} and {float(vertical):g} dpi"
-            notes.append(f"its resolution is not the same along both axes ({both}): ignored")
+        axes = usable_axes(horizontal, vertical)
+        if axes is not None:
+            return axes, (ASSUMED_UNIT,) if unit == _NO_UNIT else ()
     matches = (_IN_A_COMMENT.search(comment[:_COMMENT_BYTES]) for comment in _comments(image, head))
-    dpis = (usable_dpi(match[1] or match[2]) for match in matches if match)
-    dpi = next((dpi for dpi in dpis if dpi is not None), None)
-    return dpi, tuple(notes[:1]) if dpi is None else ()
+    dpis = (match[1] or match[2] for match in matches if match)
+    return next((axes for dpi in dpis if (axes := usable_axes(dpi, dpi))), None), ()
 
 
 def _rounded(value: object) -> float | None:

@@ -35,6 +35,13 @@ BOX_OPENING_BLOCKS: Final = 3
 MARGIN_PX: Final = 16
 MIN_SIDE_PX: Final = 64
 
+CONTRAST_SIDE: Final = 7  # of the square that shows the contrast of a print, in every second block
+FAINT_CONTRAST: Final = 38  # grey levels; every print of nine sensors and of ink has more
+LEAST_CONTRAST: Final = 4  # of a print; less may be rounding
+STRETCHED_CONTRAST: Final = 96  # of a faint print after stretching
+LEAST_SHARE: Final = 0.6  # of that which is left where the ground is taken away; a gradient is not
+GROUND_PX, GROUND_SIGMA_PX = 61, 12.0  # window of the median that is its ground, and smoothing
+
 # Lengths in blocks (8 px at 500 dpi), contrasts in grey levels.
 SMOOTHING_BLOCKS: Final = 1.2
 MIN_STRENGTH: Final = 0.10  # share of the local energy in one wave
@@ -49,6 +56,38 @@ MIN_AREA_BLOCKS: Final = 40
 MIN_RELATIVE_AREA: Final = 0.2  # of the largest part
 
 
+def ridge_contrast(grey: Grey) -> int:
+    """Return the contrast of the print in an image (H, W) at 500 dpi, in grey levels.
+
+    It is the median range of the blocks in the square, of 6 mm, in which it is highest. A line of
+    text, a frame or the border of a blot fills no such square, however strong it is.
+    """
+    blocks = _ranges(grey)
+    if not blocks.size:
+        return 0
+    padded = np.pad(blocks[::2, ::2], CONTRAST_SIDE // 2)
+    return int(cv2.medianBlur(padded, CONTRAST_SIDE).max())
+
+
+def stretch_contrast(grey: Grey) -> Grey:
+    """Return an image (H, W) at 500 dpi as it is, or stretched where its print is faint.
+
+    The differences from the ground, a mean without text and blots, are stretched alike everywhere,
+    so that the limits of later stages, which are in grey levels, suit the print. An image whose
+    contrast is that of its ground, such as a gradient, stays as it is.
+    """
+    contrast = ridge_contrast(grey)
+    if not LEAST_CONTRAST <= contrast < FAINT_CONTRAST:
+        return grey
+    middle = cv2.medianBlur(grey, GROUND_PX).astype(np.float32)
+    near = np.clip(grey, middle - contrast, middle + contrast)
+    ground = cv2.GaussianBlur(near, (0, 0), GROUND_SIGMA_PX)
+    levels = np.clip(128 + STRETCHED_CONTRAST / contrast * (grey - ground), 0, 255)
+    stretched = np.asarray(np.rint(levels), np.uint8)
+    is_print = ridge_contrast(stretched) >= LEAST_SHARE * STRETCHED_CONTRAST
+    return stretched if is_print else grey
+
+
 def foreground_box(grey: Grey) -> Box:
     """Find the box of all that varies in grey level, in an image (H, W) at 500 dpi.
 
@@ -56,7 +95,7 @@ def foreground_box(grey: Grey) -> Box:
     nothing stands out.
     """
     height, width = grey.shape
-    blocks = local_range(grey, WINDOW_PX)[BLOCK_PX // 2 :: BLOCK_PX, BLOCK_PX // 2 :: BLOCK_PX]
+    blocks = _ranges(grey)
     if not blocks.size:
         return Box(0, height, 0, width)
     strong = float(percentiles(blocks.ravel().astype(np.float32), STRONG_PERCENTILE)[0])
@@ -65,6 +104,12 @@ def foreground_box(grey: Grey) -> Box:
     opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
     rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
     return Box(*_side(rows, height), *_side(columns, width))
+
+
+def _ranges(grey: Grey) -> Grey:
+    """Return the range of the grey levels about the centre of each block, (rows, columns)."""
+    centres = slice(BLOCK_PX // 2, None, BLOCK_PX)
+    return np.ascontiguousarray(local_range(grey, WINDOW_PX)[centres, centres])
 
 
 def _side(lively: Mask, size: int) -> tuple[int, int]:

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.preprocess.arrays import percentiles
-from fpmatch.image.preprocess.foreground import foreground_box
+from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -79,6 +79,7 @@ def line_cues(grey: Grey) -> Doubles | None:
 
 def _middle(grey: Grey, side: int) -> Grey:
     """Return the foreground of an image, or the middle of a large one."""
+    grey = stretch_contrast(grey)
     foreground = grey[foreground_box(grey).slices]
     top, left = (max(0, (length - side) // 2) for length in foreground.shape)
     return np.ascontiguousarray(foreground[top : top + side, left : left + side])

@@ -17,6 +17,7 @@ import numpy as np
 from fpmatch.base.parsing import parse_json
 from fpmatch.errors import FpmatchError
 from fpmatch.image.preprocess.arrays import percentiles
+from fpmatch.image.preprocess.foreground import ridge_contrast, stretch_contrast
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -69,12 +70,14 @@ class QualityMeasures:
     detail: float  # energy finer than ridges over that of ridges; near 0 in a blurred image
     peak_px: float = math.nan  # strongest in a range much wider than that of human ridges
     peak_share: float = 0.0
+    contrast: float = math.inf  # of ridges and valleys, in grey levels
 
 
 def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasures:
     """Measure a print on the recorded stages `MEASURED_STAGES` of its extraction."""
-    grey = stages["input"].astype(np.float32)
+    shown = np.asarray(stages["input"], np.uint8)
     mask = stages["mask"].astype(bool)
+    grey = (stretch_contrast(shown) if mask.any() else shown).astype(np.float32)
     quality = stages["minutiae"][:, 4].astype(np.float64)
     area = float(np.count_nonzero(mask)) * MM_PER_PX**2
     measured = mask if area >= _MIN_RIDGES_MM2 else _of_contrast(grey)
@@ -85,6 +88,7 @@ def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasure
         _dark_share(grey, mask),
         *_spreads(stages["normalised"][mask].astype(np.float64), stages["enhanced"][mask]),
         *_spectral_measures(grey, measured),
+        ridge_contrast(shown),
     )
 
 

@@ -8,14 +8,15 @@ of the similarity among the good ones. It was learned from synthetic prints by
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.image.preprocess.foreground import FAINT_CONTRAST
 from fpmatch.image.quality.measures import MM_PER_PX, LinearWeights
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Doubles
@@ -41,7 +42,7 @@ BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest 
 class Reason:
     """One fault of a print."""
 
-    code: str  # no ridges, too small, partial, too dry, too wet, blurred or wrong resolution
+    code: str  # no ridges, too small, partial, faint, too dry, too wet, blurred, wrong resolution
     message: str  # what is wrong, and what to do about it
     dpi: float | None = None  # the probable resolution, where the given one is wrong
 
@@ -66,6 +67,10 @@ class PrintQuality:
 
     def __str__(self) -> str:
         return "; ".join([f"quality {self.score}", *map(str, self.reasons)])
+
+    def at_found_resolution(self) -> PrintQuality:
+        """Return it without the reason that the resolution is wrong, for one that was found."""
+        return replace(self, reasons=tuple(r for r in self.reasons if r.code != WRONG_RESOLUTION))
 
     def as_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""
@@ -152,6 +157,17 @@ def _about_area(m: QualityMeasures) -> list[Reason]:
 
 
 def _about_ink(m: QualityMeasures) -> list[Reason]:
+    return [*_about_contrast(m), *_about_moisture(m)]
+
+
+def _about_contrast(m: QualityMeasures) -> list[Reason]:
+    if not m.ridges_mm2 > 0 or m.contrast >= FAINT_CONTRAST:
+        return []
+    contrast = f"contrast of {m.contrast:.0f} grey levels of 255"
+    return [Reason("faint", f"{contrast} (set exposure and range of the scanner or sensor)")]
+
+
+def _about_moisture(m: QualityMeasures) -> list[Reason]:
     if m.dark_share < MIN_DARK:
         return [Reason("too dry", "ridges are thin and broken (moisten the finger, press on)")]
     if m.dark_share > MAX_DARK:
@@ -161,11 +177,11 @@ def _about_ink(m: QualityMeasures) -> list[Reason]:
 
 def wrong_resolution(period_px: float, dpi: float) -> Reason:
     """Return the reason for a ridge period of `period_px` pixels at 500 dpi."""
-    probable = round(dpi * period_px / TYPICAL_PERIOD_PX, -1)
+    probable = min(max(round(dpi * period_px / TYPICAL_PERIOD_PX, -1), MIN_DPI), MAX_DPI)
     return Reason(
         WRONG_RESOLUTION,
         f"ridges lie {period_px * dpi / STANDARD_DPI:.1f} px apart, {period_px * MM_PER_PX:.2f} mm "
-        f"at {dpi:g} dpi; on most fingers {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} mm: the resolution "
-        f"is probably not {dpi:g} dpi but about {probable:.0f} dpi (set it)",
+        f"at {dpi:g} dpi, and {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} mm on most fingers: the "
+        f"resolution is probably not {dpi:g} dpi but about {probable:.0f} dpi (set it)",
         dpi=probable,
     )

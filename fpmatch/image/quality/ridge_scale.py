@@ -3,8 +3,8 @@
 Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300),
 or none. The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is
 measured in pixels, in windows where one wave has much of the energy. A resolution cannot be right
-if it puts the period far outside that range, while 500 dpi puts it inside; where a file states
-none, it is one of the usual resolutions that put the period inside.
+if it puts the period far outside that range, while 500 dpi puts it inside; where files state
+none, it is 500 dpi unless that puts the median period of the prints outside what fingers have.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ import numpy as np
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.image.preprocess.arrays import Floats, Grey
@@ -32,8 +34,21 @@ UNQUESTIONED_DPI: Final = (450.0, 600.0)
 USUAL_DPI: Final = (STANDARD_DPI, 250.0, 363.0, 569.0, 1000.0)
 """Resolutions of an image that states none; 508 and 512 dpi do not differ from 500."""
 
-POSSIBLE_MM: Final = (0.31, 0.63)  # of a print whose resolution is not stated
-TYPICAL_MM: Final = 0.43
+TYPICAL_MM: Final = 0.46
+"""Median period of prints; the logarithm of that of a sensor's prints, and of one print of them,
+are normally distributed about it and about the sensor's, with about these standard deviations;
+``research check resolution`` measures them."""
+SENSORS_SD: Final = 0.1
+PRINTS_SD: Final = 0.13  # of the least regular sensor
+
+MOST_DEVIATIONS: Final = 2.9  # the density there is exp(-4.2) of that at the typical period
+
+POSSIBLE_MM: Final = (0.31, 0.63)  # of a print that is tried at another resolution
+TWO_SENSORS: Final = (0.3, 3.5)
+"""Least distance of two groups of periods, in logarithms and in their standard deviations."""
+_OF_FEW: Final = 0.5  # the first of these for few prints
+_FEW_PRINTS: Final = 24
+_LEAST_GROUP: Final = 0.1  # of all prints
 MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5 million
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
 _WINDOW_PX: Final = 64
@@ -87,12 +102,51 @@ def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]
         return usual
     apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in usual}
     possible = [dpi for dpi in usual if _within(apart[dpi], POSSIBLE_MM)]
-    if not possible:
-        typical = round(period_px * MM_PER_INCH / TYPICAL_MM, -1)
-        return [typical if is_sound(shape, typical) else STANDARD_DPI]
-    return sorted(
-        possible, key=lambda dpi: (dpi != STANDARD_DPI, abs(math.log(apart[dpi] / TYPICAL_MM)))
-    )
+    possible.sort(key=lambda dpi: abs(math.log(apart[dpi] / TYPICAL_MM)))
+    first = common_dpi([period_px])
+    if first != STANDARD_DPI and possible:
+        return possible
+    return list(dict.fromkeys([first if is_sound(shape, first) else STANDARD_DPI, *possible]))
+
+
+def common_dpi(periods_px: Sequence[float]) -> float:
+    """Return the resolution of prints of one sensor by the distances of their ridges in pixels.
+
+    It is 500 dpi unless this puts their median too far from the typical, the farther the fewer they
+    are; else the one that makes it typical: half or a multiple of 500 dpi by a power of two where
+    one is as near as sensors differ, else a multiple of 10 dpi.
+
+    Examples
+    --------
+    >>> common_dpi([9.1, 8.4]), common_dpi([5.8]), common_dpi([5.8] * 30), common_dpi([17.5])
+    (500.0, 500.0, 320.0, 1000.0)
+    """
+    if not periods_px:
+        return STANDARD_DPI
+    at_500_dpi = float(np.median(periods_px)) * MM_PER_INCH / STANDARD_DPI
+    off = math.log(at_500_dpi / TYPICAL_MM)
+    if abs(off) <= MOST_DEVIATIONS * math.hypot(SENSORS_SD, PRINTS_SD / math.sqrt(len(periods_px))):
+        return STANDARD_DPI
+    doubled = round(off / math.log(2.0))
+    if abs(off - doubled * math.log(2.0)) <= SENSORS_SD and doubled:
+        return STANDARD_DPI * 2.0**doubled
+    return round(STANDARD_DPI * math.exp(off), -1)
+
+
+def sensors_of(periods_px: Sequence[float]) -> list[list[float]]:
+    """Return the distances of ridges in one group or, clearly those of two sensors, in two."""
+    ordered = sorted(periods_px)
+    if len(ordered) < 2:
+        return [ordered]
+    least = math.ceil(_LEAST_GROUP * len(ordered))
+    logs = np.log(ordered)
+    parts = [(logs[:k], logs[k:]) for k in range(least, len(logs) - least + 1)]
+    low, high = min(parts, key=lambda two: sum(part.var() * len(part) for part in two))
+    apart, spread = high.mean() - low.mean(), math.hypot(low.std(), high.std()) / math.sqrt(2.0)
+    needed = _OF_FEW if len(ordered) < _FEW_PRINTS else TWO_SENSORS[0]
+    if apart < needed or apart < TWO_SENSORS[1] * spread:
+        return [ordered]
+    return [ordered[: len(low)], ordered[len(low) :]]
 
 
 def is_sound(shape: tuple[int, ...], dpi: float) -> bool:
@@ -109,8 +163,12 @@ def clear_period_px(pixels: Grey) -> float | None:
     period = ridge_period_px(pixels)
     if period is None and pixels.size <= MAX_PX / 4:  # a window may have too many ridges
         period = _period_at(pixels, 2.0, cv2.INTER_LINEAR)
-    if period is None or period > _LONG_PX:  # or too few
-        period = _period_at(pixels, 0.5, cv2.INTER_AREA) or period
+    zoom = 0.5
+    while period * zoom > _LONG_PX / 2 if period else zoom == 0.5:
+        reduced = _period_at(pixels, zoom, cv2.INTER_AREA)
+        if reduced is None:
+            break
+        period, zoom = reduced, zoom / 2
     return period
 
 

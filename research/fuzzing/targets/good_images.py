@@ -25,7 +25,21 @@ FIR_CODES = {"NONE": 0, "WSQ20": 2, "JPEGB": 3, "JP2": 4, "PNG": 5}
 TIFF_WAYS = ("raw", "tiff_lzw", "tiff_deflate", "tiff_adobe_deflate", "packbits")
 BITS_WAYS = ("raw", "packbits", "tiff_ccitt", "group3", "group4")
 IMAGE_KINDS = (
-    *("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "wsq", "raw", "an2", "fir"),
+    *(
+        "png",
+        "tiff",
+        "bmp",
+        "jpeg",
+        "gif",
+        "pnm",
+        "webp",
+        "jpeg2000",
+        "ihead",
+        "wsq",
+        "raw",
+        "an2",
+        "fir",
+    ),
 )
 MANY_STRIPS = {278: 16}  # rows of each
 
@@ -50,6 +64,7 @@ def image_files() -> dict[str, list[bytes]]:
         "jpeg": [
             *_saved(_some(pictures, "grey", "colour"), "JPEG", dpi=(500, 500)),
             *_saved(_some(pictures, "grey"), "JPEG", progressive=True),
+            lossless_jpeg(grey, table_class=1),
             *_saved({"ink": pictures["colour"].convert("CMYK")}, "JPEG", optimize=True),
         ],
         "gif": [
@@ -63,6 +78,7 @@ def image_files() -> dict[str, list[bytes]]:
             *_saved(_some(pictures, "grey", "colour", "deep"), "JPEG2000"),
             *_saved(_some(pictures, "grey"), "JPEG2000", no_jp2=True, irreversible=True),
         ],
+        "ihead": [ihead(grey)],
         "wsq": [path.read_bytes() for path in sorted(IMAGE_DATA.glob("*.wsq"))],
         "raw": [grey.tobytes(), grey[:61, :53].tobytes()],
     }
@@ -86,6 +102,47 @@ def an2_text(kind: int, fields: list[tuple[int, str]]) -> bytes:
     length = len(rest) + len(f"{kind}.001:")
     length += len(str(length + len(str(length))))
     return f"{kind}.001:{length}{rest}".encode("latin-1")
+
+
+def lossless_jpeg(
+    pixels: np.ndarray[Any, np.dtype[np.uint8]], table_class: int = 0, number: int = 0
+) -> bytes:
+    """Return a lossless JPEG (SOF3, the pixel to the left predicts) with a class of its tables."""
+    height, width = pixels.shape
+    values = pixels.astype(int)
+    before = np.empty_like(values)
+    before[:, 1:] = values[:, :-1]
+    before[1:, 0] = values[:-1, 0]
+    before[0, 0] = 128
+    bits = ""
+    for difference in (values - before).ravel().tolist():
+        size = abs(difference).bit_length()
+        low = difference if difference > 0 else difference + 2**size - 1
+        bits += f"{size:04b}" + (f"{low:0{size}b}" if size else "")
+    bits += "1" * (-len(bits) % 8)
+    coded = int(bits, 2).to_bytes(len(bits) // 8, "big").replace(b"\xff", b"\xff\x00")
+
+    def segment(marker: int, data: bytes) -> bytes:
+        return bytes([0xFF, marker]) + (2 + len(data)).to_bytes(2, "big") + data
+
+    table = bytes([table_class << 4 | number, 0, 0, 0, 9, *bytes(12), *range(9)])
+    return b"".join(
+        [
+            b"\xff\xd8",
+            segment(0xFE, b"NIST_COM 2\nPPI 500\n"),
+            segment(0xC3, struct.pack(">B2H4B", 8, height, width, 1, 1, 0x11, 0)),
+            segment(0xC4, table),
+            segment(0xDA, bytes([1, 1, number << 4, 1, 0, 0])) + coded + b"\xff\xd9",
+        ]
+    )
+
+
+def ihead(pixels: np.ndarray[Any, np.dtype[np.uint8]], compression: int = 0) -> bytes:
+    """Return an IHead file of NIST."""
+    numbers = (*pixels.shape[::-1], 8, 500, compression, 0, 8, 8)
+    texts = [b"%d" % number for number in numbers]
+    head = bytes(106) + b"".join(text.ljust(8, b"\0") for text in texts)
+    return b"288".ljust(8, b"\0") + head.ljust(288, b"\0") + pixels.tobytes()
 
 
 def grey_turned() -> Image.Image:

@@ -2,10 +2,11 @@ import json
 
 import pytest
 from made_prints import flipped
+from PIL import Image
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
-from tests.conftest import assert_refused, copied, rows_of
+from tests.conftest import ROOT, assert_refused, copied, rows_of
 
 
 def test_candidates_in_words(run, gallery, prints):
@@ -88,6 +89,33 @@ def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     assert result.stdout.startswith(f"{probe}: 0 prints compared in ")
     assert result.stdout.endswith(", no candidate\n")
     assert f"{probe}: {ASSUMED_DPI}" in result.stderr
+
+
+def test_a_probe_without_a_resolution_is_searched_at_others_for_a_lower_score(run, tmp_path):
+    samples = ROOT / "sample_data"
+    with Image.open(samples / "101_1.tif") as image:
+        size = [round(side * 363 / 500) for side in image.size]
+        image.convert("L").resize(size, Image.Resampling.LANCZOS).save(tmp_path / "probe.png")
+    db = tmp_path / "samples.db"
+    enrolled = [samples / f"{finger}_{number}.tif" for finger in (101, 102) for number in (2, 3)]
+    assert run("enrol", db, *enrolled, "--workers", 1).exit_code == 0
+
+    def best(*more):
+        words = ("identify", db, tmp_path / "probe.png", "--workers", 1, "--json", *more)
+        result = run(*words)
+        (probe,) = json.loads(result.stdout)["probes"]
+        return probe["candidates"][0], result.stderr
+
+    found, notes = best()
+    stated, _ = best("--dpi", 363)
+    assert (found["subject"], stated["subject"]) == ("101", "101")
+    assert 40 <= found["score"] < stated["score"]
+    assert found["fmr"] == pytest.approx(10 ** (-found["score"] / 10))
+    assert "resolution unknown; 363 dpi by its ridges and the match" in notes
+    as_500, _ = best("--dpi", 500)
+    assert as_500["score"] < 40
+    none = run("identify", db, tmp_path / "probe.png", "--threshold", found["score"] + 1, "--json")
+    assert json.loads(none.stdout)["probes"][0]["candidates"] == []
 
 
 def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):

@@ -332,6 +332,7 @@ def test_the_server_searches_in_one_thread(filled, helpers, monkeypatch):
 
     class Given:
         template, name, notes = PROBES[0], "probe.tif", ()
+        dpi_stated, image = True, None
 
     class Reading:
         class limits:

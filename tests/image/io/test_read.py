@@ -1,14 +1,20 @@
 """The same grey values whatever the container; nothing else gets in."""
 
 import os
+import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image, TiffImagePlugin
 
+from fpmatch import verify
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
+from fpmatch.image.io.grey import ON_BLACK, ON_WHITE, grey_image
 from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
+
+SAMPLE = Path(__file__).resolve().parents[3] / "sample_data" / "101_1.tif"
 
 
 @pytest.fixture
@@ -227,3 +233,61 @@ def test_a_grey_image_checks_itself(grey):
         GreyImage(grey.astype(float))
     with pytest.raises(ImageError, match="must have pixels"):
         GreyImage(grey[:0])
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+def test_samples_that_use_few_of_16_bits_are_stretched_and_it_is_said(tmp_path, bits):
+    shallow = read_image(SAMPLE).pixels
+    deep = shallow.astype(np.uint16) << (bits - 8)
+    expected = deep - np.quantile(deep, 0.001)
+    expected = np.clip(255 * expected / np.quantile(expected, 0.999), 0, 255)
+    Image.fromarray(deep).save(tmp_path / "deep.png")
+    Image.fromarray(deep).save(tmp_path / "deep.tif")
+    height, width = deep.shape
+    header = f"P5 {width} {height} 65535\n".encode()
+    (tmp_path / "deep.pgm").write_bytes(header + deep.astype(">u2").tobytes())
+    read = [read_image(tmp_path / f"deep.{end}", polarity="dark") for end in ("png", "tif", "pgm")]
+    read += [
+        grey_image(one)
+        for one in (deep, deep.astype(np.int32), deep.astype(np.float32) - 5000, deep / 65535.0)
+    ]
+    for image in read:
+        assert np.abs(image.pixels - expected).max() < 3
+        (note,) = image.notes
+        assert re.search("its samples run from .* is scaled to black to white", note)
+    for picture in (Image.fromarray(deep), Image.fromarray(deep.astype(np.int32))):
+        assert verify(picture, SAMPLE, dpi=500).score > 80
+    assert grey_image(shallow.astype(np.uint16) * 257).notes == ()
+
+
+def test_8_bits_in_a_container_of_16_are_8_bits(tmp_path):
+    shallow = read_image(SAMPLE).pixels
+    for image in (grey_image(shallow.astype(np.uint16)), grey_image(shallow.astype(">u2"))):
+        assert np.array_equal(image.pixels, shallow)
+        assert "8 of their 16 bits" in image.notes[0]
+    assert grey_image(shallow.astype(np.int64)).notes == ()
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1.0, 1e5, 1e30])
+@pytest.mark.parametrize("offset", [-0.7, 0.0, 3.0])
+def test_floats_of_any_range_are_read(scale, offset):
+    shallow = read_image(SAMPLE).pixels
+    found = as_grey((shallow / 255.0 + offset) * scale)
+    assert np.corrcoef(found.ravel(), shallow.ravel())[0, 1] > 0.999
+    assert found.max() - found.min() > 200
+
+
+def test_transparency_goes_over_the_ground_of_more_contrast():
+    shallow = read_image(SAMPLE).pixels
+    same, faint = np.dstack([shallow] * 4), np.dstack([shallow] * 3 + [np.full_like(shallow, 20)])
+    brightness = np.dstack([np.full_like(shallow, 255)] * 3 + [shallow])
+    ink = np.dstack([np.zeros_like(shallow)] * 3 + [255 - shallow])
+    for picture, note in (
+        (same, ON_BLACK),
+        (brightness, ON_BLACK),
+        (ink, ON_WHITE),
+        (faint, ON_WHITE),
+    ):
+        image = grey_image(picture)
+        assert image.notes == (note,)
+        assert verify(picture, SAMPLE, dpi=500).score > 80

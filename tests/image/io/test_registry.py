@@ -10,13 +10,22 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
+from fpmatch.formats.agency.wsq import decode_wsq
 from fpmatch.image.io.grey import ALL_TRANSPARENT, DEFAULT_LIMITS, ON_BLACK, ON_WHITE, RawSize
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL, MAX_JPEG_SCANS, MAX_PNM_TEXT
 from fpmatch.image.io.read import read_image
 from fpmatch.image.io.registry import READERS, find_reader
-from fpmatch.image.io.wsq import decode_wsq
 from fpmatch.image.quality.polarity import INVERTED
-from tests.image.made_files import damaged, decoded, one_of_each, rings, saved, wsq
+from tests.image.made_files import (
+    damaged,
+    decoded,
+    ihead,
+    lossless_jpeg,
+    one_of_each,
+    rings,
+    saved,
+    wsq,
+)
 
 FILES = one_of_each()
 GREY = rings()
@@ -172,7 +181,101 @@ def test_bare_pixels(tmp_path):
         read_image(path, raw_sizes=[RawSize(4320, 1)])
 
 
-@pytest.mark.parametrize("text", ["", "60", "60x", "x72", "0x72", "60x72x3", "-60x72", "6e1x72"])
+@pytest.mark.parametrize("bits", [1, 2, 4])
+def test_packed_pixels_have_their_first_in_the_high_bits(tmp_path, bits):
+    levels = GREY >> (8 - bits)
+    digits = "".join(f"{value:0{bits}b}" for value in levels.ravel().tolist())
+    path = tmp_path / "packed.raw"
+    path.write_bytes(int(digits, 2).to_bytes(len(digits) // 8, "big"))
+    image = read_image(path, raw_sizes=[RawSize(60, 72)])
+    assert np.array_equal(image.pixels, levels * (255 // (2**bits - 1)))
+    assert image.notes == (f"its {4320 * bits // 8} bytes were read as {bits} bits a pixel",)
+
+
+@pytest.mark.parametrize(
+    ("words", "turned"),
+    [
+        (",bottom-up", GREY[::-1]),
+        (", Mirrored", GREY[:, ::-1]),
+        (",mirrored,bottom-up", GREY[::-1, ::-1]),
+    ],
+)
+def test_rows_of_bare_pixels_may_run_from_the_bottom_or_from_the_right(tmp_path, words, turned):
+    path = tmp_path / "print.raw"
+    path.write_bytes(turned.tobytes())
+    image = read_image(path, raw_sizes=[RawSize.parse(f"60x72{words}")])
+    assert np.array_equal(image.pixels, GREY)
+
+
+def packed(pixels):
+    return (pixels[:, ::2] >> 4 << 4 | pixels[:, 1::2] >> 4).astype(np.uint8).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("data", "hint"),
+    [
+        (packed(rings(288, 256)), "--raw 256x288 (4 bits a pixel)"),
+        (rings(288, 256).tobytes(), "--raw 256x288"),
+        (rings(192, 192).tobytes(), "--raw 192x192"),
+        (rings(128, 288).tobytes(), "--raw WIDTHxHEIGHT"),  # as many bytes as 192 x 192 pixels
+        (np.random.default_rng(1).bytes(36864), "--raw WIDTHxHEIGHT"),
+    ],
+    ids=["4 bits", "8 bits", "square", "other", "noise"],
+)
+def test_the_hint_of_a_size_never_leads_to_a_scrambled_image(tmp_path, data, hint):
+    path = tmp_path / "frame.bin"
+    path.write_bytes(data)
+    with pytest.raises(ImageReadError) as caught:
+        read_image(path)
+    assert str(caught.value).endswith(f"; if its {len(data)} bytes are pixels: {hint}")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        FILES["AN2, type 4"][:300],
+        FILES["FIR 2005"][:300],
+        b"FP3" + bytes(5000),
+        bytes(range(128, 248)),  # a template of a card: five bytes a minutia
+    ],
+    ids=["AN2", "FIR", "FP3", "card"],
+)
+def test_no_hint_of_a_size_follows_what_is_recognised_or_too_small(tmp_path, data):
+    path = tmp_path / "file"
+    path.write_bytes(data)
+    with pytest.raises(ImageReadError) as caught:
+        read_image(path)
+    assert "--raw" not in str(caught.value)
+
+
+def test_an_ihead_file_is_read_from_its_header():
+    image = decoded(FILES["IHead"])
+    assert np.array_equal(image.pixels, GREY)
+    assert (image.dpi, image.format) == (500, "IHead")
+    for data, reason in (
+        (ihead(GREY, compression=2), "compression 2"),
+        (FILES["IHead"][:-1], "pixels are missing"),
+        (FILES["IHead"][:120], "text where a number"),
+    ):
+        with pytest.raises(ImageReadError, match=reason):
+            decoded(data)
+
+
+@pytest.mark.parametrize("number", [0, 1, 3])
+@pytest.mark.parametrize("table_class", [0, 1])
+def test_a_lossless_jpeg_with_tables_of_either_class(table_class, number):
+    image = decoded(lossless_jpeg(GREY, table_class, number))
+    assert np.array_equal(image.pixels, GREY)
+    assert image.dpi == 500
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "60", "60x", "x72", "0x72", "60x72x3", "-60x72", "6e1x72", "60x72,", "60x72,turned"),
+        "60x72,mirrored,mirrored",
+    ],
+)
 def test_raw_sizes_are_two_numbers(text):
     with pytest.raises(ImageError, match="WIDTHxHEIGHT"):
         RawSize.parse(text)

@@ -1,13 +1,16 @@
 from io import BytesIO
 
+import numpy as np
 import pytest
 from PIL import Image, PngImagePlugin
 
+from fpmatch.errors import ImageError
+from fpmatch.image.io.grey import ImageLimits
+from fpmatch.image.io.read import decode_image
 from fpmatch.image.io.resolution import ASSUMED_UNIT, usable_dpi
 from tests.image.made_files import decoded, rings, saved
 
 GREY = rings()
-DIFFERENT = "its resolution is not the same along both axes ({} and {} dpi): ignored"
 
 
 def told(data):
@@ -33,10 +36,9 @@ def test_exif(file_format):
     [
         ({"resolution": 500, "resolution_unit": 1}, (500, (ASSUMED_UNIT,))),
         ({"resolution": 1, "resolution_unit": 1}, (None, ())),
-        ({"dpi": (500, 600)}, (None, (DIFFERENT.format(500, 600),))),
     ],
 )
-def test_a_tiff_without_a_unit_or_with_axes_that_differ_is_noted(tags, expected):
+def test_a_tiff_without_a_unit_is_noted(tags, expected):
     assert told(saved(GREY, "TIFF", **tags)) == expected
 
 
@@ -90,3 +92,24 @@ def test_what_is_usable():
     assert usable_dpi("500") == 500
     for value in (None, "wide", float("nan"), float("inf"), 0, -500, 99.9, 4000.5, BytesIO()):
         assert usable_dpi(value) is None
+
+
+def test_axes_that_differ_by_a_hundredth_are_equal():
+    assert told(saved(GREY, "TIFF", dpi=(1000, 1001))) == (1000, ())
+    assert told(saved(GREY, "TIFF", dpi=(569, 570))) == (569, ())
+    assert usable_dpi(500, 506) is None
+
+
+def test_an_image_of_two_resolutions_is_resampled_to_the_higher():
+    image = decode_image(saved(GREY, "TIFF", dpi=(500, 357)), "print", polarity="dark")
+    height, width = GREY.shape
+    assert image.pixels.shape == (round(height * 500 / 357), width)
+    assert image.dpi == 500
+    (note,) = image.notes
+    assert note == "its resolution is 500 dpi across and 357 down: resampled to 500"
+    with pytest.raises(ImageError, match=r"print: image of .* is too large"):
+        decode_image(
+            saved(np.tile(GREY, (8, 1)), "TIFF", dpi=(101, 4000)),
+            "print",
+            limits=ImageLimits(max_side_px=1000),
+        )

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.errors import ImageError
-from fpmatch.image.folder_polarity import common_polarity
+from fpmatch.image.folder_traits import common_polarity
 from fpmatch.image.quality import line_cues as lines
 from fpmatch.image.quality.line_cues import (
     LINE_CUES,

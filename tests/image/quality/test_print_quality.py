@@ -1,4 +1,5 @@
 import math
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -46,6 +47,8 @@ def spoilt(fault):
             return pressed(1.05)
         case "too wet":
             return pressed(-1.05)
+        case "faint":
+            return np.rint(210 + image / 10.0).astype(np.uint8)
         case "blurred":
             return np.asarray(cv2.GaussianBlur(image, (0, 0), 2.0), np.uint8)
         case "partial":
@@ -57,7 +60,7 @@ def spoilt(fault):
     return np.full((300, 300), 255, np.uint8)
 
 
-FAULTS = ("too dry", "too wet", "blurred", "partial", "too small", "no ridges")
+FAULTS = ("faint", "too dry", "too wet", "blurred", "partial", "too small", "no ridges")
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -67,6 +70,9 @@ def test_every_fault_is_named_and_no_other(fault):
     if fault in {"partial", "too small", "no ridges"}:
         assert found.quality.score < assess(pressed(), 500).quality.score - 10
     assert fault in str(found.quality)
+    if fault == "faint":
+        assert re.search(r"contrast of (\d+) grey levels", str(found.quality))
+        assert abs(found.quality.score - assess(pressed(), 500).quality.score) < 10
     assert "\n" not in str(found.quality)
 
 

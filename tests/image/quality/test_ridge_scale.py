@@ -15,10 +15,13 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.image.extract import assess
 from fpmatch.image.io.read import decode_image
 from fpmatch.image.quality.ridge_scale import (
+    PRINTS_SD,
+    common_dpi,
     contradiction,
     likely_dpi,
     possible_dpi,
     ridge_period_px,
+    sensors_of,
 )
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 from tests.image.made_files import saved
@@ -164,7 +167,7 @@ def test_the_likely_resolution_of_a_print_that_states_none(dpi):
     assert likely_dpi(grey) == pytest.approx(near, rel=0.3 if dpi == 200 else 0.12)
 
 
-@pytest.mark.parametrize("millimetres", [0.33, 0.4, 0.5, 0.61])
+@pytest.mark.parametrize("millimetres", [0.3, 0.33, 0.4, 0.5, 0.61, 0.68])
 def test_500_dpi_are_likely_where_they_are_possible(millimetres):
     assert likely_dpi(rings(millimetres * 500 / 25.4)) == 500
 
@@ -178,8 +181,32 @@ def test_a_possible_resolution_makes_no_image_too_large_or_small(period, shape):
         others = [dpi / 500 for dpi in possible if dpi != 500]
         assert all(min(shape) >= 32 * by for by in others)
         assert all(by >= 1 or shape[0] * shape[1] <= 4e6 * by**2 * 1.001 for by in others)
-    if 0.31 <= period * 25.4 / 500 <= 0.63:
+    if 0.29 <= period * 25.4 / 500 <= 0.7:
         assert possible_dpi(period, shape)[0] == 500
+
+
+@given(st.lists(st.floats(2.0, 200.0), min_size=1, max_size=40), st.randoms())
+def test_the_order_of_prints_changes_no_resolution(periods, random):
+    shuffled = random.sample(periods, len(periods))
+    assert common_dpi(shuffled) == common_dpi(periods)
+    groups = sensors_of(periods)
+    assert sensors_of(shuffled) == groups
+    assert sorted(period for group in groups for period in group) == sorted(periods)
+
+
+def test_many_prints_rule_out_more_than_one():
+    assert common_dpi([6.2]) == 500
+    assert common_dpi([6.2] * 32) == pytest.approx(350, rel=0.05)
+
+
+def test_prints_of_one_sensor_are_one_group():
+    rng = np.random.default_rng(1)
+    for size in (2, 8, 16, 32, 80):
+        several = 9.0 * np.exp(rng.normal(0, PRINTS_SD, (200, size)))
+        assert np.mean([len(sensors_of(periods)) for periods in several.tolist()]) < 1.02
+        periods = 9.0 * np.exp(rng.normal(0, PRINTS_SD / 2, size))
+        two = np.r_[periods, periods[: size // 2] / 2]
+        assert list(map(len, sensors_of(two.tolist()))) == [size // 2, size]
 
 
 def test_what_shows_no_ridges_is_taken_for_500_dpi():

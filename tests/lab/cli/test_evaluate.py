@@ -132,7 +132,7 @@ def test_the_options_of_reading_come_before_dataset_toml(
 
     def extractor_of(enhance, reader, **_):
         def extract(path, dpi):
-            asked.add((dpi, reader.folders[path.parent], reader.reader.raw_sizes))
+            asked.add((dpi, reader.folders[path.parent].polarity, reader.reader.raw_sizes))
             return bench.extractor(path, dpi)
 
         return extract

@@ -22,9 +22,9 @@ from fpmatch.gallery.engine.workers import (
 )
 from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
-from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+from fpmatch.image.folder_traits import FolderReader, find_traits
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.prints.reading import FOUND_DPI, PrintReader, dpi_source
+from fpmatch.prints.reading import PrintReader, dpi_notes, dpi_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -122,7 +122,7 @@ def extract_image(
     empty = not len(template.minutiae)
     why = why_no_minutiae(assess(image, dpi).quality) if empty else ""
     source = dpi_source(template, given=dpi is not None, known=image.dpi is not None)
-    notes = (FOUND_DPI.format(template.dpi),) if source == "found" else ()
+    notes = dpi_notes(image, template, source) if source == "found" else ()
     return ExtractedPrint(template, source == "assumed", (*image.notes, *notes), quality, why)
 
 
@@ -142,19 +142,18 @@ def dataset_reader(
     engine: Engine | None = None,
     *,
     polarity: Polarity = "auto",
-) -> PolarityReader[GreyImage | TemplateRecord]:
-    """Return a reader of the prints of some databases, the images of a folder with one polarity.
+) -> FolderReader[GreyImage | TemplateRecord]:
+    """Return a reader of the prints of some databases; see `find_traits`.
 
-    It is `polarity`, unless that is "auto"; an `engine` looks at the images (default: this
-    process).
+    An `engine` looks at the images (default: this process).
     """
     files = [dataset for dataset in datasets if not dataset.in_gallery]
     paths = [impression.path for dataset in files for impression in dataset.impressions]
     each = map if engine is None else partial(results_of_each, engine)
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
     how: dict[str, Any] = {"polarity": polarity, "reader": reader, "each": each, "places": places}
-    polarities = find_polarities(paths, **how)
-    return PolarityReader(reader, polarities)
+    traits = find_traits(paths, **how)
+    return FolderReader(reader, traits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +161,7 @@ class SetImages:
     """The images of some databases, for matchers that want them; read anew where they are used."""
 
     paths: tuple[tuple[Path, ...], ...]
-    reader: PolarityReader[GreyImage | TemplateRecord]
+    reader: FolderReader[GreyImage | TemplateRecord]
 
     @classmethod
     def of(cls, datasets: Sequence[Dataset]) -> SetImages:
@@ -193,8 +192,8 @@ def extract_datasets(
     The templates of a gallery are taken as they are, whatever the extractor. `datasets`: the
     databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`. `extractor`: a function
     at the top of a module that makes a template from a path and a resolution (None: the file's
-    own), alone or in an `ExtractedPrint` with notes. By default it is `extract_image`, the images
-    of a folder read with one polarity. `workers`, `engine`, `progress`, `stage`: as for
+    own), alone or in an `ExtractedPrint` with notes. By default it is `extract_image` with
+    the reader of `dataset_reader`. `workers`, `engine`, `progress`, `stage`: as for
     `fpmatch.gallery.engine.workers.attempt_all`, in images. The result is each database with its
     templates, CPU times and reasons of failures.
     """

@@ -11,14 +11,10 @@ and a draft of 2007, which is read as well, has a header one byte shorter.
 from __future__ import annotations
 
 import struct
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.binary_records import ByteReader
-from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats import fmr
-from fpmatch.formats.codec import Codec
 from fpmatch.formats.fmr_header import MAGIC, Frame, product_fields
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
@@ -30,6 +26,8 @@ AMENDED: Final = b"035\x00"
 AMENDED_NAME: Final = "ansi2009am1"
 ISO_HEADER_BYTES: Final = 15
 ANSI_HEADER_BYTES: Final = 21
+DRAFT_HEADER_BYTES: Final = 20
+ANSI_VIEW_BYTES: Final = 17  # before the minutiae
 MOST_ISO_VIEWS: Final = 176  # sixteen of each finger code
 FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
 NO_DATE: Final = b"\xff" * 9
@@ -59,26 +57,17 @@ def encode_iso(record: TemplateRecord) -> Encoded:
     return Encoded(MAGIC + VERSION + head + body, tuple(notes))
 
 
-def _is_iso(data: bytes) -> bool:
-    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
+def _is_ansi(data: bytes) -> bool:
+    """Distinguish ANSI/INCITS 378-2009 from ISO/IEC 19794-2:2011, which begin alike.
 
-    Each view of the former begins with its length, and header and views add up to the length of
-    the record. Truncated data are judged by the part present.
+    The layout of the former fills `data`, or the first view would be shorter than any of the
+    latter, or longer than the record.
     """
-    reader = ByteReader(data, TemplateError, len(MAGIC + VERSION))
-    if reader.left < ISO_HEADER_BYTES + 4 - reader.at:
-        return False
-    declared, count, certified = reader.numbers("IHB")
-    if not 0 < count <= MOST_ISO_VIEWS or certified > 1:
-        return False
-    for _ in range(count):
-        if reader.left < 4:
-            return True
-        length = reader.number(4)
-        if length < FEWEST_VIEW_BYTES or reader.at - 4 + length > declared:
-            return False
-        reader.at += length - 4
-    return bool(reader.at == declared)
+    headers = ANSI_HEADER_BYTES, DRAFT_HEADER_BYTES
+    if any(fmr.fills(data, header, ANSI_VIEW_BYTES) for header in headers):
+        return True
+    declared, length = (int.from_bytes(data[at : at + 4], "big") for at in (8, ISO_HEADER_BYTES))
+    return not FEWEST_VIEW_BYTES <= length <= declared - ISO_HEADER_BYTES
 
 
 def _read_iso_view(reader: fmr.RecordReader, *, certified: bool) -> View:
@@ -126,42 +115,22 @@ def _write_iso_view(view: View, notes: list[str]) -> bytes:
 
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
-    """Return the prints in a record, or raise TemplateError."""
-    return fmr.decode_ansi(lambda layout: _decode(data, options, layout), ANSI)
+    """Return the prints in a record of the standard or the draft, or raise TemplateError."""
+    draft = not fmr.fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES) and fmr.fills(
+        data, DRAFT_HEADER_BYTES, ANSI_VIEW_BYTES
+    )
+    return fmr.decode_ansi(partial(_decode, data, options, draft=draft), ANSI)
 
 
-def _decode(data: bytes, options: ReadingOptions, layout: fmr.Layout) -> TemplateRecord:
-    """Return a record, read by the draft of 2007 if only that fills the file."""
-    try:
-        record, end = _read(data, options, layout, certification=1)
-    except FpmatchError:
-        draft = _draft(data, options, layout)
-        if draft is None:
-            raise
-        return draft
-    if end != len(data) and record.format == ANSI.name:
-        return _draft(data, options, layout) or record
-    return record
-
-
-def _draft(data: bytes, options: ReadingOptions, layout: fmr.Layout) -> TemplateRecord | None:
-    """Return a record of the draft of 2007, None if `data` are not exactly one."""
-    try:
-        record, end = _read(data, options, layout, certification=0)
-    except FpmatchError:
-        return None
-    note = "the layout is that of the draft of 2007"
-    return replace(record, notes=(note, *record.notes)) if end == len(data) else None
-
-
-def _read(
-    data: bytes, options: ReadingOptions, layout: fmr.Layout, *, certification: int
-) -> tuple[TemplateRecord, int]:
-    """Return a record and its end; `certification` bytes precede the device."""
+def _decode(
+    data: bytes, options: ReadingOptions, layout: fmr.Layout, *, draft: bool
+) -> TemplateRecord:
     reader = fmr.RecordReader(data, options, layout, VERSION, AMENDED)
     declared = reader.number(4)
-    fields = product_fields(reader, certification)
+    fields = product_fields(reader, certification=0 if draft else 1)
     (count,) = reader.numbers("Bx")
+    if draft:
+        reader.notes.append("the layout is that of the draft of 2007")
 
     def view() -> View:
         finger, number, impression, quality = reader.numbers("4B4x")
@@ -169,7 +138,7 @@ def _read(
         return reader.view(Frame(*reader.numbers("4H")), quality=quality, fields=fields, **about)
 
     name = AMENDED_NAME if data[4:8] == AMENDED else ANSI.name
-    return reader.record(name, declared, count, view), reader.at
+    return reader.record(name, declared, count, view)
 
 
 def encode_ansi(record: TemplateRecord, *, version: bytes) -> Encoded:
@@ -189,34 +158,12 @@ def _write_ansi_view(view: View, notes: list[str]) -> bytes:
     return head + NO_ALGORITHM + frame + fmr.write_view(view, ANSI, notes)
 
 
-def _recognises_iso(data: bytes) -> bool:
-    return data.startswith(MAGIC + VERSION) and _is_iso(data)
+def _is_iso(data: bytes) -> bool:
+    return not _is_ansi(data)
 
 
-def _recognises_ansi(data: bytes) -> bool:
-    return data.startswith(MAGIC + VERSION) and not _is_iso(data)
-
-
-def _recognises_amended(data: bytes) -> bool:
-    return data.startswith(MAGIC + AMENDED)
-
-
-ISO_CODEC: Final = Codec(
-    ISO.name, "ISO/IEC 19794-2:2011", (".iso2011",), _recognises_iso, decode_iso, encode_iso
-)
-ANSI_CODEC: Final = Codec(
-    ANSI.name,
-    "ANSI/INCITS 378-2009",
-    (".ansi2009",),
-    _recognises_ansi,
-    decode_ansi,
-    partial(encode_ansi, version=VERSION),
-)
-AMENDED_CODEC: Final = Codec(
-    AMENDED_NAME,
-    "ANSI/INCITS 378-2009/AM1",
-    (".ansi2009am1",),
-    _recognises_amended,
-    decode_ansi,
-    partial(encode_ansi, version=AMENDED),
-)
+CODECS: Final = {
+    ISO.name: (_is_iso, decode_iso, encode_iso),
+    ANSI.name: (_is_ansi, decode_ansi, partial(encode_ansi, version=VERSION)),
+    AMENDED_NAME: (bool, decode_ansi, partial(encode_ansi, version=AMENDED)),
+}

@@ -1,0 +1,197 @@
+"""Polarity and resolution of folders: images of one sensor share them, so a folder decides both."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError
+from fpmatch.image.dataset_folder import read_dataset_info
+from fpmatch.image.io.read import GreyImage, read_image
+from fpmatch.image.quality.line_cues import polarity_evidence
+from fpmatch.image.quality.polarity import MIN_EVIDENCE
+from fpmatch.image.quality.ridge_scale import (
+    TYPICAL_MM,
+    clear_period_px,
+    common_dpi,
+    is_sound,
+    likely_dpi,
+    sensors_of,
+)
+from fpmatch.templates.minutiae import MM_PER_INCH, check_dpi
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from fpmatch.image.quality.polarity import Polarity
+
+MOST_IMAGES: Final = 32  # sampled from a folder
+MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
+FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
+OF_TWO_SENSORS: Final = (
+    "the prints are of two sensors by their ridges, of {:g} and {:g} dpi: each has the nearer one"
+)
+
+Read = TypeVar("Read")
+
+
+@dataclass(frozen=True, slots=True)
+class FolderTraits:
+    """What the images of a folder share; "auto" and no resolution leave it to each image.
+
+    `dpi` has the resolution of images that state none, or two if they are of two sensors.
+    """
+
+    polarity: Polarity = "auto"
+    dpi: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FolderReader(Generic[Read]):
+    """Read images with the polarity and resolution of their folders, from `find_traits`."""
+
+    reader: Callable[..., Read]  # takes a path, ``polarity`` and ``dpi``, as `read_image` does
+    folders: Mapping[Path, FolderTraits]
+    dpi: float | None = None
+
+    def __call__(self, path: Path) -> Read:
+        """Read one file."""
+        traits = self.folders.get(path.parent, FolderTraits())
+        content = self.reader(path, polarity=traits.polarity, dpi=self.dpi)
+        if self.dpi is not None or not isinstance(content, GreyImage) or content.dpi is not None:
+            return content
+        possible = [dpi for dpi in traits.dpi if is_sound(content.pixels.shape, dpi)]
+        notes = content.notes
+        if len(possible) > 1:
+            notes += (OF_TWO_SENSORS.format(*possible),)
+            period = clear_period_px(content.pixels)
+            possible.sort(key=lambda dpi: 0.0 if period is None else _unlike(period, dpi))
+        return replace(content, likely_dpi=possible[0], notes=notes) if possible else content
+
+
+class _Evidence(NamedTuple):
+    """What one image says of the polarity, and the distance of its ridges where it is needed."""
+
+    polarity: float
+    period_px: float | None
+
+
+def find_traits(
+    paths: Iterable[str | os.PathLike[str]],
+    *,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
+    reader: Callable[..., object] = read_image,
+    each: Callable[..., Iterable[Any]] = map,
+    places: Mapping[Path, Path] | None = None,
+) -> dict[Path, FolderTraits]:
+    """Find the polarity, "dark", "white" or "auto", and the resolution of the folders of images.
+
+    The polarity is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder;
+    else that of the sum of the images' evidence, at `dpi`, else the resolution of ``dataset.toml``
+    or the images' own. Folders whose own images leave doubt are decided together; "auto" leaves the
+    decision to each image. The resolution of those that state none is found from their ridges; see
+    `fpmatch.image.quality.ridge_scale.common_dpi`.
+
+    Of each folder at most `MOST_IMAGES` are looked at, chosen by their places in the list, so that
+    a run that is repeated finds the same. Files that cannot be read are skipped; `reader` is as for
+    `FolderReader`, and `each` as the built-in `map`: it calls a function for each image looked
+    at, here or in other processes.
+
+    `places` maps folders to the folder above, or the manifest, from which they are taken: the
+    ``dataset.toml`` there counts, too, and those with fewer than `FEW_IMAGES` images, such as
+    folders of one finger each, are decided together. Raises DatasetError if a ``dataset.toml`` is
+    malformed.
+    """
+    if dpi is not None:
+        check_dpi(dpi)
+    folders: dict[Path, list[Path]] = defaultdict(list)
+    for path in map(Path, paths):
+        folders[path.parent].append(path)
+    known = cache(read_dataset_info)
+    place = {folder: (places or {}).get(folder, folder) for folder in folders}
+    polarities = dict.fromkeys(folders, polarity)
+    resolutions: dict[Path, float | None] = dict.fromkeys(folders, dpi)
+    for folder, above in place.items():
+        for described in dict.fromkeys((folder, above if above.is_dir() else above.parent)):
+            if polarities[folder] == "auto":
+                polarities[folder] = known(described).polarity
+            resolutions[folder] = resolutions[folder] or known(described).dpi
+    group = {f: place[f] if len(of) < FEW_IMAGES else f for f, of in folders.items()}
+    open_ = [f for f in folders if polarities[f] == "auto" or resolutions[f] is None]
+    if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
+        return {folder: FolderTraits(one) for folder, one in polarities.items()}
+    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
+    samples = [
+        (path, resolutions[folder], polarities[folder])
+        for folder in open_
+        for path in _sample(folders[folder], most)
+    ]
+    evidence: dict[Path, list[_Evidence]] = {group[folder]: [] for folder in open_}
+    for (path, *_), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
+        if one is not None:
+            evidence[group[path.parent]].append(one)
+    unstated = {key: _resolutions(of) for key, of in evidence.items()}
+    doubtful = [folder for folder in open_ if polarities[folder] == "auto"]
+    common = {key: common_polarity([one.polarity for one in of]) for key, of in evidence.items()}
+    polarities |= {folder: common[group[folder]] for folder in doubtful}
+    doubtful = [folder for folder in doubtful if polarities[folder] == "auto"]
+    groups = dict.fromkeys(group[folder] for folder in doubtful)
+    together = common_polarity([one.polarity for key in groups for one in evidence[key]])
+    polarities |= dict.fromkeys(doubtful, together)
+    return {f: FolderTraits(one, unstated.get(group[f], ())) for f, one in polarities.items()}
+
+
+def _resolutions(evidence: Sequence[_Evidence]) -> tuple[float, ...]:
+    """Return the resolutions of images of one place; none where one alone shows clear ridges."""
+    periods = [one.period_px for one in evidence if one.period_px is not None]
+    if len(periods) < 2:
+        return ()
+    return tuple(dict.fromkeys(map(common_dpi, sensors_of(periods))))
+
+
+def _unlike(period_px: float, dpi: float) -> float:
+    return abs(math.log(period_px * MM_PER_INCH / dpi / TYPICAL_MM))
+
+
+def _sample(paths: Sequence[Path], most: int) -> list[Path]:
+    """Return some images of a folder, evenly chosen."""
+    places = np.linspace(0, len(paths) - 1, min(most, len(paths)))
+    return [paths[number] for number in places.round().astype(int).tolist()]
+
+
+def _evidence(
+    reader: Callable[..., object], sample: tuple[Path, float | None, Polarity]
+) -> _Evidence | None:
+    """Return the evidence of an image, its resolution and polarity; None if it cannot be read."""
+    path, dpi, polarity = sample
+    try:
+        image = reader(path, polarity="dark")
+    except FpmatchError:
+        return None
+    if not isinstance(image, GreyImage):
+        return None
+    stated = dpi or image.dpi
+    weight = 0.0
+    if polarity == "auto":
+        weight = polarity_evidence(image.pixels, stated or likely_dpi(image.pixels))
+    return _Evidence(weight, None if stated else clear_period_px(image.pixels))
+
+
+def common_polarity(evidence: Sequence[float]) -> Polarity:
+    """Return the polarity of images of one sensor by the `polarity_evidence` of each.
+
+    The sum is divided by the root of their number, because images are not independent; "auto" where
+    it is not certain.
+    """
+    total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
+    if abs(total) < MIN_EVIDENCE:
+        return "auto"
+    return "dark" if total > 0 else "white"

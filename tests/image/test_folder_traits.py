@@ -1,0 +1,192 @@
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.errors import DatasetError
+from fpmatch.image import folder_traits
+from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
+from fpmatch.image.extract import extract
+from fpmatch.image.folder_traits import OF_TWO_SENSORS, FolderReader, FolderTraits, find_traits
+from fpmatch.image.io.read import read_image
+from fpmatch.image.quality.polarity import INVERTED
+from tests.conftest import ROOT
+
+SAMPLES = [read_image(path).pixels for path in sorted((ROOT / "sample_data").glob("*.tif"))]
+
+
+def folder_of(root, name, images, dpi=500):
+    folder = root / name
+    folder.mkdir()
+    paths = [folder / f"{number}_1.png" for number in range(len(images))]
+    for path, image in zip(paths, images, strict=True):
+        Image.fromarray(image).save(path, **({"dpi": (dpi, dpi)} if dpi else {}))
+    return paths
+
+
+def resized(images, dpi):
+    """Return images of 500 dpi as a sensor of another resolution gives them."""
+    by = {"fx": dpi / 500, "fy": dpi / 500}
+    how = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
+    return [cv2.resize(image, None, **by, interpolation=how) for image in images]
+
+
+def polarities(*args, **how):
+    return {folder: one.polarity for folder, one in find_traits(*args, **how).items()}
+
+
+def test_folders_decide_each_for_itself(tmp_path, pressed):
+    dark = folder_of(tmp_path, "dark", pressed)
+    white = folder_of(tmp_path, "white", [255 - image for image in pressed])
+    found = find_traits([*dark, *white, dark[0].parent / "gone.png"])
+    assert found == {
+        tmp_path / "dark": FolderTraits("dark"),
+        tmp_path / "white": FolderTraits("white"),
+    }
+    reader = FolderReader(read_image, found)
+    assert reader(white[0]).notes == (INVERTED,)
+    assert np.array_equal(reader(white[0]).pixels, pressed[0])
+    assert reader(dark[0]).notes == ()
+
+
+def test_a_doubtful_image_follows_its_folder(tmp_path, pressed, stripes):
+    paths = folder_of(tmp_path, "white", [255 - image for image in (*pressed, stripes)])
+    assert read_image(paths[-1]).notes == ()
+    reader = FolderReader(read_image, find_traits(paths))
+    assert np.array_equal(reader(paths[-1]).pixels, stripes)
+
+
+def test_small_folders_decide_together(tmp_path, pressed, monkeypatch):
+    monkeypatch.setattr(folder_traits, "polarity_evidence", lambda *_: -3.0)
+    alone = folder_of(tmp_path, "alone", pressed[:1])
+    assert polarities(alone) == {tmp_path / "alone": "auto"}
+    other = folder_of(tmp_path, "other", pressed[:1])
+    both = {tmp_path / "alone": "white", tmp_path / "other": "white"}
+    assert polarities([*alone, *other]) == both
+
+
+def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed, stripes):
+    misleading = folder_of(tmp_path, "one", [255 - stripes])
+    others = folder_of(tmp_path, "other", [255 - image for image in pressed])
+    places = dict.fromkeys([tmp_path / "one", tmp_path / "other"], tmp_path)
+    found = polarities([*misleading, *others], places=places)
+    assert found == {tmp_path / "one": "white", tmp_path / "other": "white"}
+    (tmp_path / "dataset.toml").write_text('polarity = "dark"\n')
+    assert set(polarities(others, places=places).values()) == {"dark"}
+    assert set(polarities(others).values()) == {"white"}
+    manifest = dict.fromkeys(places, tmp_path / "manifest.csv")
+    assert set(polarities(others, places=manifest).values()) == {"dark"}
+
+
+def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
+    monkeypatch.setattr(folder_traits, "polarity_evidence", None)
+    paths = folder_of(tmp_path, "dark", pressed[:2])
+    assert polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
+    description = tmp_path / "dark" / "dataset.toml"
+    description.write_text('polarity = "dark"\n')
+    assert polarities(paths) == {tmp_path / "dark": "dark"}
+    description.write_text('polarity = "grey"\n')
+    with pytest.raises(DatasetError, match=r"dataset\.toml: no polarity 'grey'"):
+        find_traits(paths)
+
+
+def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pressed):
+    looked = []
+
+    def reader(path, **how):
+        looked.append(path)
+        assert how == {"polarity": "dark"}
+        return read_image(tmp_path / "small" / "0_1.png")
+
+    folder_of(tmp_path, "small", pressed[:1])
+    monkeypatch.setattr(folder_traits, "polarity_evidence", lambda *_: 1.0)
+    paths = [tmp_path / f"{number}.png" for number in range(1000)]
+    assert polarities(paths, reader=reader) == {tmp_path: "dark"}
+    assert len(looked) == len(set(looked)) == folder_traits.MOST_IMAGES
+    assert {paths[0], paths[-1]} <= set(looked)
+
+
+def test_a_description_says_what_it_says(tmp_path):
+    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "")
+    (tmp_path / "dataset.toml").write_text("dpi = 569\n")
+    assert read_dataset_info(tmp_path) == DatasetInfo(None, 569.0, "")
+    (tmp_path / "dataset.toml").write_text('polarity = "white"\n')
+    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "", "white")
+    (tmp_path / "dataset.toml").write_text("dpi = 50\n")
+    with pytest.raises(DatasetError, match=r"dataset\.toml: .*50 dpi"):
+        read_dataset_info(tmp_path)
+
+
+def of_folder(paths, **how):
+    """Return the likely resolution of each image, and that of its template."""
+    reader = FolderReader(read_image, find_traits(paths, polarity="dark", **how))
+    return [(image.likely_dpi, extract(image).dpi) for image in map(reader, paths)]
+
+
+@pytest.mark.parametrize("dpi", [330, 350, 360])
+def test_a_folder_without_resolutions_has_one(tmp_path, dpi):
+    found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
+    assert len(set(found)) == 1
+    assert found[0][0] == found[0][1] == pytest.approx(dpi, rel=0.1)
+
+
+@pytest.mark.parametrize("dpi", [500, 569])
+def test_a_folder_of_usual_prints_is_of_500_dpi(tmp_path, dpi):
+    found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
+    assert set(found) == {(500, 500)}
+
+
+def test_fine_ridges_are_of_500_dpi(tmp_path):
+    fine = resized(SAMPLES, 400)  # 0.36 mm at 500 dpi
+    assert set(of_folder(folder_of(tmp_path, "a", fine, dpi=None))) == {(500, 500)}
+
+
+def test_an_image_of_noise_decides_nothing_and_follows(tmp_path):
+    noise = np.random.default_rng(1).integers(0, 256, (300, 300), np.uint8)
+    images = resized(SAMPLES, 250)
+    images.insert(3, noise)
+    found = of_folder(folder_of(tmp_path, "a", images, dpi=None))
+    assert set(found) == {(250, 250)}
+
+
+def test_each_image_of_two_sensors_has_the_resolution_of_its_group(tmp_path):
+    half = len(SAMPLES) // 2
+    images = [*SAMPLES[:half], *resized(SAMPLES[half:], 1000)]
+    paths = folder_of(tmp_path, "a", images, dpi=None)
+    expected = [(500, 500)] * half + [(1000, 1000)] * half
+    assert of_folder(paths) == expected
+    assert of_folder(paths[::-1]) == expected[::-1]
+    reader = FolderReader(read_image, find_traits(paths))
+    assert {reader(path).notes for path in paths} == {(OF_TWO_SENSORS.format(500, 1000),)}
+    assert of_folder([paths[0], paths[-1]]) == [(500, 500), (1000, 1000)]
+
+
+def test_prints_alone_or_with_a_resolution_have_no_likely_one(tmp_path):
+    small = resized(SAMPLES, 250)
+    (alone,) = folder_of(tmp_path, "a", small[:1], dpi=None)
+    assert of_folder([alone])[0][0] is None
+    stated = folder_of(tmp_path, "b", small, dpi=250)
+    assert of_folder(stated) == [(None, 250)] * len(small)
+    unstated = folder_of(tmp_path, "c", small, dpi=None)
+    assert {likely for likely, _ in of_folder(unstated, dpi=260)} == {None}
+    (tmp_path / "c" / "dataset.toml").write_text("dpi = 260\n")
+    assert {likely for likely, _ in of_folder(unstated)} == {None}
+
+
+def test_folders_of_one_finger_each_decide_together(tmp_path):
+    paths = [
+        path
+        for number, image in enumerate(resized(SAMPLES, 350))
+        for path in folder_of(tmp_path, str(number), [image], dpi=None)
+    ]
+    places = {path.parent: tmp_path for path in paths}
+    assert len(set(of_folder(paths, places=places))) == 1
+
+
+def test_evaluate_and_enrol_name_it_once(run, tmp_path):
+    paths = folder_of(tmp_path, "a", resized(SAMPLES, 350), dpi=None)
+    for words in (("evaluate",), ("enrol", tmp_path / "a.db")):
+        lines = run(*words, tmp_path / "a", "--workers", 1).stderr.splitlines()
+        (line,) = [line for line in lines if "resolution" in line]
+        assert f"{paths[0]} and {len(paths) - 1} others: resolution unknown; " in line
+        assert line.endswith(" dpi by the ridges of the prints with it (--dpi sets it)")

@@ -1,7 +1,9 @@
+import json
 import math
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -9,14 +11,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.image.extract import assess, extract
+from fpmatch.image.extract import QualityRecorder, assess, extract
+from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.measures import QualityMeasures
-from fpmatch.image.quality.print_quality import grade
+from fpmatch.image.quality.print_quality import WEIGHTS_FILE, grade
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 
+SAMPLES = Path(__file__).parents[3] / "sample_data"
 OPTICAL = SENSORS["optical-388x374"]
 GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)
 
@@ -138,3 +142,22 @@ def test_any_figures_give_a_score_of_0_to_100(figures):
 )
 def test_worse_figures_never_raise_the_score(worse):
     assert grade(replace(GOOD, **worse), 500).score <= grade(GOOD, 500).score
+
+
+@pytest.mark.parametrize("name", ["101_1", "103_2", "105_4"])
+def test_the_score_is_that_of_its_formula_and_its_file(name):
+    image = read_image(SAMPLES / f"{name}.tif")
+    recorder = QualityRecorder()
+    template = extract(image.pixels, image.dpi, recorder=recorder)
+    m = recorder.measures()
+    assert m.minutiae == pytest.approx(template.minutiae.quality.sum() / 100)
+    off = max(math.log2(6.75 / m.period_px), math.log2(m.period_px / 12), 0)
+    blur = max(math.log2(0.003 / max(m.detail, 0.003 / 64)), 0)
+    features = [math.log(m.ridges_mm2), math.log(1 + m.minutiae)]
+    features += [m.ridge_spread, m.valley_spread, off, blur]
+    weights = json.loads(WEIGHTS_FILE.read_text())
+    total = weights["bias"]
+    for value, row in zip(features, weights["features"], strict=True):
+        total += row["weight"] * (value - row["middle"]) / row["spread"]
+    expected = round(100 / (1 + math.exp(-total)))
+    assert assess(image).quality.score == expected

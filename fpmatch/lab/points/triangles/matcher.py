@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -139,7 +140,8 @@ class _Search:
         self.screening = Screening(self.p, target, self.proposals)
         self.verification = Verification(q, self.p, target, self.proposals)
         self.equal_maps, self.refuted = 1, 0
-        self.verdicts: dict[bytes, Verdict] = {}  # by the partners of P's points
+        self.verdicts: dict[int, Verdict] = {}  # by a digest of the partners
+        self.maps: list[tuple[float, Ints]] = []  # chance and partners of those that may match
 
     def run(self) -> bool:
         """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
@@ -186,11 +188,14 @@ class _Search:
                 )
                 if inside < 0:
                     break
-                key = partner.tobytes()
+                key = hash(partner.tobytes())
                 if key not in self.verdicts:
-                    self.verdicts[key] = self.verification.judge(
+                    verdict = self.verification.judge(
                         move, partner, distance2, inside, log_tests, log_max
                     )
+                    self.verdicts[key] = verdict
+                    if verdict.log_uniform < log_max / 2:
+                        self.maps.append((verdict.log_uniform, partner.copy()))
                 verdict = self.verdicts[key]
                 if verdict.better is None:
                     break
@@ -219,11 +224,9 @@ class _Search:
 
         At most one is true, so that structure alone gives the evidence of the others.
         """
-        most = min(log_max / 2, self.log_uniform - log_max)
-        near = (item for item in self.verdicts.items() if item[1].log_uniform < most)
+        near = (one for one in self.maps if one[0] < self.log_uniform - log_max)
         others: list[Ints] = []
-        for key, _ in sorted(near, key=lambda item: item[1].log_uniform):
-            partner = np.frombuffer(key, np.int32)
+        for _, partner in sorted(near, key=itemgetter(0)):
             paired = partner >= 0
             common = (np.count_nonzero(paired & (partner == other)) for other in others)
             if all(2 * number < np.count_nonzero(paired) for number in common):

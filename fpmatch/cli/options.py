@@ -136,8 +136,8 @@ files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FI
 _DPI: Final = click.option(
     "--dpi",
     type=float,
-    help="Resolution of the prints in dots per inch.  [default: of dataset.toml beside a file, of "
-    "the file, or by the ridges of all prints of its folder]",
+    help="Dots per inch of the prints.  [default: of dataset.toml beside a file, of the file, or by "
+    "the ridges of its folder]",
 )
 _RAW: Final = click.option(
     "--raw",

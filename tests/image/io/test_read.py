@@ -89,7 +89,7 @@ def test_resolution_comes_from_the_tag(tmp_path, whorl, suffix, dpi):
     assert read_image(path).dpi == dpi
 
 
-@pytest.mark.parametrize("dpi", [(1, 1), (72, 72), (96, 96), (100, 100), (4001, 4001), (500, 600)])
+@pytest.mark.parametrize("dpi", [(1, 1), (72, 72), (96, 96), (100, 100), (4001, 4001)])
 def test_a_placeholder_for_the_resolution_is_unknown(tmp_path, grey, dpi):
     path = save(tmp_path / "print.tif", Image.fromarray(grey), dpi=dpi)
     assert read_image(path).dpi is None

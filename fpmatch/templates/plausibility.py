@@ -30,7 +30,9 @@ LEAST_COHERENCE: Final = 0.41  # mean cosine of twice the difference between nei
 LEAST_ALONG: Final = 0.65  # mean cosine of twice the difference from the ridges
 LEAST_INSIDE: Final = 0.8  # share of the minutiae that lie on ridges
 ENOUGH_ON_RIDGES: Final = 10  # minutiae whose ridges are compared
-LEAST_EVEN: Final = 0.4  # of the qualities, see `evenness`
+LEAST_EVEN: Final = 0.4  # of the qualities, see `evenness`,
+LEAST_EVEN_OF_FEW: Final = 0.55  # and where there are fewer minutiae than
+FEW_MINUTIAE: Final = 16
 USUAL_DPI: Final = (500, 508, 512, 569, 600, 1000)
 CLOSE_MM: Final = 0.7  # median distance of nearest minutiae, mostly above 0.73 of an extractor
 CM_PER_INCH: Final = MM_PER_INCH / 10
@@ -76,7 +78,7 @@ def why_no_finger(template: Template) -> str:
         m, scale = best_minutiae(minutiae), STANDARD_DPI / template.dpi
         if _coherence(m.xy * scale, m.angle) < LEAST_COHERENCE:
             return f"{NO_FINGER}: {DISORDERED}"
-    if evenness(minutiae) < LEAST_EVEN:
+    if evenness(minutiae) < least_evenness(len(minutiae)):
         return f"{NO_FINGER}: {UNEVEN}"
     return ""
 
@@ -85,11 +87,17 @@ def evenness(minutiae: Minutiae) -> float:
     """Return how even qualities are: 1 where all are the same, little where a few have most.
 
     It is the mean of their squares, none of which counts more than the mean, by the mean. Of 1,218
-    real prints it is at least 0.71, of minutiae of other extractors 0.42.
+    real prints it is at least 0.71, of minutiae of other extractors 0.42, where these are fewer
+    than 16 0.88.
     """
     squares = minutiae.quality.astype(np.float64) ** 2
     mean = float(squares.mean()) if len(squares) else 0.0
     return float(np.minimum(squares, mean).mean()) / mean if mean else 1.0
+
+
+def least_evenness(count: int) -> float:
+    """Return the evenness of the qualities of so many minutiae, below which no finger has them."""
+    return LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
 
 
 def _is_off(minutiae: Minutiae, field: RidgeField) -> bool:

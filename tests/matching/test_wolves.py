@@ -93,3 +93,16 @@ def test_quality_that_a_few_minutiae_have_alone_changes_no_score(low):
         return [verify(made, one).score for one in (probe, *others)]
 
     assert scores(quality) == scores(np.full(len(m), 100))
+
+
+def test_of_seven_minutiae_two_may_not_have_nearly_all_of_the_quality():
+    """A search gave two of seven minutiae a quality of 76 and 71, the others of 20 and less."""
+    probe, *others = stored_prints()[: 20 * EVERY : EVERY]
+    m = probe.minutiae
+
+    def scores(quality):
+        few = Minutiae(m.x[:7], m.y[:7], m.angle[:7], m.kind[:7], np.array(quality))
+        return [verify(replace(probe, minutiae=few), one).score for one in (probe, *others)]
+
+    assert scores([76, 71, 20, 20, 20, 16, 1]) == scores([100] * 7)
+    assert scores([76, 71, 50, 50, 40, 36, 31]) != scores([100] * 7)

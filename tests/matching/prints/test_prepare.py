@@ -37,7 +37,8 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
     ("quality", "prepared"),
     [
         *((none, [USUAL_QUALITY] * 6) for none in (None, [100] * 6, [0] * 6)),
-        ([0] * 3 + [1] * 3, [0.0] * 3 + [0.01] * 3),
+        ([0] * 2 + [1] * 4, [0.0] * 2 + [0.01] * 4),
+        ([0] * 3 + [1] * 3, [USUAL_QUALITY] * 6),
         ([1] * 5 + [25], [USUAL_QUALITY] * 6),
         ([100] * 5 + [99], [1.0] * 5 + [0.99]),
     ],

@@ -13,7 +13,7 @@ from fpmatch.matching.prints.neighbourhood import (
     rounded,
 )
 from fpmatch.matching.prints.print_area import ORIENTATIONS, orientation_codes
-from fpmatch.templates.plausibility import LEAST_EVEN
+from fpmatch.templates.plausibility import least_evenness
 
 
 def test_every_orientation_has_a_code_and_comes_back_from_it():
@@ -88,7 +88,8 @@ def test_compiled_and_interpreted_agree(plain, seed):
     def expected_of(part):
         squares = part.astype(float) ** 2
         given_ = part.any() and not (part == 100).all()
-        even = given_ and np.minimum(squares, squares.mean()).mean() >= LEAST_EVEN * squares.mean()
+        least = least_evenness(len(part))
+        even = given_ and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
         return part / 100 if even else np.full(len(part), 0.7)
 
     expected = [expected_of(quality[a:b]) for a, b in pairwise(start)]

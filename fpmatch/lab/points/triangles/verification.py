@@ -41,6 +41,15 @@ class Verdict(NamedTuple):
     has_rivals: bool = False
 
 
+class _Overlaid(NamedTuple):
+    """The points under a map: its log chance, partners, squared distances and who is inside."""
+
+    log_chance: float
+    partner: NDArray[np.int32]
+    distance2: NDArray[np.float64]
+    is_inside: NDArray[np.bool_]
+
+
 class Verification:
     """Judge maps by the points around each place, and by the maps that compete with them.
 
@@ -147,7 +156,8 @@ class Verification:
     ) -> Verdict:
         """Return the verdict on a move that has rivals.
 
-        A rival that pairs a point's neighbour, and the point too, explains the point.
+        A rival that pairs a point's neighbour, and the point too, explains the point: as it is, or
+        refined, for a fit to all pairs may spoil exact ones.
         """
         every = -(-len(partner) // SAMPLE)
         points, own = np.ascontiguousarray(self._points[:, ::every]), move.copy()
@@ -161,8 +171,9 @@ class Verification:
         for other in moves:
             if self._proposals.at_limit:
                 break
+            given = self._overlay(points, other.copy(), rate, rounds=1)
             overlaid = self._overlay(points, other, rate)
-            if overlaid is None or overlaid[0] >= _OF_RIVAL:
+            if given is None or overlaid is None or overlaid[0] >= _OF_RIVAL:
                 continue
             theirs = overlaid[1]
             pairs = int(np.count_nonzero(theirs >= 0))
@@ -170,7 +181,7 @@ class Verification:
                 rivals[theirs.tobytes()] = (
                     overlaid[0],
                     pairs,
-                    np.where(theirs >= 0, overlaid[2], np.inf),
+                    np.minimum(_distances2(given), _distances2(overlaid)),
                     other,
                 )
         if not rivals:
@@ -207,13 +218,17 @@ class Verification:
         return np.asarray(paired[np.where(own, two[:, 1], two[:, 0])])
 
     def _overlay(
-        self, points: NDArray[np.float64], move: NDArray[np.float64], rate: NDArray[np.float64]
-    ) -> tuple[float, NDArray[np.int32], NDArray[np.float64], NDArray[np.bool_]] | None:
-        """Refine a move; return its log chance, partners, squared distances and who is inside."""
+        self,
+        points: NDArray[np.float64],
+        move: NDArray[np.float64],
+        rate: NDArray[np.float64],
+        rounds: int = _ROUNDS,
+    ) -> _Overlaid | None:
+        """Refine a move in place; return what it pairs, None where it does not determine a map."""
         partner, distance2 = np.full(points.shape[1], -1, np.int32), np.full(points.shape[1], 1.0)
         self._owner[:] = -1
         inside = overlay.refine(
-            *(points, self._target.grid, self._t2, _ROUNDS),
+            *(points, self._target.grid, self._t2, rounds),
             *(self._owner, partner, distance2, self._visits, move),
         )
         if inside < 0:
@@ -222,7 +237,12 @@ class Verification:
         x, y = a * points[0] - b * points[1] + tx, b * points[0] + a * points[1] + ty
         is_inside = (x >= grid.x0) & (y >= grid.y0) & (x <= grid.x1) & (y <= grid.y1)
         value = float(overlay.log_chance(partner, distance2, inside, self._t2, rate))
-        return value, partner, distance2, is_inside
+        return _Overlaid(value, partner, distance2, is_inside)
+
+
+def _distances2(overlaid: _Overlaid) -> NDArray[np.float64]:
+    """Return the squared distances of pairs, infinite for points without a partner."""
+    return np.where(overlaid.partner >= 0, overlaid.distance2, np.inf)
 
 
 def _log_tail(chance: NDArray[np.float64], hits: int) -> float:

@@ -20,6 +20,8 @@ STEPS = cython.declare(
 MOST = cython.declare(cython.double, 255.0)  # steps of the root of a weight
 ORIENTATIONS = cython.declare(cython.int, 255)  # steps in half a turn
 LEAST_EVEN = cython.declare(cython.double, plausibility.LEAST_EVEN)
+LEAST_EVEN_OF_FEW = cython.declare(cython.double, plausibility.LEAST_EVEN_OF_FEW)
+FEW_MINUTIAE = cython.declare(cython.longlong, plausibility.FEW_MINUTIAE)
 
 
 def box_of(mask, box):
@@ -85,7 +87,8 @@ def write_qualities(quality, start, usual, scaled):
         for i in range(start[k], start[k + 1]):
             value = cython.cast(cython.longlong, quality[i])
             even += min(count * value * value, squares)
-        given: cython.bint = 0 < total < STEPS * count and even >= LEAST_EVEN * count * squares
+        least: cython.double = LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
+        given: cython.bint = 0 < total < STEPS * count and even >= least * count * squares
         for i in range(start[k], start[k + 1]):
             scaled[i] = quality[i] / STEPS if given else usual
     return 0

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
+    MIRROR,
     PRINT,
     RECORD,
     FormatChoice,
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
-_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "record", "enhance", "angles", "as_json")
+_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "record", "mirror", "enhance", "angles", "as_json")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,7 @@ when an image failed; the others are kept.
 @click.option("--subject", metavar="ID", hidden=True, help="With --gallery: of this subject only.")
 @reading_options
 @RECORD
+@MIRROR
 @enhance_option
 @angles_option
 @json_option
@@ -120,6 +122,7 @@ def extract(
     enhance: str,
     raw: tuple[RawSize, ...],
     record: int | None,
+    mirror: bool,
     angles: AngleConvention | None,
     as_json: bool,
 ) -> int:
@@ -151,7 +154,7 @@ def extract(
     _refuse_shared_names(images)
     make_folder(output)
     check_writable(output / images[0].name)
-    reader = PrintReader(raw, quiet=True, angles=angles, record=record)
+    reader = PrintReader(raw, quiet=True, angles=angles, record=record, mirror=mirror)
     traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader)
     of_folder = FolderReader(reader, traits, dpi)
     if len(images) > 1:

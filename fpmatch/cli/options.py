@@ -170,6 +170,13 @@ RECORD: Final = click.option(
     help="Read this print of cards and records with several (ANSI/NIST-ITL, ISO/IEC 19794-2), from "
     "1; fingers without an image are not counted.  [default: the first]",
 )
+MIRROR: Final = click.option(
+    "--mirror",
+    is_flag=True,
+    hidden=True,
+    help="Exchange left and right of what is read, of sensors whose prints are mirrored; where two "
+    "prints are compared, of PROBE alone.",
+)
 matcher_option: Final = click.option(
     "--matcher",
     metavar="NAME",

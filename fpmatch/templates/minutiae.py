@@ -276,6 +276,25 @@ class Template:
 
     __hash__ = None  # type: ignore[assignment]
 
+    def mirrored(self) -> Template:
+        """Return the template of the mirror image, left and right exchanged.
+
+        With a ridge field, the frame becomes as wide as the cells of the field.
+
+        Examples
+        --------
+        >>> from fpmatch import Minutiae, Template
+        >>> one = Template(Minutiae(x=[10], y=[40], angle=[0.5]), width=101, height=90)
+        >>> one.mirrored().minutiae[0].x, one.mirrored().mirrored() == one
+        (90.0, True)
+        """
+        m, field = self.minutiae, self.field
+        width = self.width if field is None else math.ceil(field.mask.shape[1] * field.step)
+        edge = width if field is None else field.mask.shape[1] * field.step
+        minutiae = Minutiae(edge - 1 - m.x, m.y, np.pi - m.angle, m.kind, m.quality)
+        mirrored = None if field is None else field.mirrored()
+        return Template(minutiae, width, self.height, self.dpi, mirrored)
+
     def __len__(self) -> int:
         """Return the number of minutiae."""
         return len(self.minutiae)

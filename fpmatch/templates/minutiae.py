@@ -34,6 +34,7 @@ MM_PER_INCH: Final = 25.4
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)
+WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
 """Largest position or angle, which are kept as float32."""
 _FLOAT: Final = np.dtype(np.float32)
 _BYTE: Final = np.dtype(np.uint8)
@@ -289,11 +290,11 @@ class Template:
         (90.0, True)
         """
         m, field = self.minutiae, self.field
-        width = self.width if field is None else math.ceil(field.mask.shape[1] * field.step)
-        edge = width if field is None else field.mask.shape[1] * field.step
-        minutiae = Minutiae(edge - 1 - m.x, m.y, np.pi - m.angle, m.kind, m.quality)
-        mirrored = None if field is None else field.mirrored()
-        return Template(minutiae, width, self.height, self.dpi, mirrored)
+        width, mirrored = float(self.width), None
+        if field is not None:
+            width, mirrored = min(field.mask.shape[1] * field.step, WIDEST_PX), field.mirrored()
+        minutiae = Minutiae(width - 1 - m.x, m.y, np.pi - m.angle, m.kind, m.quality)
+        return Template(minutiae, max(1, math.ceil(width)), self.height, self.dpi, mirrored)
 
     def __len__(self) -> int:
         """Return the number of minutiae."""

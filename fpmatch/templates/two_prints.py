@@ -103,14 +103,14 @@ def count_prints(template: Template) -> int:
     other: the lower phalanx of a finger does.
     """
     field = _coarse(template.field)
-    if field is None:
+    if field is None or not field.mask.any():
         return 1
     import cv2  # noqa: PLC0415  (which templates alone do not need)
 
     inner = cv2.erode(np.pad(field.mask, 1).view(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
     _, labels, stats, middles = cv2.connectedComponentsWithStats(inner, connectivity=4)
-    least = LEAST_PRINT_MM2 / (field.step * MM_PER_INCH / template.dpi) ** 2
-    large = [k for k in range(1, len(stats)) if stats[k, cv2.CC_STAT_AREA] >= least]
+    sides = np.sqrt(stats[:, cv2.CC_STAT_AREA]) * field.step * MM_PER_INCH / template.dpi
+    large = [k for k in range(1, len(stats)) if sides[k] >= math.sqrt(LEAST_PRINT_MM2)]
     if len(large) == 2:
         x, y = middles[large[1]] - middles[large[0]]
         along = complex(x, -y) ** 2 / (x * x + y * y)

@@ -43,7 +43,9 @@ if TYPE_CHECKING:
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
-_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "record", "mirror", "enhance", "angles", "as_json")
+_OF_IMAGES: Final = (
+    *("images", "dpi", "polarity", "raw", "record", "mirror", "enhance", "angles", "as_json"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +137,7 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
+    from fpmatch.base.folders import make_folder
     from fpmatch.base.output import check_writable
     from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import resolution_of
@@ -154,14 +157,16 @@ def extract(
         raise click.MissingParameter(param_hint="'IMAGE|DIR...'", param_type="argument")
     if dpi is not None:
         check_dpi(dpi)
-    files = files_of(images)
-    images = tuple(image for image, _ in files)
-    folders = [image.relative_to(above or image.parent).parent for image, above in files]
+    listed = files_of(images)
+    images = tuple(image for image, _ in listed)
+    folders = [image.relative_to(above or image.parent).parent for image, above in listed]
     stems = [folder / image.stem for folder, image in zip(folders, images, strict=True)]
     _refuse_shared_names(images, stems)
+    if output.exists():
+        make_folder(output)  # fails for a file
     check_writable(output / images[0].name)
     reader = PrintReader(raw, quiet=True, angles=angles, record=record, mirror=mirror)
-    places = {image.parent: above for image, above in files if above is not None}
+    places = {image.parent: above for image, above in listed if above is not None}
     traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader, places=places)
     of_folder = FolderReader(reader, traits, dpi)
     if len(images) > 1:

@@ -110,7 +110,8 @@ def test_a_disk_that_fills_up_ends_the_work_and_says_what_is_written(run, prints
 
 def test_folders_are_taken_as_enrol_takes_them(run, prints, tmp_path):
     flat, deep = tmp_path / "flat", tmp_path / "deep"
-    for folder, name in ((flat, "1_1.png"), (deep / "7" / "left", "1_1.png"), (deep / "8", "2_1.png")):
+    left = deep / "7" / "left"
+    for folder, name in ((flat, "1_1.png"), (left, "1_1.png"), (deep / "8", "2_1.png")):
         folder.mkdir(parents=True)
         shutil.copy(prints / name, folder / "print.png")
         (folder / "notes.txt").write_text("no print")

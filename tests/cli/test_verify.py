@@ -410,3 +410,11 @@ def test_several_prints_in_one_image_are_refused(run, tmp_path, count, turn):
             result = run("verify", *sides)
             reason = f"{one}: shows {count} prints, and one is expected: cut them into one image"
             assert_refused(result, reason)
+
+
+def test_a_case_report_states_that_the_probe_is_mirrored(run, flipped, tmp_path):
+    sides = flipped / "mirrored.png", SAMPLES / "101_3.tif"
+    for words, said in (((), False), (("--mirror",), True)):
+        page = tmp_path / "case.html"
+        run("verify", *sides, "--case-report", page, *words)
+        assert ("probe: left and right are exchanged" in page.read_text("utf-8")) is said

@@ -223,7 +223,8 @@ def identify(
         calibration=curve,
         **limits,
     )
-    reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True, mirror=mirror)}
+    reader = PrintReader(raw, quiet=True, mirror=mirror)
+    reading = {"polarity": polarity, "dpi": dpi, "reader": reader}
     where = gallery, matcher, workers, scheduler
     run = runs.Run(*where, places, find_prints(places, dpi), reading, options, as_json)
     if output is not None:

@@ -8,6 +8,7 @@ a sign: ``python -m research measure joined`` measures them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -99,8 +100,8 @@ def why_two_prints(template: Template) -> str:
 def count_prints(template: Template) -> int:
     """Return how many prints lie apart in a template; 1 where it may be one, or has no ridges.
 
-    Two areas may be one finger, where the ridges of one run straight and across the way to the
-    other: the lower phalanx of a finger does.
+    Two areas may be one finger, where the ridges of one run straight, without a loop or delta, and
+    across the way to the other: those of a lower phalanx do.
     """
     field = _coarse(template.field)
     if field is None or not field.mask.any():
@@ -114,9 +115,11 @@ def count_prints(template: Template) -> int:
     if len(large) == 2:
         x, y = middles[large[1]] - middles[large[0]]
         along = complex(x, -y) ** 2 / (x * x + y * y)
-        means = [_doubled(field)[labels == k].mean() for k in large]
-        if any(abs(m) > STRAIGHT and (m / along).real < CROSSWISE * abs(m) for m in means):
-            return 1
+        for area in (replace(field, mask=labels == k) for k in large):
+            mean = _doubled(area)[area.mask].mean()
+            across = (mean / along).real < CROSSWISE * abs(mean)
+            if across and abs(mean) > STRAIGHT and not any(count_loops(area)):
+                return 1
     return max(1, len(large))
 
 

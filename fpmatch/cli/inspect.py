@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 import click
@@ -85,7 +86,7 @@ def inspect(
     failures = 0
     with ProgressBars({"inspect": "inspecting"}) as bars:
         for number, (file, place) in enumerate(files, start=1):
-            if as_json:  # else the lines show how far it is
+            if as_json or not sys.stdout.isatty():  # else the lines show how far it is
                 bars.show("inspect", number, len(files))
             try:
                 own_dpi = dpi or resolution_of(file, place)

@@ -71,6 +71,7 @@ More examples:
   fpmatch enrol prints.db visitors --prefix visitor-
   fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db people --by-folder
+  fpmatch enrol prints.db frames --raw 192x192 --mirror
   fpmatch enrol prints.db scans --scheduler tcp://host:8786
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 """,

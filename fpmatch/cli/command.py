@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Options that commands share, by their names; the others come first, under "Options".
 GROUPS: Final = {
     "Prints": (
-        *("dpi", "probe_dpi", "reference_dpi", "raw", "polarity", "enhance", "angles"),
+        *("dpi", "probe_dpi", "reference_dpi", "raw", "mirror", "polarity", "enhance", "angles"),
         *("pattern", "by_folder", "prefix"),
     ),
     "Overlay": ("view", "warp"),

@@ -11,12 +11,14 @@ from click.core import ParameterSource
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
+    MIRROR,
     PRINT,
     RECORD,
     FormatChoice,
     angles_option,
     enhance_option,
     files_argument,
+    files_of,
     json_option,
     key_option,
     output_option,
@@ -41,7 +43,9 @@ if TYPE_CHECKING:
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
-_OF_IMAGES: Final = ("images", "dpi", "polarity", "raw", "record", "enhance", "angles", "as_json")
+_OF_IMAGES: Final = (
+    *("images", "dpi", "polarity", "raw", "record", "mirror", "enhance", "angles", "as_json"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +73,7 @@ class _Extracted:
     epilog="""\b
 Examples:
   fpmatch extract print.tif -o templates
-  fpmatch extract prints/*.tif -o templates --format json --dpi 569
+  fpmatch extract prints -o templates --format json --dpi 569
   fpmatch extract prints/*.tif -o templates --format iso2005
   fpmatch extract minutiae/*.csv -o templates --angles rad,clockwise
   fpmatch extract prints/*.tif -o templates --json
@@ -85,7 +89,7 @@ Exit status: 0 when every template is written, 1 when damaged entries of a galle
 when an image failed; the others are kept.
 """,
 )
-@files_argument("images", metavar="IMAGE...", type=PRINT, required=False)
+@files_argument("images", metavar="IMAGE|DIR...", type=PRINT, required=False)
 @output_option(metavar="DIR", help="Folder for the templates; made if missing.")
 @click.option(
     "--format",
@@ -105,6 +109,7 @@ when an image failed; the others are kept.
 @click.option("--subject", metavar="ID", hidden=True, help="With --gallery: of this subject only.")
 @reading_options
 @RECORD
+@MIRROR
 @enhance_option
 @angles_option
 @json_option
@@ -120,10 +125,14 @@ def extract(
     enhance: str,
     raw: tuple[RawSize, ...],
     record: int | None,
+    mirror: bool,
     angles: AngleConvention | None,
     as_json: bool,
 ) -> int:
     """Write the template of each IMAGE, or template file, into a folder, under its name.
+
+    Of DIR, its images are taken or, if it has none, its templates, else the prints of its
+    subfolders, each into a subfolder of that name.
 
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
@@ -131,7 +140,7 @@ def extract(
     from fpmatch.base.folders import make_folder
     from fpmatch.base.output import check_writable
     from fpmatch.formats.sealed import require_key
-    from fpmatch.image.dataset_folder import described
+    from fpmatch.image.dataset_folder import resolution_of
     from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
@@ -145,30 +154,36 @@ def extract(
     if subject is not None:
         raise click.UsageError("--subject is of --gallery")
     if not images:
-        raise click.MissingParameter(param_hint="'IMAGE...'", param_type="argument")
+        raise click.MissingParameter(param_hint="'IMAGE|DIR...'", param_type="argument")
     if dpi is not None:
         check_dpi(dpi)
-    _refuse_shared_names(images)
-    make_folder(output)
+    listed = files_of(images)
+    images = tuple(image for image, _ in listed)
+    folders = [image.relative_to(above or image.parent).parent for image, above in listed]
+    stems = [folder / image.stem for folder, image in zip(folders, images, strict=True)]
+    _refuse_shared_names(images, stems)
+    if output.exists():
+        make_folder(output)  # fails for a file
     check_writable(output / images[0].name)
-    reader = PrintReader(raw, quiet=True, angles=angles, record=record)
-    traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader)
+    reader = PrintReader(raw, quiet=True, angles=angles, record=record, mirror=mirror)
+    places = {image.parent: above for image, above in listed if above is not None}
+    traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader, places=places)
     of_folder = FolderReader(reader, traits, dpi)
     if len(images) > 1:
         say_slow_kernels()
     failures: list[FpmatchError] = []
     done: list[_Extracted] = []
     with ProgressBars({"extract": "extracting"}) as bars:
-        for number, image in enumerate(images, start=1):
+        for number, (image, stem) in enumerate(zip(images, stems, strict=True), start=1):
             try:
-                _, own_dpi = described(image, dpi=dpi)
+                own_dpi = dpi or resolution_of(image, places.get(image.parent))
                 recorder = StageRecorder() if file_format == STAGES else None
                 how: dict[str, Any] = {"dpi": own_dpi, "enhance": enhance, "recorder": recorder}
                 given = make_given_print(of_folder(image), str(image), **how)
                 if recorder is None:
-                    files = _write(given.template, output / image.stem, file_format)
+                    files = _write(given.template, output / stem, file_format)
                 else:
-                    files = _draw(recorder, image, output / image.stem)
+                    files = _draw(recorder, image, output / stem)
                 minutiae = len(given.template.minutiae)
                 done.append(_Extracted(image, files, minutiae, given.quality, given.notes))
             except OutputError as error:
@@ -238,11 +253,11 @@ def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]
     return files
 
 
-def _refuse_shared_names(images: Sequence[Path]) -> None:
+def _refuse_shared_names(images: Sequence[Path], stems: Sequence[Path]) -> None:
     """Raise OutputError where two images would write the same file, on any file system."""
     by_name: dict[str, Path] = {}
-    for image in images:
-        other = by_name.setdefault(image.stem.casefold(), image)
+    for image, stem in zip(images, stems, strict=True):
+        other = by_name.setdefault(str(stem).casefold(), image)
         if other is not image:
             raise OutputError(
                 f"{other} and {image} would both be written as {other.stem}; "

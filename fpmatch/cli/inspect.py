@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 import click
@@ -12,10 +13,12 @@ from fpmatch.cli.options import (
     PRINT,
     RECORD,
     files_argument,
+    files_of,
     json_array_option,
     key_option,
     reading_options,
 )
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.printable import json_text
 
@@ -32,20 +35,20 @@ if TYPE_CHECKING:
     epilog="""\b
 Examples:
   fpmatch inspect print.tif template.iso
-  fpmatch inspect prints/* --json
+  fpmatch inspect prints --json
   fpmatch inspect small_sensor.bmp --dpi 240
   fpmatch inspect - < print.tif
 
 Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
 """,
 )
-@files_argument("files", metavar="FILE...", type=PRINT)
+@files_argument("places", metavar="FILE|DIR...", type=PRINT)
 @reading_options
 @RECORD
 @json_array_option
 @key_option
 def inspect(
-    files: tuple[Path, ...],
+    places: tuple[Path, ...],
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -53,6 +56,9 @@ def inspect(
     as_json: bool,
 ) -> int:
     """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
+
+    Of DIR, its images are shown or, if it has none, its templates, else the prints of its
+    subfolders.
 
     The quality of an image is 0, useless, to 100; what is wrong with it follows, as a resolution
     that cannot be right, and which one is likely.
@@ -62,7 +68,7 @@ def inspect(
     them is separated by bars.
     """
     from fpmatch.cli.inspection import inspect_file
-    from fpmatch.image.dataset_folder import described
+    from fpmatch.image.dataset_folder import resolution_of
     from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.prints.reading import PrintReader
     from fpmatch.templates.minutiae import check_dpi
@@ -70,21 +76,28 @@ def inspect(
     reader = PrintReader(raw, quiet=True, record=record).image
     if dpi is not None:
         check_dpi(dpi)
-    traits = find_traits(files, polarity=polarity, dpi=dpi, reader=reader)
+    files = files_of(places)
+    above = {file.parent: place for file, place in files if place is not None}
+    traits = find_traits(
+        [file for file, _ in files], polarity=polarity, dpi=dpi, reader=reader, places=above
+    )
     image_reader = FolderReader(reader, traits, dpi)
     inspections: list[Inspection] = []
     failures = 0
-    for file in files:
-        try:
-            _, own_dpi = described(file, dpi=dpi)
-            inspection = inspect_file(file, image_reader=image_reader, dpi=own_dpi)
-        except FpmatchError as error:
-            failures += 1
-            say_errors([error])
-            continue
-        inspections.append(inspection)
-        if not as_json:
-            show_line(inspection.as_text())
+    with ProgressBars({"inspect": "inspecting"}) as bars:
+        for number, (file, place) in enumerate(files, start=1):
+            if as_json or not sys.stdout.isatty():  # else the lines show how far it is
+                bars.show("inspect", number, len(files))
+            try:
+                own_dpi = dpi or resolution_of(file, place)
+                inspection = inspect_file(file, image_reader=image_reader, dpi=own_dpi)
+            except FpmatchError as error:
+                failures += 1
+                say_errors([error])
+                continue
+            inspections.append(inspection)
+            if not as_json:
+                show_line(inspection.as_text())
     if as_json:
         show(json_text([inspection.as_dict() for inspection in inspections]))
     return 0 if not failures else 1 if inspections else 2

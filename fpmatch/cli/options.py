@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.wings import from_wing
 from fpmatch.errors import did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
@@ -170,6 +171,13 @@ RECORD: Final = click.option(
     help="Read this print of cards and records with several (ANSI/NIST-ITL, ISO/IEC 19794-2), from "
     "1; fingers without an image are not counted.  [default: the first]",
 )
+MIRROR: Final = click.option(
+    "--mirror",
+    is_flag=True,
+    hidden=True,
+    help="Exchange left and right of what is read, of sensors whose prints are mirrored; where two "
+    "prints are compared, of PROBE alone.",
+)
 matcher_option: Final = click.option(
     "--matcher",
     metavar="NAME",
@@ -194,6 +202,17 @@ key_option: Final = click.option(
     help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
     "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )
+
+
+def files_of(places: Sequence[Path]) -> list[tuple[Path, Path | None]]:
+    """Return files, in place of a folder its prints, as `enrol` takes them.
+
+    With each is the folder above its own from which it was taken, None where that was not so.
+    """
+    if not any(place.is_dir() for place in places):
+        return [(place, None) for place in places]
+    of_place = from_wing("gallery", "listing.folders", "files_of", used_by="a folder")
+    return [(file.path, file.place) for place in places for file in of_place(place)]
 
 
 def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable[..., Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.options import (
+    MIRROR,
     PRINT,
     RECORD,
     add_options,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _OPTIONS: Final = (
     reading_options,
     RECORD,
+    MIRROR,
     click.option("--probe-dpi", type=float, hidden=True, help="Resolution of the probe."),
     click.option("--reference-dpi", type=float, hidden=True, help="Resolution of the reference."),
     click.option(
@@ -82,6 +84,10 @@ def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
     dpi = values[f"{side}_dpi"]
     how = {"polarity": values["polarity"], "dpi": values["dpi"] if dpi is None else dpi}
     reader = PrintReader(
-        values["raw"], quiet=True, angles=values["angles"], record=values["record"]
+        values["raw"],
+        quiet=True,
+        angles=values["angles"],
+        record=values["record"],
+        mirror=values["mirror"] and side == "probe",
     )
     return read_given_print(values[side], reader, **how, enhance=values["enhance"])

@@ -42,6 +42,9 @@ The picture of --overlay shows where ridges agree, the paired minutiae with thei
 unpaired ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
 transform is found, the prints are drawn beside each other.
 
+Where the answer is no, the mirrored PROBE is compared, too; if it matches, the reason ends with its
+score, and --mirror compares it so. A print that shows several prints, as a card does, is refused.
+
 The decision is INCONCLUSIVE where even two prints of one finger may not match: with so little skin,
 without ridges, or at an unknown resolution.
 
@@ -51,6 +54,7 @@ More examples:
   fpmatch verify probe.tif reference.tif --overlay ridges.png --view ridges
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
   fpmatch verify probe.tif reference.tif --matcher paper:rho=0.6
+  fpmatch verify lifted.tif reference.tif --mirror
   fpmatch verify - reference.tif < probe.tif
   fpmatch verify probe.tif reference.tif --case-report case.html --notes "ulnar loop, one scar"
 """,

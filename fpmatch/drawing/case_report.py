@@ -22,6 +22,7 @@ from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.printable import printable, printable_lines
+from fpmatch.prints.reading import MIRRORED
 from fpmatch.prints.report import (
     IDENTITY,
     SELF_COMPARED,
@@ -138,6 +139,7 @@ def settings_of(
         "Resolution": "; ".join(resolutions),
         "Enhancement": enhance,
         "Polarity": polarity,
+        **({"Mirrored": f"{SIDES[0]}: {MIRRORED}"} if MIRRORED in pair.probe.notes else {}),
     }
 
 

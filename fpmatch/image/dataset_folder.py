@@ -45,6 +45,12 @@ def described(
     return (info.polarity if polarity == "auto" else polarity), info.dpi if dpi is None else dpi
 
 
+def resolution_of(path: Path, above: Path | None = None) -> float | None:
+    """Return the resolution that ``dataset.toml`` beside a print states, else that in `above`."""
+    beside = read_dataset_info(path.parent).dpi
+    return beside if beside or above is None else read_dataset_info(above).dpi
+
+
 def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     """Read the ``dataset.toml`` of a folder, if any; raise DatasetError if it is not valid."""
     path = Path(folder) / DESCRIPTION_FILE

@@ -21,6 +21,7 @@ from fpmatch.matching.result import (
     Shortage,
     call_matcher,
     compare_prepared,
+    may_match,
     prepare_print,
     wants_image,
 )
@@ -48,6 +49,10 @@ if TYPE_CHECKING:
 
 SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)  # up to which a scale is not measured again
 CANDIDATE_RATIOS: Final = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)  # where nothing matches
+MIRRORED: Final = (
+    "mirrored, the probe matches, with a score of {:.1f}: is one of the images mirrored? "
+    "(--mirror flips the probe)"
+)
 REFINEMENTS: Final = 2  # times that a scale is measured with the resolutions corrected
 
 
@@ -130,6 +135,18 @@ class Explanation:
         if hasattr(self.matcher, "mesh_points"):
             points = self._ask("mesh_points", self.evidence)
         return points
+
+    @cached_property
+    def mirrored_score(self) -> float | None:
+        """Score of the mirrored probe, less what its tries cost; None unless it is a match."""
+        if self.match or self.rho is not None or wants_image(self.matcher):
+            return None
+        mirrored = prepare_print(self.matcher, self.probe[0].mirrored(), None)
+        references = self.impressions or [self.reference]
+        tried = [compare_prepared(self.matcher, one, mirrored) for _, one in references]
+        most = max((one.similarity for one in tried if may_match(self.matcher, one)), default=0.0)
+        score = score_of(self.calibration, most) - 10.0 * math.log10(2 * len(tried))
+        return score if score >= self.threshold else None
 
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
@@ -274,7 +291,9 @@ class Verification:
         """What is missing for a decision, or the main reason for a non-match; "" for a match."""
         if self.match:
             return ""
-        return self.evidence.reason if self.shortage is None else self.shortage.message
+        why = self.evidence.reason if self.shortage is None else self.shortage.message
+        score = None if self.explanation is None else self.explanation.mirrored_score
+        return why if score is None else f"{why}; {MIRRORED.format(score)}"
 
     @property
     def compared(self) -> Compared | None:

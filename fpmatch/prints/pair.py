@@ -15,7 +15,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.result import named
 from fpmatch.matching.verification import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
-from fpmatch.prints.reading import GivenPrint
+from fpmatch.prints.reading import GivenPrint, check_one_print
 from fpmatch.prints.report import as_dict
 
 if TYPE_CHECKING:
@@ -93,8 +93,11 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
 
     Others are tried where the prints do not match, or match at two scales: the usual ones, then
     that by which the scale differs. Each try gets a share of the stated rate, the first one too,
-    which lowers its score; see `allowance`.
+    which lowers its score; see `allowance`. Raises ImageError or TemplateError where a side shows
+    several prints.
     """
+    for given in (probe, reference):
+        check_one_print(given)
     if probe.dpi_stated and reference.dpi_stated:
         return _verified(probe, reference, options)
     pair = _verified(probe, reference, options, allowance(FIRST_SHARE))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.errors import ImageError, ImageReadError, TemplateError
 from fpmatch.image.dataset_folder import described
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
@@ -24,6 +24,7 @@ from fpmatch.image.io.registry import is_image_file
 from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
+from fpmatch.templates.two_prints import count_prints
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 Name = TypeVar("Name")
+Content = TypeVar("Content", "GreyImage", "TemplateRecord")
 DpiSource = Literal["given", "stated", "found", "assumed"]
 """Where a resolution comes from: the caller, the file, the ridges or a match, nowhere."""
 
@@ -48,6 +50,7 @@ ASSUMED_DPI: Final = f"{UNKNOWN_DPI}{STANDARD_DPI:g} dpi assumed"
 FOUND_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges"
 COMMON_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by the ridges of the prints with it"
 MATCHED_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges and the match"
+MIRRORED: Final = "left and right are exchanged"
 _STDERR: Final = 2
 
 
@@ -56,7 +59,8 @@ class PrintReader:
     """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
 
     `angles` is how tables of minutiae measure them, where they do not define it themselves;
-    `record` is the number, from 1, of the print that is read of files with several. With `quiet`,
+    `record` is the number, from 1, of the print that is read of files with several; with `mirror`,
+    left and right of what is read are exchanged. With `quiet`,
     what C libraries write to stderr about damaged files is suppressed, in programs that read on
     one thread.
     """
@@ -65,6 +69,7 @@ class PrintReader:
     quiet: bool = False
     angles: AngleConvention | None = None
     record: int | None = None
+    mirror: bool = False
 
     def __call__(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
@@ -76,9 +81,9 @@ class PrintReader:
             from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
             loaded = load_record(path, options=ReadingOptions(angles=self.angles))
-            if self.record is None or len(loaded.views) == 1:
-                return loaded
-            return loaded.of_view(self.record, path)
+            if self.record is not None and len(loaded.views) > 1:
+                loaded = loaded.of_view(self.record, path)
+            return _mirrored(loaded) if self.mirror else loaded
         with _failed_formats_named(head):
             return self.image(path, polarity=polarity, dpi=dpi)
 
@@ -87,9 +92,10 @@ class PrintReader:
     ) -> GreyImage:
         """Read an image as `fpmatch.image.io.read.read_image` does."""
         with _silence_c_libraries(active=self.quiet):
-            return read_image(
+            image = read_image(
                 path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi, record=self.record
             )
+        return _mirrored(image) if self.mirror else image
 
 
 def decode_print(
@@ -233,6 +239,15 @@ def read_given_print(
     return make_given_print(content, str(path), dpi=dpi, enhance=enhance, recorder=recorder)
 
 
+def check_one_print(given: GivenPrint) -> None:
+    """Raise ImageError, of a template TemplateError, if several prints lie apart in a print."""
+    number = count_prints(given.template)
+    if number > 1:
+        kind = ImageError if given.image is not None else TemplateError
+        why = f"shows {number} prints, and one is expected: cut them into one image each"
+        raise kind(why, path=given.name, code="several prints")
+
+
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
     """Return each note, in the order of first appearance, with the prints that it is about."""
     by_note: dict[str, list[Name]] = {}
@@ -240,6 +255,16 @@ def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tup
         for note in notes:
             by_note.setdefault(note, []).append(name)
     return {note: tuple(names) for note, names in by_note.items()}
+
+
+def _mirrored(content: Content) -> Content:
+    """Return what was read with left and right exchanged."""
+    notes = (*content.notes, MIRRORED)
+    if isinstance(content, GreyImage):
+        pixels = np.ascontiguousarray(content.pixels[:, ::-1])
+        return replace(content, pixels=pixels, notes=notes)
+    views = (replace(view, template=view.template.mirrored()) for view in content.views)
+    return replace(content, views=tuple(views), notes=notes)
 
 
 def _contains_minutiae_only(head: bytes) -> bool:

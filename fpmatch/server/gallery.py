@@ -24,6 +24,7 @@ from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.prints.reading import check_one_print
 from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae
@@ -137,6 +138,7 @@ def verify_claim(
     """Return the decision on a claimed subject (None: any finger), and what was compared."""
     threshold = options.decision_score()
     probe = open_upload(upload, reading)
+    check_one_print(probe)
     with open_served_gallery(where) as gallery, _not_found():
         checked = check_claim(
             gallery,

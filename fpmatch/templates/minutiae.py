@@ -34,6 +34,7 @@ MM_PER_INCH: Final = 25.4
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)
+WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
 """Largest position or angle, which are kept as float32."""
 _FLOAT: Final = np.dtype(np.float32)
 _BYTE: Final = np.dtype(np.uint8)
@@ -275,6 +276,25 @@ class Template:
                 )
 
     __hash__ = None  # type: ignore[assignment]
+
+    def mirrored(self) -> Template:
+        """Return the template of the mirror image, left and right exchanged.
+
+        With a ridge field, the frame becomes as wide as the cells of the field.
+
+        Examples
+        --------
+        >>> from fpmatch import Minutiae, Template
+        >>> one = Template(Minutiae(x=[10], y=[40], angle=[0.5]), width=101, height=90)
+        >>> one.mirrored().minutiae[0].x, one.mirrored().mirrored() == one
+        (90.0, True)
+        """
+        m, field = self.minutiae, self.field
+        width, mirrored = float(self.width), None
+        if field is not None:
+            width, mirrored = min(field.mask.shape[1] * field.step, WIDEST_PX), field.mirrored()
+        minutiae = Minutiae(width - 1 - m.x, m.y, np.pi - m.angle, m.kind, m.quality)
+        return Template(minutiae, max(1, math.ceil(width)), self.height, self.dpi, mirrored)
 
     def __len__(self) -> int:
         """Return the number of minutiae."""

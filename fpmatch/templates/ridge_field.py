@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 CELL_BITS: Final = 8
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
+_REVERSED: Final = np.packbits(  # the order of the bits of each byte
+    np.unpackbits(np.arange(256, dtype=np.uint8)[:, None], axis=1), axis=1, bitorder="little"
+).ravel()
 _MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows integers
 
 
@@ -84,6 +87,15 @@ class RidgeField:
         bits = np.unpackbits(in_bytes, axis=2, bitorder="little")
         cells = bits.reshape(rows, columns, CELL_BITS, CELL_BITS).swapaxes(1, 2)
         return cells.reshape(rows * CELL_BITS, columns * CELL_BITS).astype(bool)
+
+    def mirrored(self) -> RidgeField:
+        """Return the field seen from behind, left and right exchanged."""
+        ridges = self.ridges
+        if ridges is not None:
+            in_bytes = np.ascontiguousarray(ridges[:, ::-1]).view(np.uint8)
+            ridges = _REVERSED[in_bytes].view(np.uint64)
+        orientation = np.mod(np.pi - self.orientation[:, ::-1] * self.mask[:, ::-1], np.pi)
+        return RidgeField(self.step, orientation, self.mask[:, ::-1], ridges)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, RidgeField):

@@ -1,4 +1,4 @@
-"""Signs of two prints in one template, which would match both of their fingers.
+"""Signs of several prints in one template, which would match all of their fingers.
 
 The ridges of one print continue over its whole area, its minutiae lie along them, and neighbouring
 minutiae have similar directions. The limits are chosen so that at most one print in a thousand has
@@ -8,11 +8,12 @@ a sign: ``python -m research measure joined`` measures them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
@@ -30,6 +31,11 @@ MIN_ACROSS: Final = 5  # minutiae across the ridges, and
 MIN_ACROSS_SHARE: Final = 0.08
 MIN_CONTRARY_SHARE: Final = 0.52  # of minutiae, with a neighbour of a contrary direction
 MIN_GAP_PX: Final = 110.0  # strip between two groups of minutiae, where no ridges are known
+
+# Of prints that lie apart on an image, without the outermost cells of each:
+LEAST_PRINT_MM2: Final = 30.0
+STRAIGHT: Final = 0.6  # length of the mean orientation of an area that may be a lower phalanx,
+CROSSWISE: Final = -0.7  # and cosine of twice the angle between it and the way to the finger's tip
 
 DIRECTIONS: Final = 24  # of lines
 _PER_CELL: Final = 2  # lines of one direction
@@ -71,11 +77,12 @@ def why_two_prints(template: Template) -> str:
     """
     px = STANDARD_DPI / template.dpi
     m, field = template.minutiae, _coarse(template.field)
-    signs = []
+    signs, number = [], count_prints(template)
     if field is not None and field.mask.any():
         neck, most = neck_and_break(field)
         across, share = minutiae_across(m, field)
-        signs += ["the ridges have two areas"] * (neck < MAX_NECK)
+        many = "two" if number <= 2 else str(number)
+        signs += [f"the ridges have {many} areas"] * (neck < MAX_NECK or number > 1)
         signs += ["the ridges break off along a line"] * (most > MIN_BREAK)
         signs += ["more than two loops or deltas"] * (max(count_loops(field)) > MOST_LOOPS)
         signs += ["minutiae lie across the ridges"] * (
@@ -85,7 +92,35 @@ def why_two_prints(template: Template) -> str:
         signs.append("the minutiae form two groups")
     if contrary_share(m, px) > MIN_CONTRARY_SHARE:
         signs.append("neighbouring minutiae have contrary directions")
-    return f"probably two prints in one: {', '.join(signs)}" if signs else ""
+    if number <= 1:
+        return f"probably two prints in one: {', '.join(signs)}" if signs else ""
+    return f"probably {many} prints in one: {', '.join(signs)}; cut them into one image each"
+
+
+def count_prints(template: Template) -> int:
+    """Return how many prints lie apart in a template; 1 where it may be one, or has no ridges.
+
+    Two areas may be one finger, where the ridges of one run straight, without a loop or delta, and
+    across the way to the other: those of a lower phalanx do.
+    """
+    field = _coarse(template.field)
+    if field is None or not field.mask.any():
+        return 1
+    import cv2  # noqa: PLC0415  (which templates alone do not need)
+
+    inner = cv2.erode(np.pad(field.mask, 1).view(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
+    _, labels, stats, middles = cv2.connectedComponentsWithStats(inner, connectivity=4)
+    sides = np.sqrt(stats[:, cv2.CC_STAT_AREA]) * field.step * MM_PER_INCH / template.dpi
+    large = [k for k in range(1, len(stats)) if sides[k] >= math.sqrt(LEAST_PRINT_MM2)]
+    if len(large) == 2:
+        x, y = middles[large[1]] - middles[large[0]]
+        along = complex(x, -y) ** 2 / (x * x + y * y)
+        for area in (replace(field, mask=labels == k) for k in large):
+            mean = _doubled(area)[area.mask].mean()
+            across = (mean / along).real < CROSSWISE * abs(mean)
+            if across and abs(mean) > STRAIGHT and not any(count_loops(area)):
+                return 1
+    return max(1, len(large))
 
 
 def neck_and_break(field: RidgeField) -> tuple[float, float]:

@@ -3,6 +3,8 @@
 import json
 import shutil
 
+import numpy as np
+import pytest
 from PIL import Image
 
 from fpmatch import assess, extract, load_template, save_template
@@ -104,3 +106,42 @@ def test_a_disk_that_fills_up_ends_the_work_and_says_what_is_written(run, prints
     assert failure.endswith(": cannot be written: no space left on device")
     assert result.stderr == f"fpmatch: error: {failure}\n"
     assert not [path for path in tiny_disk.rglob("*") if path.name.startswith(".")]
+
+
+def test_folders_are_taken_as_enrol_takes_them(run, prints, tmp_path):
+    flat, deep = tmp_path / "flat", tmp_path / "deep"
+    left = deep / "7" / "left"
+    for folder, name in ((flat, "1_1.png"), (left, "1_1.png"), (deep / "8", "2_1.png")):
+        folder.mkdir(parents=True)
+        shutil.copy(prints / name, folder / "print.png")
+        (folder / "notes.txt").write_text("no print")
+    (deep / "dataset.toml").write_text("dpi = 569\n")
+    out = tmp_path / "out"
+    result = run("extract", flat, deep, "-o", out, "--format", "json")
+    assert (result.exit_code, result.stdout.split(",")[0]) == (0, "3 of 3 templates")
+    written = sorted(path.relative_to(out).as_posix() for path in out.rglob("*.json"))
+    assert written == ["7/left/print.json", "8/print.json", "print.json"]
+    assert load_template(out / "print.json").dpi == 500
+    assert load_template(out / "8" / "print.json").dpi == 569
+    again = run("extract", out / "7" / "left", "-o", tmp_path / "again", "--format", "json")
+    assert (again.exit_code, names(tmp_path / "again")) == (0, {"print.json"})  # of templates
+    twice = run("extract", flat, deep / "8", "-o", out)
+    assert (twice.exit_code, "would both be written as print" in twice.stderr) == (2, True)
+
+
+@pytest.mark.parametrize("output_format", ["json", "stages"])
+@pytest.mark.parametrize("name", ["text.png", "gone.png", "folder.png", "empty.png"])
+def test_nothing_is_left_where_nothing_was_written(run, prints, tmp_path, name, output_format):
+    words = "extract", prints / name, "-o", tmp_path / "new" / "out", "--format", output_format
+    result = run(*words)
+    assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert result.stderr.startswith(f"fpmatch: error: {prints / name}: ")
+
+
+def test_mirrored_frames_are_flipped(run, prints, tmp_path):
+    pixels = np.asarray(Image.open(prints / "1_1.png"))
+    Image.fromarray(pixels[:, ::-1]).save(tmp_path / "sensor.png", dpi=(500, 500))
+    result = run("extract", tmp_path / "sensor.png", "-o", tmp_path, "--format", "json", "--mirror")
+    note = f"fpmatch: note: {tmp_path / 'sensor.png'}: left and right are exchanged\n"
+    assert (result.exit_code, result.stderr) == (0, note)
+    assert load_template(tmp_path / "sensor.json") == extract(prints / "1_1.png")

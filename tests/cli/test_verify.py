@@ -347,3 +347,74 @@ def test_a_folder_that_vanishes_while_the_picture_is_written_does_not_cost_the_d
     line = f"{target}: cannot be written: no such file or directory"
     assert result.stderr == f"fpmatch: error: {line}\n"
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def flipped(tmp_path_factory):
+    """Return the files of a sample print, exchanged left and right, and top and bottom."""
+    pixels = np.asarray(Image.open(SAMPLES / "101_1.tif").convert("L"))
+    folder = tmp_path_factory.mktemp("flipped")
+    for name, one in (("mirrored", pixels[:, ::-1]), ("bottom_up", pixels[::-1])):
+        Image.fromarray(one).save(folder / f"{name}.png", dpi=(500, 500))
+    return folder
+
+
+@pytest.mark.parametrize("name", ["mirrored", "bottom_up"])
+def test_a_mirrored_print_is_no_match_and_is_named(run, flipped, tmp_path, name):
+    probe, reference = flipped / f"{name}.png", SAMPLES / "101_3.tif"
+    run("extract", probe, "-o", tmp_path)
+    for one in (probe, tmp_path / f"{name}.json"):
+        result = run("verify", one, reference)
+        assert (result.exit_code, result.stdout.split("\n")[0]) == (1, "NO MATCH")
+        (score,) = re.findall("the probe matches, with a score of ([0-9.]+)", result.stdout)
+        assert "--mirror" in result.stdout
+        turned = run("verify", one, reference, "--mirror", "--json")
+        assert (turned.exit_code, "left and right are exchanged" in turned.stderr) == (0, True)
+        if one.suffix == ".json":  # one of two tries has half of the rate
+            paid = 10 * np.log10(2)
+            assert decision(turned)["score"] - paid == pytest.approx(float(score), abs=0.1)
+        as_json = decision(run("verify", reference, one, "--json"))
+        assert (as_json["match"], "mirrored, the probe" in as_json["reason"]) == (False, True)
+
+
+def test_different_fingers_do_not_match_mirrored(run, flipped):
+    names = [SAMPLES / f"{finger}_1.tif" for finger in (102, 103, 104)]
+    for other in names:
+        assert "mirrored, the" not in run("verify", flipped / "mirrored.png", other).stdout
+        assert "mirrored, the" not in run("verify", SAMPLES / "101_1.tif", other).stdout
+
+
+def test_a_claim_with_a_mirrored_print_is_named(run, flipped, tmp_path):
+    place = tmp_path / "g.db"
+    run("enrol", place, SAMPLES / "101_2.tif", SAMPLES / "101_3.tif", "--workers", 1)
+    words = "verify", flipped / "mirrored.png", "--gallery", place, "--subject", 101
+    result = run(*words)
+    assert (result.exit_code, "mirrored, the probe matches" in result.stdout) == (1, True)
+    assert run(*words, "--mirror").exit_code == 0
+
+
+@pytest.mark.parametrize(("count", "turn"), [(2, 0), (2, 30), (3, 90), (4, 180), (10, 0)])
+def test_several_prints_in_one_image_are_refused(run, tmp_path, count, turn):
+    names = [f"{101 + k % 4}_{1 + k // 4}.tif" for k in range(count)]
+    card = Image.new("L", (440 * min(count, 5), 440 * -(-count // 5)), 255)
+    for k, name in enumerate(names):
+        card.paste(Image.open(SAMPLES / name).convert("L"), (440 * (k % 5), 440 * (k // 5)))
+    card.rotate(turn, expand=True, fillcolor=255).save(tmp_path / "card.png", dpi=(500, 500))
+    seen = run("inspect", tmp_path / "card.png").stdout
+    many = "two" if count == 2 else count
+    assert f"probably {many} prints in one: the ridges have {many} areas" in seen
+    assert "cut them into one image each" in seen
+    run("extract", tmp_path / "card.png", "-o", tmp_path)
+    for one in ("card.png", "card.json"):
+        for sides in ((tmp_path / one, SAMPLES / names[0]), (SAMPLES / names[0], tmp_path / one)):
+            result = run("verify", *sides)
+            reason = f"{one}: shows {count} prints, and one is expected: cut them into one image"
+            assert_refused(result, reason)
+
+
+def test_a_case_report_states_that_the_probe_is_mirrored(run, flipped, tmp_path):
+    sides = flipped / "mirrored.png", SAMPLES / "101_3.tif"
+    for words, said in (((), False), (("--mirror",), True)):
+        page = tmp_path / "case.html"
+        run("verify", *sides, "--case-report", page, *words)
+        assert ("probe: left and right are exchanged" in page.read_text("utf-8")) is said

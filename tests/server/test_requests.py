@@ -1,9 +1,12 @@
 """What a route does not take is refused with one line that names it: fields, methods, bodies."""
 
+import io
 import json
 import re
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from fpmatch.server.app import STATIC
 from fpmatch.server.client import _OPTIONS, ServerClient, ServerError
@@ -227,3 +230,18 @@ def test_the_client_tells_what_the_server_refuses(server, image):
             client.verify(image, image, matcher="a:b")
         assert caught.value.status == 422
         assert json.dumps(client.verify(image, image, threshold=30, fmr=None))
+
+
+def test_several_prints_in_one_image_are_refused_and_a_mirrored_one_is_named(server, prints):
+    one, other = (np.asarray(Image.open(io.BytesIO(prints[f"{k}_1.png"]))) for k in (1, 2))
+    gap = np.full((300, 90), 255, np.uint8)
+    card, mirrored = io.BytesIO(), io.BytesIO()
+    for pixels, file in ((np.hstack([one, gap, other]), card), (one[:, ::-1], mirrored)):
+        Image.fromarray(pixels).save(file, "PNG", dpi=(500, 500))
+    files = {"probe": ("card.png", card.getvalue()), "reference": ("1_1.png", prints["1_1.png"])}
+    several = "card.png: shows 2 prints, and one is expected: cut them into one image each"
+    for path in ("/verify", "/overlay"):
+        assert refusal(server.post(path, files=files), 422) == several
+    files["probe"] = ("mirrored.png", mirrored.getvalue())
+    answer = server.post("/verify", files=files).json()
+    assert (answer["match"], "mirrored, the probe matches" in answer["reason"]) == (False, True)

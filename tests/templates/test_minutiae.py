@@ -1,16 +1,19 @@
 """Minutiae, templates and ridge fields: what they contain, refuse, and when two are equal."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fpmatch import extract, read_image, verify
 from fpmatch.errors import MinutiaeError, ResolutionError
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 
+SAMPLES = Path(__file__).parents[2] / "sample_data"
 MASK = np.array([[True, False, True], [True, True, False]])
 ORIENTATION = np.full(MASK.shape, 0.5, np.float32)
 RIDGES = np.arange(1, 7, dtype=np.uint64).reshape(MASK.shape) << np.uint64(60)
@@ -124,3 +127,26 @@ def test_impossible_values_of_these_types_are_refused(column, value):
     columns[column][1] = value
     with pytest.raises(MinutiaeError):
         Minutiae(**columns)
+
+
+@pytest.mark.parametrize("name", ["101_1.tif", "102_3.tif"])
+def test_a_mirrored_template_is_that_of_the_mirrored_image(name):
+    pixels = read_image(SAMPLES / name).pixels
+    one, mirrored = extract(pixels, 500), extract(np.ascontiguousarray(pixels[:, ::-1]), 500)
+    ours = verify(one.mirrored(), mirrored)
+    assert ours.score > 90
+    assert len(ours.pairs) > 0.8 * len(one)
+    assert (ours.transform.scale, ours.transform.rotation_deg) == pytest.approx((1, 0), abs=0.5)
+
+
+def test_twice_mirrored_is_the_same_but_for_the_frame():
+    one = extract(SAMPLES / "103_2.tif")
+    twice = one.mirrored().mirrored()
+    assert np.array_equal(twice.field.mask, one.field.mask)
+    assert np.array_equal(twice.field.ridges, one.field.ridges)
+    apart = np.sin(twice.field.orientation - one.field.orientation)[one.field.mask]
+    assert np.abs(apart).max() < 1e-5
+    assert twice.minutiae.xy == pytest.approx(one.minutiae.xy, abs=1e-3)
+    assert np.abs(np.sin(twice.minutiae.angle - one.minutiae.angle)).max() < 1e-5
+    bare = replace(one, field=None)
+    assert (bare.mirrored().width, bare.mirrored().field) == (one.width, None)

@@ -12,6 +12,7 @@ from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 from fpmatch.templates.two_prints import (
     count_loops,
+    count_prints,
     minutiae_across,
     neck_and_break,
     why_two_prints,
@@ -47,7 +48,7 @@ def test_each_sign_is_named():
     m = minutiae_along(one)
     column = np.indices((24, 24))[1]
     apart = replace(one, mask=one.mask & (column != 11))
-    assert signs(m, apart) == "the ridges have two areas"
+    assert signs(m, apart) == "the ridges have two areas; cut them into one image each"
     turned = np.where(column < 12, one.orientation, np.mod(one.orientation + 1, np.pi))
     assert "the ridges break off along a line" in signs(m, replace(one, orientation=turned))
     across = Minutiae(m.x, m.y, np.mod(m.angle + np.pi / 2, 2 * np.pi))
@@ -114,3 +115,45 @@ def test_any_template_has_an_answer_that_its_hidden_cells_do_not_change(
     one = Template(minutiae, 300, 300, 500.0, RidgeField(step, orientation, mask, bits))
     shown = RidgeField(step, np.where(mask, orientation, 0), mask, bits)
     assert why_two_prints(one) == why_two_prints(replace(one, field=shown))
+
+
+def card(rows, columns, turn=0.0, gap=3):
+    """Return a template of a card with prints of 10 by 12 cells in rows and columns."""
+    mask = np.zeros((rows * (12 + gap), columns * (10 + gap)), bool)
+    i, j = np.indices(mask.shape)
+    mask[(i % (12 + gap) < 12) & (j % (10 + gap) < 10)] = True
+    orientation = np.mod(turn + 0.1 * (j % (10 + gap)), np.pi)
+    field = RidgeField(16.0, orientation, mask)
+    return Template(Minutiae.empty(), 16 * mask.shape[1], 16 * mask.shape[0], 500.0, field)
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 2), (2, 1), (1, 3), (1, 4), (2, 5)])
+def test_the_prints_of_a_card_are_counted_at_any_resolution(rows, columns):
+    one = card(rows, columns, turn=np.pi / 2 if rows == 2 else 0.0)
+    number = rows * columns
+    assert count_prints(one) == count_prints(one.mirrored()) == number
+    fine = replace(one, dpi=1000.0, field=replace(one.field, step=32.0))
+    assert count_prints(fine) == number
+    many = "two" if number == 2 else number
+    why = why_two_prints(one)
+    assert why.startswith(f"probably {many} prints in one: the ridges have {many} areas")
+    assert why.endswith("; cut them into one image each")
+
+
+def test_a_lower_phalanx_is_no_second_print():
+    column, row = np.indices((30, 12))[::-1]
+    tip = row < 16
+    mask = tip | (row > 18)
+    orientation = np.where(tip, np.mod(0.25 * column, np.pi), 0.05 * (column % 2))
+    one = Template(Minutiae.empty(), 192, 480, 500.0, RidgeField(16.0, orientation, mask))
+    assert count_prints(one) == 1
+    upright = np.where(tip, orientation, np.pi / 2)
+    assert count_prints(replace(one, field=replace(one.field, orientation=upright))) == 2
+
+
+def test_spots_beside_a_print_and_no_ridges_are_no_prints():
+    one = card(1, 2)
+    spots = one.field.mask & (np.indices(one.field.mask.shape)[1] < 16)  # three columns of two
+    assert count_prints(replace(one, field=replace(one.field, mask=spots))) == 1
+    assert count_prints(replace(one, field=replace(one.field, mask=~one.field.mask & False))) == 1
+    assert count_prints(replace(one, field=None)) == 1

@@ -13,7 +13,7 @@ import click
 from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import RECORD, json_option, key_option, reading_options
+from fpmatch.cli.options import MIRROR, RECORD, json_option, key_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
@@ -71,6 +71,7 @@ More examples:
   fpmatch enrol prints.db visitors --prefix visitor-
   fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db people --by-folder
+  fpmatch enrol prints.db frames --raw 192x192 --mirror
   fpmatch enrol prints.db scans --scheduler tcp://host:8786
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 """,
@@ -98,6 +99,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 )
 @reading_options
 @RECORD
+@MIRROR
 @click.option(
     "--min-quality",
     metavar="N",
@@ -145,6 +147,7 @@ def enrol(
     audit: bool,
     raw: tuple[RawSize, ...],
     record: int | None,
+    mirror: bool,
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
@@ -190,7 +193,7 @@ def enrol(
     prints = find_prints(
         others, dpi, pattern=None if pattern is None else names, by_folder=by_folder
     )
-    read = PrintReader(raw, quiet=True, record=record)
+    read = PrintReader(raw, quiet=True, record=record, mirror=mirror)
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()

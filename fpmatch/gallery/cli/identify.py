@@ -10,6 +10,7 @@ import click
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
+    MIRROR,
     PRINT,
     file_option,
     files_argument,
@@ -152,6 +153,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     "(default: not known, any finger of the subject).",
 )
 @reading_options
+@MIRROR
 @matcher_option
 @file_option(
     "--calibration",
@@ -181,6 +183,7 @@ def identify(
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
+    mirror: bool,
     matcher: str,
     calibration: Path | None,
     all_fingers: bool,
@@ -220,7 +223,8 @@ def identify(
         calibration=curve,
         **limits,
     )
-    reading = {"polarity": polarity, "dpi": dpi, "reader": PrintReader(raw, quiet=True)}
+    reader = PrintReader(raw, quiet=True, mirror=mirror)
+    reading = {"polarity": polarity, "dpi": dpi, "reader": reader}
     where = gallery, matcher, workers, scheduler
     run = runs.Run(*where, places, find_prints(places, dpi), reading, options, as_json)
     if output is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -56,6 +57,15 @@ def natural_key(text: str) -> tuple[list[str | tuple[int, str]], str]:
 def prints_in(folder: Path) -> list[Path]:
     """Return the images of a folder or, where it has none, its templates; see `find_prints`."""
     return images_in(folder) or _templates_in(folder)
+
+
+def files_of(place: Path) -> list[PrintFile]:
+    """Return a file, or the prints of a folder or, where it has none, those of its subfolders."""
+    if not place.is_dir():
+        return [PrintFile(place)]
+    if paths := prints_in(place):
+        return list(map(PrintFile, paths))
+    return [replace(file, place=place) for file in prints_below(place)] or [PrintFile(place)]
 
 
 def prints_below(root: Path) -> list[PrintFile]:

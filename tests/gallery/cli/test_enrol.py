@@ -163,3 +163,21 @@ def test_other_people_of_the_same_names_are_told(run, tmp_path, prints):
     assert "enrolled 1 of 2 pictures, 1 failed" in result.stdout  # the other one is enrolled as 3_1
     bad = run("enrol", place, second, "--prefix", "a\nb")
     assert_refused(bad, "prefix of subjects: must be text of one line")
+
+
+def test_a_mirrored_sensor_is_enrolled_and_searched_for(run, prints, tmp_path):
+    folder, place = copied(prints, tmp_path / "folder", "1_1.png", "2_1.png"), tmp_path / "g.db"
+    mirrored = copied(prints, tmp_path / "mirrored")
+    for path in folder.iterdir():
+        pixels = np.asarray(Image.open(path))[:, ::-1]
+        Image.fromarray(pixels).save(mirrored / path.name, dpi=(500, 500))
+    result = run("enrol", place, mirrored, "--mirror", "--workers", 1)
+    assert (result.exit_code, "left and right are exchanged" in result.stderr) == (0, True)
+
+    def best(*words):
+        (probe,) = json.loads(run("identify", place, *words, "--json").stdout)["probes"]
+        (first, *_) = probe["candidates"]
+        return first["subject"], first["score"] >= 40
+
+    assert best(folder / "1_1.png") == best(mirrored / "1_1.png", "--mirror") == ("1", True)
+    assert not best(mirrored / "1_1.png")[1]

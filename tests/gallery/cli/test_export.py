@@ -38,12 +38,12 @@ def test_export_does_not_mix_up_names(run, place, tmp_path):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("--gallery g.db a.png", "IMAGE... cannot be combined with --gallery"),
+        ("--gallery g.db a.png", "IMAGE|DIR... cannot be combined with --gallery"),
         ("--gallery g.db --dpi 500", "--dpi cannot be combined with --gallery"),
         ("--gallery g.db --json", "--json cannot be combined with --gallery"),
         ("--gallery g.db --format stages", "--format stages cannot be combined with --gallery"),
         ("--subject 1 a.png", "--subject is of --gallery"),
-        ("", "Missing argument 'IMAGE...'"),
+        ("", "Missing argument 'IMAGE|DIR...'"),
     ],
 )
 def test_what_is_of_images_is_refused_with_a_gallery(run, tmp_path, words, reason):

@@ -137,8 +137,8 @@ files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FI
 _DPI: Final = click.option(
     "--dpi",
     type=float,
-    help="Dots per inch of the prints.  [default: of dataset.toml beside a file, of the file, or by "
-    "the ridges of its folder]",
+    help="Dots per inch of the prints.  [default: of dataset.toml beside a file, of the file, or "
+    "by the ridges of its folder]",
 )
 _RAW: Final = click.option(
     "--raw",

@@ -107,7 +107,7 @@ def extract(
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
 
-    stretched = stretch_contrast(grey)
+    stretched = stretch_contrast(grey, source.pixels)
     box = foreground_box(stretched)
     stages = UncropRecorder(recorder, box, (grey.shape[0], grey.shape[1]))
     stages.record("input", grey)

@@ -132,6 +132,17 @@ def allowance(share: float, tries: int = 1) -> float:
     return 10.0 * math.log10(max(tries, 1) / share)
 
 
+def other_resolutions(probe: GivenPrint) -> list[float]:
+    """Return the resolutions that an image may have besides that of its template, by its ridges.
+
+    None where one is stated, or where prints that came with it decided.
+    """
+    if probe.dpi_stated or probe.image is None or probe.image.likely_dpi is not None:
+        return []
+    possible = possible_dpi(probe.ridge_period_px, probe.image.pixels.shape)
+    return [dpi for dpi in possible if dpi != probe.template.dpi]
+
+
 def _verified(
     probe: GivenPrint, reference: GivenPrint, options: dict[str, Any], lowered: float = 0.0
 ) -> ComparedPair:

@@ -173,7 +173,7 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     >>> as_template(np.full((200, 200), 255, np.uint8))
     Template(200 x 200 px, 500 dpi, 0 minutiae)
     """
-    return print_ if isinstance(print_, Template) else given_print(print_, dpi=dpi, enhance=enhance).template
+    return given_print(print_, dpi=dpi, enhance=enhance).template
 
 
 def verify(
@@ -259,7 +259,8 @@ def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
-        return reading.GivenPrint("template", print_)
+        source = reading.dpi_source(print_)
+        return reading.GivenPrint("template", print_, dpi_source=source)
     if isinstance(print_, str | os.PathLike):
         path = Path(print_)
         return reading.read_given_print(path, reading.PrintReader(), dpi=dpi, enhance=enhance)

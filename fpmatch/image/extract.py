@@ -136,7 +136,8 @@ def extract(
     stages.record("minutiae", np.column_stack(columns).astype(np.float32))
     height, width = source.pixels.shape
     field = _ridge_field(ridges, binary, box, stages.shape, zoom)
-    return Template(minutiae, width=width, height=height, dpi=resolution, field=field)
+    stated = dpi is not None or source.dpi is not None
+    return Template(minutiae, width, height, resolution, field, dpi_known=stated)
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:

@@ -95,7 +95,7 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
     that by which the scale differs. Each try gets a share of the stated rate, the first one too,
     which lowers its score; see `allowance`.
     """
-    if probe.dpi_stated and reference.dpi_stated:
+    if all(side.dpi_stated or side.image is None for side in (probe, reference)):
         return _verified(probe, reference, options)
     pair = _verified(probe, reference, options, allowance(FIRST_SHARE))
     first = pair.verification

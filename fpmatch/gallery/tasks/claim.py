@@ -10,7 +10,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import count, printable
 from fpmatch.prints.pair import FIRST_SHARE, allowance, other_resolutions
-from fpmatch.prints.reading import GivenPrint
+from fpmatch.prints.reading import GivenPrint, dpi_source
 from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
@@ -107,7 +107,9 @@ def check_claim(
             raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
         gallery.check_sums()
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
-    given = GivenPrint("probe", probe) if isinstance(probe, Template) else probe
+    given = probe
+    if isinstance(given, Template):
+        given = GivenPrint("probe", given, dpi_source=dpi_source(given))
     options: dict[str, Any] = {
         "matcher": matcher,
         "threshold": threshold,

@@ -4,6 +4,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image import folder_traits
 from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
 from fpmatch.image.extract import extract
@@ -17,7 +18,7 @@ SAMPLES = [read_image(path).pixels for path in sorted((ROOT / "sample_data").glo
 
 def folder_of(root, name, images, dpi=500):
     folder = root / name
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     paths = [folder / f"{number}_1.png" for number in range(len(images))]
     for path, image in zip(paths, images, strict=True):
         Image.fromarray(image).save(path, **({"dpi": (dpi, dpi)} if dpi else {}))
@@ -181,6 +182,30 @@ def test_folders_of_one_finger_each_decide_together(tmp_path):
     ]
     places = {path.parent: tmp_path for path in paths}
     assert len(set(of_folder(paths, places=places))) == 1
+
+
+def test_later_prints_have_the_resolution_of_the_earlier_unless_their_ridges_rule_it_out(tmp_path):
+    paths = folder_of(tmp_path, "a", resized(SAMPLES, 350), dpi=None)
+    for few in (paths, paths[:1]):
+        for earlier in (330, 360, 390):
+            assert set(of_folder(few, earlier={tmp_path / "a": earlier})) == {(earlier, earlier)}
+    assert of_folder(paths, earlier={tmp_path / "a": 1000}) == of_folder(paths)
+    assert of_folder(paths, earlier={tmp_path / "b": 360}) == of_folder(paths)
+
+
+def test_prints_enrolled_later_have_the_resolution_of_their_folder(run, tmp_path):
+    db, images = tmp_path / "a.db", resized(SAMPLES, 350)
+    folder_of(tmp_path, "a", images[:-1], dpi=None)
+    assert run("enrol", db, tmp_path / "a", "--workers", 1).exit_code == 0
+    folder_of(tmp_path, "a", images, dpi=None)
+    done = run("enrol", db, tmp_path / "a" / f"{len(images) - 1}_1.png", "--workers", 1)
+    with open_gallery(db) as gallery:
+        templates = [template for _, template in gallery.templates()]
+    (dpi,) = {template.dpi for template in templates}
+    assert dpi == pytest.approx(350, rel=0.1)
+    assert len(templates) == len(images)
+    assert not any(template.dpi_known for template in templates)
+    assert f"{dpi:g} dpi by the ridges of the prints with it" in done.stderr
 
 
 def test_evaluate_and_enrol_name_it_once(run, tmp_path):

@@ -190,6 +190,11 @@ def check_packed(data: bytes, layout: Layout = GALLERY_LAYOUT) -> tuple[int, flo
     return count, dpi_units / DPI_UNITS
 
 
+def is_unstated(data: bytes) -> bool:
+    """Return whether nothing states the resolution of a stored template that was checked."""
+    return data[2] == UNSTATED_VERSION
+
+
 def body_bytes(count: Any, bits_x: Any, bits_y: Any) -> Any:
     """Return the bytes of the columns of the minutiae of a template, or of each of many."""
     widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
@@ -217,7 +222,7 @@ def _unpack(reader: ByteReader, layout: Layout) -> Template:
     field = _unpack_field(reader, zoom, layout if content == RIDGES else None) if content else None
     if reader.left:
         raise TemplateError("it has too many bytes")
-    return Template(minutiae, width, height, dpi, field, dpi_known=version != UNSTATED_VERSION)
+    return Template(minutiae, width, height, dpi, field, dpi_known=not is_unstated(reader.data))
 
 
 def _pack_minutiae(template: Template) -> bytes:

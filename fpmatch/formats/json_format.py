@@ -77,7 +77,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     field = None
     if document.get("ridge_field") is not None:
         field = _decode_field(_member(document, "ridge_field", dict), version)
-    known = document.get("dpi_known") is not False
+    known = _member({"dpi_known": True} | document, "dpi_known", bool)
     template = Template(minutiae, width, height, _number(document, "dpi"), field, dpi_known=known)
     return TemplateRecord(CODEC.name, (View(template),))
 

@@ -58,7 +58,7 @@ def encode(record: TemplateRecord) -> Encoded:
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file of fpmatch's own format, or raise TemplateError."""
     lines = text_lines(data)
-    width, height, dpi, known = _frame(lines[0] if lines else "")
+    frame = _frame(lines[0] if lines else "")
     rows = (
         (number, cells_of(number, line))
         for number, line in enumerate(lines, start=1)
@@ -67,11 +67,10 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     number, header = next(rows, (len(lines), []))
     if header != COLUMNS:
         raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
-    options.limits.check_size(width, height)
+    options.limits.check_size(frame["width"], frame["height"])
     x, y, degrees, kind, quality = read_table(rows, header, COLUMNS, KINDS, options)
     minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)
-    template = Template(minutiae, width, height, dpi, dpi_known=known)
-    return TemplateRecord(CODEC.name, (View(template),))
+    return TemplateRecord(CODEC.name, (View(Template(minutiae, **frame)),))
 
 
 def text_lines(data: bytes) -> list[str]:
@@ -91,14 +90,17 @@ def cells_of(number: int, line: str, delimiter: str = ",") -> list[str]:
         raise TemplateError(f"line {number}: {error}") from error
 
 
-def _frame(line: str) -> tuple[int, int, float, bool]:
+def _frame(line: str) -> dict[str, Any]:
     """Return width, height and dpi from the first line, and whether the dpi is known."""
     if line.removeprefix(MAGIC).split()[:1] != [VERSION]:
         raise TemplateError(f"line 1: unknown version of the format (known: {VERSION})")
     values = dict(re.findall(r"(\w+)=([^\s,]+)", line))
     try:
-        known = values.get("dpi_known") != "false"
-        return int(values["width"]), int(values["height"]), float(values["dpi"]), known
+        frame = {"width": int(values["width"]), "height": int(values["height"])}
+        return frame | {
+            "dpi": float(values["dpi"]),
+            "dpi_known": values.get("dpi_known") != "false",
+        }
     except (KeyError, ValueError) as error:
         raise TemplateError("line 1: expected width=, height= and dpi= as numbers") from error
 

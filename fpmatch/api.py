@@ -173,7 +173,7 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     >>> as_template(np.full((200, 200), 255, np.uint8))
     Template(200 x 200 px, 500 dpi, 0 minutiae)
     """
-    return print_ if isinstance(print_, Template) else _given(print_, dpi, enhance).template
+    return given_print(print_, dpi=dpi, enhance=enhance).template
 
 
 def verify(
@@ -245,7 +245,7 @@ def verify(
     else:
         from fpmatch.prints.pair import verify_given  # noqa: PLC0415  (not needed for templates)
 
-        sides = [_given(one, dpi, enhance) for one in (probe, reference)]
+        sides = [given_print(one, dpi=dpi, enhance=enhance) for one in (probe, reference)]
         pair = verify_given(*sides, **options)
         verified, sides = pair.verification, [pair.probe, pair.reference]
         first, second = (None if one.image is None else one.image.pixels for one in sides)
@@ -253,13 +253,14 @@ def verify(
     return VerifiedPrints(**values, images=(first, second))
 
 
-def _given(print_: Any, dpi: float | None, enhance: str) -> GivenPrint:
-    """Return a print with its template extracted."""
+def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learned") -> GivenPrint:
+    """Return a print with its template, and what is known of it; see `as_template`."""
     from fpmatch.image.io.grey import GreyImage, grey_image  # noqa: PLC0415  (not for templates)
     from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
-        return reading.GivenPrint("template", print_)
+        source = reading.dpi_source(print_)
+        return reading.GivenPrint("template", print_, dpi_source=source)
     if isinstance(print_, str | os.PathLike):
         path = Path(print_)
         return reading.read_given_print(path, reading.PrintReader(), dpi=dpi, enhance=enhance)

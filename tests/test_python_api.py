@@ -146,7 +146,13 @@ def test_a_gallery_is_searched_by_its_name(tmp_path):
     with fpmatch.open_gallery(where, create=True) as gallery:
         files = [PrintFile(SAMPLES / f"{finger}_1.tif") for finger in (101, 102, 103)]
         enrol(gallery, files)
-        assert [one.label.subject for one in fpmatch.identify(gallery, B, count=1)] == ["101"]
+        (stated,) = fpmatch.identify(gallery, B, count=1, dpi=500)
+        with Image.open(B) as image:
+            small = image.convert("L").resize([round(0.726 * s) for s in image.size])
+        (unstated,) = fpmatch.identify(gallery, small, count=1)
+        assert stated.label.subject == unstated.label.subject == "101"
+        assert 40 < unstated.score < stated.score - 10
+        assert fpmatch.identify(gallery, small, count=1, dpi=500, threshold=40) == []
     (found,) = fpmatch.identify(where, B, threshold=40)
     assert (found.label.subject, found.score > 40) == ("101", True)
     with pytest.raises(fpmatch.FpmatchError):

@@ -9,7 +9,8 @@ Files look like this::
 
 Directions, in degrees, follow ISO/IEC 19794-2: for an ending, from the minutia back along its
 ridge; for a bifurcation, along the valley between its two close branches. Kinds are other, ending
-and bifurcation; quality runs from 0 to 100. The ridge field is not kept.
+and bifurcation; quality runs from 0 to 100. The ridge field is not kept. ``dpi_known=false``
+follows the resolution of a print where nothing states it.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ def encode(record: TemplateRecord) -> Encoded:
     view = record.single()
     template, m = view.template, view.template.minutiae
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
+    frame += " dpi_known=false" * (not template.dpi_known)
     lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
     for place, kind, quality in zip(places_of(m), m.kind, m.quality, strict=True):
         lines.append(f"{place},{MinutiaKind(kind).name.lower()},{quality}")
@@ -56,7 +58,7 @@ def encode(record: TemplateRecord) -> Encoded:
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file of fpmatch's own format, or raise TemplateError."""
     lines = text_lines(data)
-    width, height, dpi = _frame(lines[0] if lines else "")
+    frame = _frame(lines[0] if lines else "")
     rows = (
         (number, cells_of(number, line))
         for number, line in enumerate(lines, start=1)
@@ -65,10 +67,10 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     number, header = next(rows, (len(lines), []))
     if header != COLUMNS:
         raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
-    options.limits.check_size(width, height)
+    options.limits.check_size(frame["width"], frame["height"])
     x, y, degrees, kind, quality = read_table(rows, header, COLUMNS, KINDS, options)
     minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)
-    return TemplateRecord(CODEC.name, (View(Template(minutiae, width, height, dpi)),))
+    return TemplateRecord(CODEC.name, (View(Template(minutiae, **frame)),))
 
 
 def text_lines(data: bytes) -> list[str]:
@@ -88,13 +90,17 @@ def cells_of(number: int, line: str, delimiter: str = ",") -> list[str]:
         raise TemplateError(f"line {number}: {error}") from error
 
 
-def _frame(line: str) -> tuple[int, int, float]:
-    """Return width, height and dpi from the first line."""
+def _frame(line: str) -> dict[str, Any]:
+    """Return width, height and dpi from the first line, and whether the dpi is known."""
     if line.removeprefix(MAGIC).split()[:1] != [VERSION]:
         raise TemplateError(f"line 1: unknown version of the format (known: {VERSION})")
     values = dict(re.findall(r"(\w+)=([^\s,]+)", line))
     try:
-        return int(values["width"]), int(values["height"]), float(values["dpi"])
+        frame = {"width": int(values["width"]), "height": int(values["height"])}
+        return frame | {
+            "dpi": float(values["dpi"]),
+            "dpi_known": values.get("dpi_known") != "false",
+        }
     except (KeyError, ValueError) as error:
         raise TemplateError("line 1: expected width=, height= and dpi= as numbers") from error
 

@@ -122,9 +122,8 @@ class RecordReader(ByteReader):
         dpi = dpi_of(frame.per_cm_x, frame.per_cm_y) if dpi_known else self.options.assumed_dpi
         width, height = frame[:2] if size_known else self.options.size or span(minutiae)
         return View(
-            Template(minutiae, width, height, dpi),
+            Template(minutiae, width, height, dpi, dpi_known=dpi_known),
             quality=quality if quality is not None and quality <= 100 else None,
-            dpi_known=dpi_known,
             size_known=size_known,
             quality_known=quality_known,
             extended=extended,

@@ -12,7 +12,8 @@ Values follow the conventions of `fpmatch.templates.minutiae` (pixels, radians, 
 the highest bit of a byte first. Its ``orientation`` is base64 of a little-endian float32 for each
 cell inside the mask, in row order: radians in [0, π). Its ``ridges`` is base64 of eight bytes for
 each cell inside the mask, one for each row of the cell's binary ridge image, the lowest bit of a
-byte leftmost; it is missing if the ridges are unknown.
+byte leftmost; it is missing if the ridges are unknown. ``"dpi_known": false`` follows the
+resolution of a print where nothing states it.
 
 Version 1, which is read, has one byte of ``orientation`` for every cell, 0..255 for [0, π).
 """
@@ -53,6 +54,7 @@ def encode(record: TemplateRecord) -> Encoded:
         "width": template.width,
         "height": template.height,
         "dpi": template.dpi,
+        **({} if template.dpi_known else {"dpi_known": False}),
         "minutiae": {name: _numbers(getattr(template.minutiae, name)) for name in COLUMNS},
         "ridge_field": None if template.field is None else _encode_field(template.field),
     }
@@ -75,7 +77,8 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     field = None
     if document.get("ridge_field") is not None:
         field = _decode_field(_member(document, "ridge_field", dict), version)
-    template = Template(minutiae, width, height, _number(document, "dpi"), field)
+    known = _member({"dpi_known": True} | document, "dpi_known", bool)
+    template = Template(minutiae, width, height, _number(document, "dpi"), field, dpi_known=known)
     return TemplateRecord(CODEC.name, (View(template),))
 
 

@@ -71,8 +71,8 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     x, y, step, reliability, kind = np.array(rows, dtype=np.float64).reshape(-1, 5).T
     angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)
     minutiae = minutiae_from_columns(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
-    template = Template(minutiae, *size, options.assumed_dpi)
-    return TemplateRecord(CODEC.name, (View(template, dpi_known=False),))
+    template = Template(minutiae, *size, options.assumed_dpi, dpi_known=False)
+    return TemplateRecord(CODEC.name, (View(template),))
 
 
 def encode(record: TemplateRecord) -> Encoded:

@@ -129,9 +129,9 @@ class View:
         Impression type, a key of `IMPRESSIONS`.
     quality : int or None
         Quality of the whole print, 0 to 100; None if unknown.
-    dpi_known, size_known, quality_known : bool
-        Whether the file contains the resolution, the size, and the qualities of minutiae. If not,
-        `template` has the values of the `ReadingOptions`, and quality 100.
+    size_known, quality_known : bool
+        Whether the file contains the size, and the qualities of minutiae. If not, `template` has
+        the values of the `ReadingOptions`, and quality 100.
     extended : ExtendedData or None
         Ridge counts, cores, deltas and vendor data, kept but not interpreted.
     fields : tuple of (str, str)
@@ -143,11 +143,15 @@ class View:
     number: int = 0
     impression: int = 0
     quality: int | None = None
-    dpi_known: bool = True
     size_known: bool = True
     quality_known: bool = True
     extended: ExtendedData | None = None
     fields: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def dpi_known(self) -> bool:
+        """Whether the file contains the resolution; `template` has that of the options if not."""
+        return self.template.dpi_known
 
     @classmethod
     def without_frame(
@@ -164,14 +168,14 @@ class View:
         """
         options.limits.check_size(*size)
         columns: Any = minutiae
-        template = Template(Minutiae(*columns), *size, options.assumed_dpi)
-        return cls(template, dpi_known=False, size_known=False, quality_known=quality_known)
+        template = Template(Minutiae(*columns), *size, options.assumed_dpi, dpi_known=False)
+        return cls(template, size_known=False, quality_known=quality_known)
 
     def at(self, dpi: float | None) -> View:
         """Return this print at another resolution (None: at its own)."""
         if dpi is None:
             return self
-        return replace(self, template=replace(self.template, dpi=dpi), dpi_known=True)
+        return replace(self, template=replace(self.template, dpi=dpi, dpi_known=True))
 
 
 @dataclass(frozen=True, slots=True)

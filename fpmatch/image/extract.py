@@ -107,7 +107,7 @@ def extract(
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
 
-    stretched = stretch_contrast(grey)
+    stretched = stretch_contrast(grey, source.pixels)
     box = foreground_box(stretched)
     stages = UncropRecorder(recorder, box, (grey.shape[0], grey.shape[1]))
     stages.record("input", grey)
@@ -136,7 +136,8 @@ def extract(
     stages.record("minutiae", np.column_stack(columns).astype(np.float32))
     height, width = source.pixels.shape
     field = _ridge_field(ridges, binary, box, stages.shape, zoom)
-    return Template(minutiae, width=width, height=height, dpi=resolution, field=field)
+    stated = dpi is not None or source.dpi is not None
+    return Template(minutiae, width, height, resolution, field, dpi_known=stated)
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:

@@ -24,7 +24,7 @@ from fpmatch.image.quality.ridge_scale import (
     likely_dpi,
     sensors_of,
 )
-from fpmatch.templates.minutiae import MM_PER_INCH, check_dpi
+from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -91,6 +91,7 @@ def find_traits(
     reader: Callable[..., object] = read_image,
     each: Callable[..., Iterable[Any]] = map,
     places: Mapping[Path, Path] | None = None,
+    earlier: Mapping[Path, float] | None = None,
 ) -> dict[Path, FolderTraits]:
     """Find the polarity, "dark", "white" or "auto", and the resolution of the folders of images.
 
@@ -107,8 +108,9 @@ def find_traits(
 
     `places` maps folders to the folder above, or the manifest, from which they are taken: the
     ``dataset.toml`` there counts, too, and those with fewer than `FEW_IMAGES` images, such as
-    folders of one finger each, are decided together. Raises DatasetError if a ``dataset.toml`` is
-    malformed.
+    folders of one finger each, are decided together. `earlier` has the resolution that was found
+    for earlier prints of some folders: it stays unless the ridges rule it out. Raises DatasetError
+    if a ``dataset.toml`` is malformed.
     """
     if dpi is not None:
         check_dpi(dpi)
@@ -126,7 +128,8 @@ def find_traits(
             resolutions[folder] = resolutions[folder] or known(described).dpi
     group = {f: place[f] if len(of) < FEW_IMAGES else f for f, of in folders.items()}
     open_ = [f for f in folders if polarities[f] == "auto" or resolutions[f] is None]
-    if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
+    known_dpi = {folder: one for folder, one in (earlier or {}).items() if folder in open_}
+    if sum(len(folders[f]) for f in open_) < 2 and not known_dpi:  # one decides for itself
         return {folder: FolderTraits(one) for folder, one in polarities.items()}
     most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
     samples = [
@@ -138,7 +141,7 @@ def find_traits(
     for (path, *_), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
         if one is not None:
             evidence[group[path.parent]].append(one)
-    unstated = {key: _resolutions(of) for key, of in evidence.items()}
+    unstated = {f: _resolutions(evidence[group[f]], known_dpi.get(f)) for f in open_}
     doubtful = [folder for folder in open_ if polarities[folder] == "auto"]
     common = {key: common_polarity([one.polarity for one in of]) for key, of in evidence.items()}
     polarities |= {folder: common[group[folder]] for folder in doubtful}
@@ -146,15 +149,16 @@ def find_traits(
     groups = dict.fromkeys(group[folder] for folder in doubtful)
     together = common_polarity([one.polarity for key in groups for one in evidence[key]])
     polarities |= dict.fromkeys(doubtful, together)
-    return {f: FolderTraits(one, unstated.get(group[f], ())) for f, one in polarities.items()}
+    return {f: FolderTraits(one, unstated.get(f, ())) for f, one in polarities.items()}
 
 
-def _resolutions(evidence: Sequence[_Evidence]) -> tuple[float, ...]:
+def _resolutions(evidence: Sequence[_Evidence], earlier: float | None) -> tuple[float, ...]:
     """Return the resolutions of images of one place; none where one alone shows clear ridges."""
     periods = [one.period_px for one in evidence if one.period_px is not None]
-    if len(periods) < 2:
+    if len(periods) < 2 and earlier is None:
         return ()
-    return tuple(dict.fromkeys(map(common_dpi, sensors_of(periods))))
+    usual = earlier or STANDARD_DPI
+    return tuple(dict.fromkeys(common_dpi(of, usual) for of in sensors_of(periods)))
 
 
 def _unlike(period_px: float, dpi: float) -> float:

@@ -98,7 +98,7 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
     """
     for given in (probe, reference):
         check_one_print(given)
-    if probe.dpi_stated and reference.dpi_stated:
+    if all(side.dpi_stated or side.image is None for side in (probe, reference)):
         return _verified(probe, reference, options)
     pair = _verified(probe, reference, options, allowance(FIRST_SHARE))
     first = pair.verification
@@ -133,6 +133,17 @@ def allowance(share: float, tries: int = 1) -> float:
     (10.0, 10.0)
     """
     return 10.0 * math.log10(max(tries, 1) / share)
+
+
+def other_resolutions(probe: GivenPrint) -> list[float]:
+    """Return the resolutions that an image may have besides that of its template, by its ridges.
+
+    None where one is stated, or where prints that came with it decided.
+    """
+    if probe.dpi_stated or probe.image is None or probe.image.likely_dpi is not None:
+        return []
+    possible = possible_dpi(probe.ridge_period_px, probe.image.pixels.shape)
+    return [dpi for dpi in possible if dpi != probe.template.dpi]
 
 
 def _verified(

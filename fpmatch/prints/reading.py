@@ -155,7 +155,9 @@ class GivenPrint:
         if self.image is None or dpi == self.template.dpi:
             return self
         given = make_given_print(self.image, self.name, dpi=dpi, enhance=self.enhance)
-        return replace(given, notes=(*given.notes, MATCHED_DPI.format(dpi)), dpi_source="found")
+        template = replace(given.template, dpi_known=False)
+        notes = (*given.notes, MATCHED_DPI.format(dpi))
+        return replace(given, template=template, notes=notes, dpi_source="found")
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
@@ -168,11 +170,11 @@ class GivenPrint:
         return np.full((height, width), 255, np.uint8)
 
 
-def dpi_source(template: Template, *, given: bool, known: bool) -> DpiSource:
-    """Return where the resolution of a template comes from; the file states it if `known`."""
+def dpi_source(template: Template, *, given: bool = False) -> DpiSource:
+    """Return where the resolution of a template comes from."""
     if given:
         return "given"
-    if known:
+    if template.dpi_known:
         return "stated"
     return "assumed" if template.dpi == STANDARD_DPI else "found"
 
@@ -203,15 +205,14 @@ def make_given_print(
     given_dpi = None if dpi is None else check_dpi(dpi)
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
-        known = view.dpi_known
         first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
         notes = (first,) if several else ()
         template, image, stages = view.at(given_dpi).template, None, None
     else:
-        known, notes, image = content.dpi is not None, (), content
+        notes, image = (), content
         stages = QualityRecorder() if recorder is None else None
         template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
-    source = dpi_source(template, given=given_dpi is not None, known=known)
+    source = dpi_source(template, given=given_dpi is not None)
     all_notes = (
         *content.notes,
         *notes,

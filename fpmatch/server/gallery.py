@@ -142,12 +142,11 @@ def verify_claim(
     with open_served_gallery(where) as gallery, _not_found():
         checked = check_claim(
             gallery,
-            probe.template,
+            probe,
             subject,
             finger,
             matcher=options.matcher,
             threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
-            dpi_assumed=not probe.dpi_stated,
         )
         match, best = checked.result.verification.match, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": match}
@@ -159,7 +158,7 @@ def verify_claim(
         **{name: decided[name] for name in _DECISION},
         **document,
         "best": best | {"source": short_name(best["source"])},
-        "notes": list(probe.notes),
+        "notes": list(checked.probe.notes),
     }
 
 

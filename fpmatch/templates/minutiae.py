@@ -248,6 +248,9 @@ class Template:
         Resolution of the input image in dots per inch (default 500).
     field : RidgeField or None
         Coarse ridge orientation field where it is known; matchers use it when both sides have it.
+    dpi_known : bool
+        Whether a file or the caller states the resolution; else it is an estimate, or assumed. It
+        does not count where templates are compared for equality.
 
     Raises
     ------
@@ -261,6 +264,7 @@ class Template:
     width: int
     height: int
     dpi: float = STANDARD_DPI
+    dpi_known: bool = field(default=True, repr=False, compare=False, kw_only=True)
     field: RidgeField | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:

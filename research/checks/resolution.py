@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from functools import cache
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
@@ -13,7 +14,12 @@ import numpy as np
 
 from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.read import read_image
-from fpmatch.image.quality.ridge_scale import clear_period_px, common_dpi, sensors_of
+from fpmatch.image.quality.ridge_scale import (
+    clear_period_px,
+    common_dpi,
+    likely_dpi,
+    sensors_of,
+)
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.prints.pair import verify_given
@@ -52,7 +58,8 @@ def command(folders: tuple[Path, ...], into: Path | None, impressions: int) -> N
     resolution of the reference stated, which is then 500 dpi.
 
     A table before lists for each database the distance of its ridges, its deviation (of the
-    logarithm), and the resolutions that all its prints together have when theirs is withheld.
+    logarithm), the resolutions that all its prints together have when theirs is withheld, and how
+    many prints of 500 dpi have which resolution each alone.
     """
     together = _together(folders)
     click.echo(together)
@@ -72,7 +79,7 @@ def command(folders: tuple[Path, ...], into: Path | None, impressions: int) -> N
 def _together(folders: tuple[Path, ...]) -> str:
     """Return the table of the distances of ridges, and of the resolutions that they indicate."""
     head = ["database", "prints", "clear", "median, mm", "deviation"]
-    rows = [[*head, *(f"withheld {dpi} dpi" for dpi in TRUE_DPI)]]
+    rows = [[*head, *(f"withheld {dpi} dpi" for dpi in TRUE_DPI), "each alone, withheld 500 dpi"]]
     medians = []
     for folder in folders:
         at = {dpi: [one for of in _images(folder, dpi) for one in of] for dpi in TRUE_DPI}
@@ -83,9 +90,11 @@ def _together(folders: tuple[Path, ...]) -> str:
         found = [" and ".join(f"{common_dpi(p):g}" for p in sensors_of(periods[d])) for d in at]
         numbers = [str(len(at[standard])), str(len(logs))]
         figures = [f"{math.exp(medians[-1]):.3f}", f"{logs.std():.3f}"]
-        rows.append([load_dataset(folder).name, *numbers, *figures, *found])
+        alone = Counter(likely_dpi(image.pixels) for image in at[standard])
+        each = ", ".join(f"{count} of {dpi:g}" for dpi, count in alone.most_common())
+        rows.append([load_dataset(folder).name, *numbers, *figures, *found, each])
     spread = [f"{math.exp(np.median(medians)):.3f}", f"{np.std(medians):.3f}"]
-    rows.append(["between databases", "", "", *spread, *[""] * len(TRUE_DPI)])
+    rows.append(["between databases", "", "", *spread, *[""] * (len(TRUE_DPI) + 1)])
     return markdown_table(rows)
 
 

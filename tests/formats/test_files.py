@@ -49,6 +49,18 @@ def test_minutiae_and_frame_come_back_to_the_last_bit(name, template):
 
 
 @given(templates_with_cells)
+@pytest.mark.parametrize("name", ["csv", "json"])
+def test_a_resolution_that_nothing_states_stays_marked(name, template):
+    unstated = replace(template, dpi_known=False)
+    known, unknown = (written(name, record_of(one)) for one in (template, unstated))
+    assert b"dpi_known" in unknown
+    assert b"dpi_known" not in known
+    assert [only_view(data).dpi_known for data in (known, unknown)] == [True, False]
+    assert only_view(unknown).template.dpi == only_view(known).template.dpi
+    assert only_view(unknown).at(500).dpi_known
+
+
+@given(templates_with_cells)
 def test_json_keeps_the_field_to_the_last_bit(template):
     once = only_view(written("json", record_of(template))).template
     assert prepare(once).key == prepare(template).key

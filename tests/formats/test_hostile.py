@@ -144,6 +144,7 @@ def in_base64(number):
         ("width", True, '"width" must be there and of type int'),
         ("height", 3.5, '"height" must be there and of type int'),
         ("dpi", 30, "outside the usable range"),
+        ("dpi_known", "no", '"dpi_known" must be there and of type bool'),
         ("dpi", "500", '"dpi" must be a finite number'),
         ("dpi", 10**400, '"dpi" must be a finite number'),
         *(("dpi", far, "outside the usable range") for far in (1e-50, 3e38)),

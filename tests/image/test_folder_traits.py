@@ -4,6 +4,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image import folder_traits
 from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
 from fpmatch.image.extract import extract
@@ -11,13 +12,14 @@ from fpmatch.image.folder_traits import OF_TWO_SENSORS, FolderReader, FolderTrai
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from tests.conftest import ROOT
+from tests.image.made_images import concentric_rings
 
 SAMPLES = [read_image(path).pixels for path in sorted((ROOT / "sample_data").glob("*.tif"))]
 
 
 def folder_of(root, name, images, dpi=500):
     folder = root / name
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     paths = [folder / f"{number}_1.png" for number in range(len(images))]
     for path, image in zip(paths, images, strict=True):
         Image.fromarray(image).save(path, **({"dpi": (dpi, dpi)} if dpi else {}))
@@ -29,6 +31,15 @@ def resized(images, dpi):
     by = {"fx": dpi / 500, "fy": dpi / 500}
     how = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
     return [cv2.resize(image, None, **by, interpolation=how) for image in images]
+
+
+def rings(millimetres, count):
+    """Return noisy prints of 500 dpi whose ridges are this far apart."""
+    rng = np.random.default_rng(1)
+    for _ in range(count):
+        values = 128 + 90 * concentric_rings((300, 260), millimetres * 500 / 25.4)
+        values += rng.normal(0, 12, values.shape)
+        yield values.clip(0, 255).astype(np.uint8)
 
 
 def polarities(*args, **how):
@@ -149,6 +160,27 @@ def test_an_image_of_noise_decides_nothing_and_follows(tmp_path):
     assert set(found) == {(250, 250)}
 
 
+def test_one_image_of_noise_among_a_hundred_changes_nothing(tmp_path):
+    small = resized(SAMPLES, 350)
+    hundred = [small[number % len(small)] for number in range(100)]
+    with_noise = hundred.copy()
+    with_noise[0] = np.random.default_rng(1).integers(0, 256, small[0].shape, np.uint8)
+    (of_hundred,) = find_traits(folder_of(tmp_path, "a", hundred, dpi=None)).values()
+    (with_one,) = find_traits(folder_of(tmp_path, "b", with_noise, dpi=None)).values()
+    assert with_one == of_hundred
+    assert of_hundred.dpi == (pytest.approx(350, rel=0.1),)
+
+
+def test_prints_of_children_have_one_resolution_and_alone_500_dpi(tmp_path):
+    children, adults = list(rings(0.3, 12)), list(rings(0.46, 12))
+    alone = [of_folder(folder_of(tmp_path, str(n), [one], None)) for n, one in enumerate(children)]
+    assert alone == [[(None, 500)]] * len(children)
+    together = of_folder(folder_of(tmp_path, "all", children, dpi=None))
+    assert len(set(together)) == 1
+    mixed = of_folder(folder_of(tmp_path, "mixed", [*adults, *children[:4]], dpi=None))
+    assert set(mixed) == {(500, 500)}
+
+
 def test_each_image_of_two_sensors_has_the_resolution_of_its_group(tmp_path):
     half = len(SAMPLES) // 2
     images = [*SAMPLES[:half], *resized(SAMPLES[half:], 1000)]
@@ -181,6 +213,30 @@ def test_folders_of_one_finger_each_decide_together(tmp_path):
     ]
     places = {path.parent: tmp_path for path in paths}
     assert len(set(of_folder(paths, places=places))) == 1
+
+
+def test_later_prints_have_the_resolution_of_the_earlier_unless_their_ridges_rule_it_out(tmp_path):
+    paths = folder_of(tmp_path, "a", resized(SAMPLES, 350), dpi=None)
+    for few in (paths, paths[:1]):
+        for earlier in (330, 360, 390):
+            assert set(of_folder(few, earlier={tmp_path / "a": earlier})) == {(earlier, earlier)}
+    assert of_folder(paths, earlier={tmp_path / "a": 1000}) == of_folder(paths)
+    assert of_folder(paths, earlier={tmp_path / "b": 360}) == of_folder(paths)
+
+
+def test_prints_enrolled_later_have_the_resolution_of_their_folder(run, tmp_path):
+    db, images = tmp_path / "a.db", resized(SAMPLES, 350)
+    folder_of(tmp_path, "a", images[:-1], dpi=None)
+    assert run("enrol", db, tmp_path / "a", "--workers", 1).exit_code == 0
+    folder_of(tmp_path, "a", images, dpi=None)
+    done = run("enrol", db, tmp_path / "a" / f"{len(images) - 1}_1.png", "--workers", 1)
+    with open_gallery(db) as gallery:
+        templates = [template for _, template in gallery.templates()]
+    (dpi,) = {template.dpi for template in templates}
+    assert dpi == pytest.approx(350, rel=0.1)
+    assert len(templates) == len(images)
+    assert not any(template.dpi_known for template in templates)
+    assert f"{dpi:g} dpi by the ridges of the prints with it" in done.stderr
 
 
 def test_evaluate_and_enrol_name_it_once(run, tmp_path):

@@ -14,7 +14,7 @@ from fpmatch.matching.verification import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
 from fpmatch.prints import pair as pair_module
 from fpmatch.prints.pair import PairOptions, compare_pair, verify_given
-from fpmatch.prints.reading import GivenPrint, make_given_print
+from fpmatch.prints.reading import GivenPrint, dpi_source, make_given_print
 from fpmatch.templates.minutiae import Template
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
@@ -110,6 +110,19 @@ def test_all_kinds_of_tries_together_have_the_stated_rate(verified, monkeypatch)
 def test_one_try_has_the_whole_rate(verified):
     verify_given(stated("101_1.tif", 500), stated("102_1.tif", 500))
     assert [lowered for lowered, _ in verified] == [0.0]
+
+
+@pytest.mark.parametrize("dpi", [500, 363])
+def test_templates_of_unknown_resolution_are_compared_once_and_keep_that(verified, dpi):
+    sides = [
+        GivenPrint(one.name, one.template, dpi_source=dpi_source(one.template))
+        for one in (unstated("101_1.tif", dpi).at(dpi), unstated("101_3.tif", 500))
+    ]
+    pair = verify_given(*sides)
+    assert [lowered for lowered, _ in verified] == [0.0]
+    assert pair.verification.match
+    assert pair.verification.dpi_assumed == ("probe", "reference")
+    assert sides[0].dpi_source == ("assumed" if dpi == 500 else "found")
 
 
 def test_a_score_at_another_resolution_is_lower_by_the_tries():

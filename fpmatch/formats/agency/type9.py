@@ -120,10 +120,9 @@ def _view(
     width, height = size or span(minutiae)
     options.limits.check_size(width, height)
     return View(
-        Template(minutiae, width, height, dpi),
+        Template(minutiae, width, height, dpi, dpi_known=known_dpi is not None),
         finger=_code(fields, block.finger),
         impression=_code(fields, 3),
-        dpi_known=known_dpi is not None,
         size_known=known_size is not None,
         quality_known=bool(known.any()) or not rows,
         fields=(("minutiae of", block.name),),

@@ -46,17 +46,16 @@ def verify_claim(
         try:
             checked = check_claim(
                 opened,
-                probe.template,
+                probe,
                 subject,
                 finger,
                 matcher=options.matcher,
                 threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
                 calibration=calibration,
-                dpi_assumed=not probe.dpi_stated,
             )
         except MatcherError as error:
             raise named(error, probe.name, f"subject {subject}") from error
-        decision, best = checked.result.verification, checked.best.id
+        probe, decision, best = checked.probe, checked.result.verification, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}
         opened.record("verify", probe=values["probe"], **claim)
         name = opened.name

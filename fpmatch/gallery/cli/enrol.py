@@ -202,9 +202,16 @@ def enrol(
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
         near = engine if scheduler is None else None  # workers elsewhere see none of the files
-        reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=near)
         bars = ProgressBars({"enrol": "enrolling", "prepare": "indexing prints"})
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
+        reader = folder_reader(
+            prints,
+            polarity=polarity,
+            dpi=dpi,
+            reader=read,
+            engine=near,
+            earlier=work.earlier_resolutions(opened, prints),
+        )
         stack.enter_context(bars)
         if audit:
             turn_on(opened)

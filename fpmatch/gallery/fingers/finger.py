@@ -163,11 +163,13 @@ def verify_finger(
     matcher: str | Matcher = DEFAULT_MATCHER,
     threshold: float = DEFAULT_THRESHOLD,
     calibration: Calibration | None = None,
+    allowance: float = 0.0,
 ) -> FingerVerification:
     """Decide whether a probe comes from the finger that impressions of any resolutions show.
 
     Matcher, threshold and calibration are those of `fpmatch.verify`, whose errors are raised, and
-    MatcherError if there are no impressions.
+    MatcherError if there are no impressions. Scores are lowered by `allowance`, for one of several
+    tries.
 
     Examples
     --------
@@ -188,8 +190,9 @@ def verify_finger(
     shown = [references[k] for k in finger.chosen]
     sides = tuple(zip(shown, finger.impressions, strict=True))
     ours, theirs = (probe, prepared), sides[fused.best]
-    verification = rule.decide(ours, theirs, fused.comparison, fused.score, sides)
-    return FingerVerification(verification, fused.scores, finger.chosen, best)
+    score, alone = max(0.0, fused.score - allowance), np.maximum(fused.scores - allowance, 0.0)
+    verification = rule.decide(ours, theirs, fused.comparison, score, sides)
+    return FingerVerification(verification, alone, finger.chosen, best)
 
 
 def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:

@@ -21,7 +21,7 @@ from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
@@ -99,10 +99,11 @@ def folder_reader(
     dpi: float | None = None,
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
     engine: Engine | None = None,
+    earlier: Mapping[Path, float] | None = None,
 ) -> FolderReader[GreyImage | TemplateRecord]:
     """Return a reader of prints that reads the images of a folder with one polarity and resolution.
 
-    `polarity`, `dpi` and `reader` are as for
+    `polarity`, `dpi`, `reader` and `earlier` are as for
     `fpmatch.image.folder_traits.find_traits` (default reader: `PrintReader`); an
     `engine` looks at the images (default: this process).
     """
@@ -116,6 +117,7 @@ def folder_reader(
         reader=read,
         each=map if engine is None else partial(results_of_each, engine),
         places={file.path.parent: file.place for file in files if file.place is not None},
+        earlier=earlier,
     )
     return FolderReader(read, traits, dpi)
 

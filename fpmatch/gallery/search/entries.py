@@ -16,10 +16,9 @@ from fpmatch.gallery.search.identification import RIVALS
 from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.gallery.search.whole import ENTRY, piece_size
-from fpmatch.image.quality.ridge_scale import possible_dpi
 from fpmatch.matching.result import named, prepare_print
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.prints.pair import FIRST_SHARE, allowance
+from fpmatch.prints.pair import FIRST_SHARE, allowance, other_resolutions
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -75,11 +74,7 @@ def identify_given(
     resolution of the candidates.
     """
     result, entries = identify_entries(gallery, search, probe.template, options, **how)
-    image = probe.image
-    if probe.dpi_stated or image is None or image.likely_dpi is not None:
-        return probe, result, entries
-    possible = possible_dpi(probe.ridge_period_px, image.pixels.shape)
-    others = [dpi for dpi in possible if dpi != probe.template.dpi]
+    others = other_resolutions(probe)
     if not others:
         return probe, result, entries
     changes = {name: value for name, value in how.items() if hasattr(options, name)}

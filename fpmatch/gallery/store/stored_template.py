@@ -77,9 +77,9 @@ class Layout:
     """State what distinguishes one kind of stored templates from another.
 
     `known` is the greatest content, `FIELD` or `RIDGES`, of each version that is read; `version`
-    is the one that is written. The ridges of N cells take ``cell_bytes * N`` bytes, which
-    `pack_ridges` makes of the words; `unpack_ridges` takes them, the orientation of the cells in
-    steps, and the mask, and returns the words of all cells, 0 outside the mask.
+    is the one that is written, or `UNSTATED_VERSION`. The ridges of N cells take ``cell_bytes * N``
+    bytes, which `pack_ridges` makes of the words; `unpack_ridges` takes them, the orientation of
+    the cells in steps, and the mask, and returns the words of all cells, 0 outside the mask.
     """
 
     magic: bytes
@@ -98,10 +98,11 @@ def _unpack_words(data: bytes, _steps: NDArray[np.uint8], mask: Mask) -> Words:
 
 
 VERSION: Final = 2
+UNSTATED_VERSION: Final = 3  # the same of a print whose resolution nothing states
 GALLERY_LAYOUT: Final = Layout(
     magic=b"fm",
     version=VERSION,
-    known={1: FIELD, VERSION: RIDGES},  # version 1 is the same without ridges
+    known={1: FIELD, VERSION: RIDGES, UNSTATED_VERSION: RIDGES},  # version 1 has no ridges
     cell_bytes=8,
     pack_ridges=lambda words: words.astype(">u8").tobytes(),
     unpack_ridges=_unpack_words,
@@ -130,7 +131,9 @@ def pack_template(template: Template, layout: Layout = GALLERY_LAYOUT) -> bytes:
         field = b"" if template.field is None else _pack_field(template.field, zoom, layout)
     except (struct.error, OverflowError) as error:
         raise TemplateError("template too large to be kept in a gallery") from error
-    whole = layout.magic + bytes((layout.version, content)) + minutiae + field
+    unstated = not template.dpi_known and UNSTATED_VERSION in layout.known
+    version = UNSTATED_VERSION if unstated else layout.version
+    whole = layout.magic + bytes((version, content)) + minutiae + field
     return whole + CRC.pack(zlib.crc32(whole))
 
 
@@ -179,12 +182,17 @@ def check_packed(data: bytes, layout: Layout = GALLERY_LAYOUT) -> tuple[int, flo
     if data[:2] != layout.magic or len(data) < HEAD.size + CRC.size:
         raise TemplateError("not a packed template")
     if data[2] not in layout.known:
-        latest = layout.version
+        latest = max(layout.known)
         raise TemplateError(f"packed template of version {data[2]} (known: up to {latest})")
     if CRC.unpack(data[-CRC.size :])[0] != zlib.crc32(memoryview(data)[: -CRC.size]):
         raise TemplateError("packed template is damaged")
     _, _, _, dpi_units, _, _, count, *_ = HEAD.unpack(data[: HEAD.size])
     return count, dpi_units / DPI_UNITS
+
+
+def is_unstated(data: bytes) -> bool:
+    """Return whether nothing states the resolution of a stored template that was checked."""
+    return data[2] == UNSTATED_VERSION
 
 
 def body_bytes(count: Any, bits_x: Any, bits_y: Any) -> Any:
@@ -214,7 +222,7 @@ def _unpack(reader: ByteReader, layout: Layout) -> Template:
     field = _unpack_field(reader, zoom, layout if content == RIDGES else None) if content else None
     if reader.left:
         raise TemplateError("it has too many bytes")
-    return Template(minutiae, width, height, dpi, field)
+    return Template(minutiae, width, height, dpi, field, dpi_known=not is_unstated(reader.data))
 
 
 def _pack_minutiae(template: Template) -> bytes:

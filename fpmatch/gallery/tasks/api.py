@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import warnings
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.api import as_template
+from fpmatch.api import given_print
 from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
@@ -86,33 +87,23 @@ def identify(
     """
     from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
-    from fpmatch.gallery.search.entries import identify_entries  # noqa: PLC0415  (imports a database)
+    from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
 
-    template = as_template(probe, dpi=dpi)
-    if not isinstance(gallery, Gallery):
-        with open_gallery(gallery) as opened:
-            return identify(
-                opened,
-                template,
-                count=count,
-                threshold=threshold,
-                matcher=matcher,
-                loss=loss,
-                workers=workers,
-            )
-    search = open_search(gallery, matcher, engine=processes(workers), loss=loss)
+    given = given_print(probe, dpi=dpi)
     limits: dict[str, Any] = {
         "workers": workers,
         "count": count,
         "threshold": threshold,
         "loss": loss,
     }
-    result, entries = identify_entries(gallery, search, template, **limits)
-    for number, why in gallery.damaged.items():
-        warnings.warn(f"{gallery.name}: entry {number} is skipped: {why}", stacklevel=2)
-    given = Path(probe) if isinstance(probe, str | os.PathLike) else None
-    gallery.record("identify", probe=given, candidates=result.numbers)
+    path = Path(probe) if isinstance(probe, str | os.PathLike) else None
+    with nullcontext(gallery) if isinstance(gallery, Gallery) else open_gallery(gallery) as opened:
+        search = open_search(opened, matcher, engine=processes(workers), loss=loss)
+        _, result, entries = identify_given(opened, search, given, **limits)
+        for number, why in opened.damaged.items():
+            warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
+        opened.record("identify", probe=path, candidates=result.numbers)
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
         for one, entry in zip(result.candidates, entries, strict=True)

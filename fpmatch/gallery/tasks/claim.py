@@ -9,6 +9,9 @@ from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import count, printable
+from fpmatch.prints.pair import FIRST_SHARE, allowance, other_resolutions
+from fpmatch.prints.reading import GivenPrint, dpi_source
+from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
     from fpmatch.gallery.fingers.finger import FingerVerification
@@ -16,16 +19,17 @@ if TYPE_CHECKING:
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Identity, Matcher
-    from fpmatch.templates.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedClaim:
     """The decision on a claimed identity, and the impressions enrolled under it.
 
-    `damaged` is the number of those that could not be read, which are not among `entries`.
+    `probe` is the print at the resolution of the decision; `damaged` is the number of impressions
+    that could not be read, which are not among `entries`.
     """
 
+    probe: GivenPrint
     entries: tuple[Entry, ...]
     result: FingerVerification
     damaged: int = 0
@@ -72,20 +76,20 @@ class CheckedClaim:
 
 def check_claim(
     gallery: Gallery,
-    probe: Template,
+    probe: Template | GivenPrint,
     subject: str,
     finger: str | None = None,
     *,
     matcher: str | Matcher = DEFAULT_MATCHER,
     threshold: float = DEFAULT_THRESHOLD,
     calibration: Calibration | None = None,
-    dpi_assumed: bool = False,
 ) -> CheckedClaim:
     """Decide whether a probe comes from the claimed subject of an open gallery.
 
     `finger` is the claimed finger (default: any; the score is of the impressions of all fingers).
-    Impressions that are damaged are skipped. `dpi_assumed` is true where nothing states the
-    resolution of the probe. Other parameters, and the errors, are as for
+    Impressions that are damaged are skipped. An image that states no resolution is tried at the
+    others that its ridges allow where it does not match, and each try has a share of the false
+    match rate; see `fpmatch.prints.pair.verify_given`. Other parameters, and the errors, are as for
     `fpmatch.gallery.fingers.finger.verify_finger`; raises GalleryError if the gallery cannot be
     read, or nothing of the subject or finger is enrolled, or all of it is damaged.
     """
@@ -103,10 +107,24 @@ def check_claim(
             raise gallery.error(f"damaged: all impressions of {claim}", "damaged")
         gallery.check_sums()
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
-    result = verify_finger(
-        probe, list(sound.values()), matcher=matcher, threshold=threshold, calibration=calibration
-    )
-    if dpi_assumed:
+    given = probe
+    if isinstance(given, Template):
+        given = GivenPrint("probe", given, dpi_source=dpi_source(given))
+    options: dict[str, Any] = {
+        "matcher": matcher,
+        "threshold": threshold,
+        "calibration": calibration,
+    }
+    others, references = other_resolutions(given), list(sound.values())
+    lowered = allowance(FIRST_SHARE) if others else 0.0
+    result = verify_finger(given.template, references, **options, allowance=lowered)
+    if not result.verification.match:
+        lowered = allowance(1.0 - FIRST_SHARE, len(others))
+        for other in map(given.at, others):
+            tried = verify_finger(other.template, references, **options, allowance=lowered)
+            if tried.verification.match and tried.verification.score > result.verification.score:
+                given, result = other, tried
+    if not given.dpi_stated:
         verification = replace(result.verification, dpi_assumed=("probe",))
         result = replace(result, verification=verification)
-    return CheckedClaim(tuple(sound), result, damaged)
+    return CheckedClaim(given, tuple(sound), result, damaged)

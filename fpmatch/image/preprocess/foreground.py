@@ -40,6 +40,8 @@ FAINT_CONTRAST: Final = 38  # grey levels; every print of nine sensors and of in
 LEAST_CONTRAST: Final = 4  # of a print; less may be rounding
 STRETCHED_CONTRAST: Final = 96  # of a faint print after stretching
 LEAST_SHARE: Final = 0.6  # of that which is left where the ground is taken away; a gradient is not
+LEAST_INSIDE: Final = 0.5  # of the contrast, inside a block of a JPEG, its slope apart,
+LEAST_DETAILED: Final = 0.1  # in so many of the blocks of a square
 GROUND_PX, GROUND_SIGMA_PX = 61, 12.0  # window of the median that is its ground, and smoothing
 
 # Lengths in blocks (8 px at 500 dpi), contrasts in grey levels.
@@ -56,6 +58,13 @@ MIN_AREA_BLOCKS: Final = 40
 MIN_RELATIVE_AREA: Final = 0.2  # of the largest part
 
 
+_SLOPE: Final = np.arange(BLOCK_PX, dtype=np.float32) - (BLOCK_PX - 1) / 2
+_PLANE: Final = np.linalg.qr(
+    np.stack([np.ones(BLOCK_PX**2), np.repeat(_SLOPE, BLOCK_PX), np.tile(_SLOPE, BLOCK_PX)], axis=1)
+)[0].astype(np.float32)
+"""Planes over a block, orthonormal, (pixels, 3)."""
+
+
 def ridge_contrast(grey: Grey) -> int:
     """Return the contrast of the print in an image (H, W) at 500 dpi, in grey levels.
 
@@ -69,15 +78,35 @@ def ridge_contrast(grey: Grey) -> int:
     return int(cv2.medianBlur(padded, CONTRAST_SIDE).max())
 
 
-def stretch_contrast(grey: Grey) -> Grey:
+def _has_detail(grey: Grey, contrast: float, step: int) -> bool:
+    """Return whether blocks of 8 by 8 pixels, each `step`-th, vary by a share of the contrast.
+
+    Their slopes do not count: a gradient that was saved as JPEG has steps between its blocks, and
+    little but a slope in them.
+    """
+    rows, columns = (side // BLOCK_PX for side in grey.shape)
+    whole = grey[: rows * BLOCK_PX, : columns * BLOCK_PX].astype(np.float32)
+    blocks = whole.reshape(rows, BLOCK_PX, columns, BLOCK_PX).transpose(0, 2, 1, 3)[::step, ::step]
+    pixels = blocks.reshape(*blocks.shape[:2], BLOCK_PX**2)
+    varied = np.ptp(pixels - pixels @ _PLANE @ _PLANE.T, axis=2) >= LEAST_INSIDE * contrast
+    share = cv2.blur(np.pad(varied, CONTRAST_SIDE // 2).astype(np.float32), 2 * (CONTRAST_SIDE,))
+    return float(share.max()) >= LEAST_DETAILED
+
+
+def stretch_contrast(grey: Grey, source: Grey | None = None) -> Grey:
     """Return an image (H, W) at 500 dpi as it is, or stretched where its print is faint.
 
     The differences from the ground, a mean without text and blots, are stretched alike everywhere,
     so that the limits of later stages, which are in grey levels, suit the print. An image whose
-    contrast is that of its ground, such as a gradient, stays as it is.
+    contrast is that of its ground, such as a gradient, or of the borders of a JPEG's blocks, stays
+    as it is; the blocks are those of the image before it was resampled, `source`.
     """
     contrast = ridge_contrast(grey)
     if not LEAST_CONTRAST <= contrast < FAINT_CONTRAST:
+        return grey
+    blocks = grey if source is None else source
+    zoom = blocks.shape[0] / grey.shape[0]
+    if not _has_detail(blocks, contrast / max(1.0, zoom), max(1, round(2 * zoom))):
         return grey
     middle = cv2.medianBlur(grey, GROUND_PX).astype(np.float32)
     near = np.clip(grey, middle - contrast, middle + contrast)

@@ -109,12 +109,12 @@ def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]
     return list(dict.fromkeys([first if is_sound(shape, first) else STANDARD_DPI, *possible]))
 
 
-def common_dpi(periods_px: Sequence[float]) -> float:
+def common_dpi(periods_px: Sequence[float], usual: float = STANDARD_DPI) -> float:
     """Return the resolution of prints of one sensor by the distances of their ridges in pixels.
 
-    It is 500 dpi unless this puts their median too far from the typical, the farther the fewer they
-    are; else the one that makes it typical: half or a multiple of 500 dpi by a power of two where
-    one is as near as sensors differ, else a multiple of 10 dpi.
+    It is the usual one unless this puts their median too far from the typical, the farther the
+    fewer they are; else the one that makes it typical: half or a multiple of 500 dpi by a power of
+    two where one is as near as sensors differ, else a multiple of 10 dpi.
 
     Examples
     --------
@@ -122,11 +122,12 @@ def common_dpi(periods_px: Sequence[float]) -> float:
     (500.0, 500.0, 320.0, 1000.0)
     """
     if not periods_px:
-        return STANDARD_DPI
-    at_500_dpi = float(np.median(periods_px)) * MM_PER_INCH / STANDARD_DPI
-    off = math.log(at_500_dpi / TYPICAL_MM)
-    if abs(off) <= MOST_DEVIATIONS * math.hypot(SENSORS_SD, PRINTS_SD / math.sqrt(len(periods_px))):
-        return STANDARD_DPI
+        return usual
+    off = math.log(float(np.median(periods_px)) * MM_PER_INCH / STANDARD_DPI / TYPICAL_MM)
+    deviation = math.hypot(SENSORS_SD, PRINTS_SD / math.sqrt(len(periods_px)))
+    for dpi in (usual, STANDARD_DPI):
+        if abs(off - math.log(dpi / STANDARD_DPI)) <= MOST_DEVIATIONS * deviation:
+            return dpi
     doubled = round(off / math.log(2.0))
     if abs(off - doubled * math.log(2.0)) <= SENSORS_SD and doubled:
         return STANDARD_DPI * 2.0**doubled

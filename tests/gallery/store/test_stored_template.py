@@ -90,6 +90,17 @@ def test_round_trip_keeps_what_it_says_and_is_exact_after_the_first_rounding(tem
         np.testing.assert_array_equal(kept.field.ridges, template.field.ridges)
 
 
+def test_a_resolution_that_nothing_states_stays_marked():
+    stated = with_ridges(small_template())
+    unstated = replace(stated, dpi_known=False)
+    known, unknown = map(pack_template, (stated, unstated))
+    assert (known[2], unknown[2]) == (2, 3)
+    assert (known[3:-4], len(known)) == (unknown[3:-4], len(unknown))
+    assert [unpack_template(data).dpi_known for data in (known, unknown)] == [True, False]
+    assert pack_template(unpack_template(unknown)) == unknown
+    assert minutiae_digest(unstated) == minutiae_digest(stated)
+
+
 @pytest.mark.parametrize("dpi", [500, 569])
 def test_positions_of_extracted_minutiae_are_exact(fingers, dpi):
     template = extract(fingers[0], dpi=dpi)
@@ -156,7 +167,7 @@ def test_templates_of_the_first_version_are_read():
 def test_content_that_a_version_does_not_know_is_damage(version, content):
     data = bytearray(pack_template(with_ridges(small_template()))[:-4])
     data[2:4] = version, content
-    known = r"version 9 \(known: up to 2\)" if version == 9 else "damaged: it contains unknown data"
+    known = r"version 9 \(known: up to 3\)" if version == 9 else "damaged: it contains unknown data"
     with pytest.raises(TemplateError, match=known):
         unpack_template(resealed(data))
 

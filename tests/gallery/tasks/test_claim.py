@@ -1,12 +1,20 @@
 """A claimed identity is checked against all that is enrolled of it."""
 
+from pathlib import Path
+
+import cv2
 import pytest
 from made_prints import entries_of, refused
 
 from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.tasks.claim import check_claim
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import GreyImage, read_image
+from fpmatch.prints.reading import make_given_print
 from fpmatch.templates.minutiae import Minutiae, Template
+
+SAMPLES = Path(__file__).resolve().parents[3] / "sample_data"
 
 
 @pytest.fixture
@@ -34,6 +42,29 @@ def test_all_impressions_of_the_subject_or_of_the_finger_count(claims, template)
     references = [claims.template(k) for k in (2, 3)]
     assert of_finger.result.scores.tolist() == verify_finger(template, references).scores.tolist()
     assert not check_claim(claims, template, "bob").result.verification.match
+
+
+def test_a_probe_without_a_resolution_is_tried_at_others_for_a_lower_score(gallery):
+    files = [SAMPLES / f"101_{number}.tif" for number in (2, 3)]
+    labels = [Label("101", "", "2"), Label("101", "", "3")]
+    gallery.add(entries_of(*(extract(file, 500) for file in files), labels=labels))
+
+    def checked(finger, dpi=None):
+        pixels = read_image(SAMPLES / f"{finger}_1.tif").pixels
+        image = GreyImage(
+            cv2.resize(pixels, None, fx=0.726, fy=0.726, interpolation=cv2.INTER_AREA)
+        )
+        return check_claim(gallery, make_given_print(image, "probe", dpi=dpi), "101")
+
+    found, stated = checked(101), checked(101, 363)
+    assert found.result.verification.match
+    assert (found.probe.template.dpi, found.probe.template.dpi_known) == (363, False)
+    assert found.result.verification.dpi_assumed == ("probe",)
+    lower = stated.result.verification.score - found.result.verification.score
+    assert lower == pytest.approx(10)
+    assert stated.result.best_score - found.result.best_score == pytest.approx(10)
+    assert not checked(101, 500).result.verification.match
+    assert not checked(102).result.verification.match
 
 
 @pytest.mark.parametrize("claim", [("eve",), ("ada", "thumb")])

@@ -126,7 +126,8 @@ def _dpi(heads: Any) -> NDArray[np.float64]:
 def _have_plain_heads(heads: Any, layout: Layout, most: int) -> NDArray[np.bool_]:
     """Return which templates have ridges, and numbers in their heads that are within bounds."""
     dpi = _dpi(heads)
-    plain = (heads["f0"] == layout.magic) & (heads["f1"] == layout.version)
+    versions = [version for version in layout.known if version >= layout.version]
+    plain = (heads["f0"] == layout.magic) & np.isin(heads["f1"], versions)
     plain &= (heads["f2"] == RIDGES) & (dpi >= MIN_DPI) & (dpi <= MAX_DPI)
     plain &= (heads["f4"] > 0) & (heads["f5"] > 0) & (heads["f6"] <= most)
     within: NDArray[np.bool_] = plain & (np.maximum(*_bits(heads)) <= MOST_BITS)

@@ -121,7 +121,7 @@ def extract_image(
     quality = stages.quality(template.dpi).score if stages else None
     empty = not len(template.minutiae)
     why = why_no_minutiae(assess(image, dpi).quality) if empty else ""
-    source = dpi_source(template, given=dpi is not None, known=image.dpi is not None)
+    source = dpi_source(template, given=dpi is not None)
     notes = dpi_notes(image, template, source) if source == "found" else ()
     return ExtractedPrint(template, source == "assumed", (*image.notes, *notes), quality, why)
 

@@ -39,6 +39,7 @@ COLUMNS: Final = ("x", "y", "theta", "type", "quality")
 TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
 DELIMITERS: Final = (",", ";", "\t", " ")
 HEADER_BYTES: Final = 1000  # of the first line
+LONGEST_HEADER: Final = 10_000
 _WORDS: Final = {  # of other programs
     MinutiaKind.OTHER: "unknown undefined none crossover crossing trifurcation",
     MinutiaKind.ENDING: "t end term termination terminal rig ridge_ending ridge_end line_ending",
@@ -131,7 +132,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
 def _find_header(lines: list[str]) -> _Header | None:
     """Return the first line not blank as a header with columns x and y; None for others."""
     number = next((k for k, line in enumerate(lines, start=1) if line.strip()), None)
-    if number is None:
+    if number is None or len(lines[number - 1]) > LONGEST_HEADER:
         return None
     line = lines[number - 1].strip().lstrip("# ")
     for delimiter in DELIMITERS:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Box, Grey, Mask, Recorder
 
 # From one window of the ridge spectrum to four palms.
-LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, max_megapixels=16.0)
+LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, dpi=STANDARD_DPI)
 DEFAULT_ENHANCEMENT: Final = "learned"
 _NOTHING_FOUND: Final = {"no ridges", "too small"}  # reasons of an image to look at enlarged
 _ENLARGED: Final = 2.5
@@ -143,10 +143,11 @@ def extract(
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
     """Resample an image (H, W) to 500 dpi, unless it has that; return it and the zoom 500 / dpi."""
     zoom = STANDARD_DPI / dpi
+    height, width = grey.shape
     if abs(zoom - 1.0) < 1e-3:
+        replace(LIMITS_AT_500_DPI, min_side_px=1).check(width, height)
         return grey, 1.0
     interpolation = cv2.INTER_AREA if zoom < 0.75 else cv2.INTER_CUBIC
-    height, width = grey.shape
     size = max(1, round(width * zoom)), max(1, round(height * zoom))
     try:
         LIMITS_AT_500_DPI.check(*size)

@@ -22,6 +22,7 @@ from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import is_image_file
 from fpmatch.image.quality.ridge_scale import clear_period_px
+from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
 from fpmatch.templates.two_prints import count_prints
@@ -164,10 +165,11 @@ class GivenPrint:
         """Pixels of the image; of a template, a white image of its size."""
         if self.image is not None:
             return self.image.pixels
-        width, height = self.template.width, self.template.height
-        if width * height > DEFAULT_LIMITS.max_megapixels * 1e6:
-            raise ImageError(f"{width} x {height} pixels are too many to draw", path=self.name)
-        return np.full((height, width), 255, np.uint8)
+        try:
+            check_area(self.template)
+        except TemplateError as error:
+            raise TemplateError(str(error), path=self.name) from error
+        return np.full((self.template.height, self.template.width), 255, np.uint8)
 
 
 def dpi_source(template: Template, *, given: bool = False) -> DpiSource:

@@ -2,6 +2,7 @@
 
 Lengths are bounded at 500 dpi, where templates are compared. The bounds are far beyond any finger:
 32,767 pixels are 1.66 m. Within them no number overflows float32, or an index in a kernel.
+The area is bounded too, as whatever draws a print needs memory for its pixels.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 MOST_PX: Final = 2**15 - 1  # of a minutia from the origin, to either side, at 500 dpi
 MOST_SIDE_PX: Final = 2**16 - 1  # of width and height, in pixels of the image
+MOST_MEGAPIXELS: Final = 64.0  # of an image
+MOST_MEGAPIXELS_AT_500_DPI: Final = 16.0  # of four palms
 MOST_MINUTIAE: Final = 2**16 - 1
 MOST_CELLS: Final = 2**20  # of a ridge field
 LEAST_STEP_PX: Final = 0.1  # side of a cell at 500 dpi
@@ -51,10 +54,25 @@ def check_bounds(template: Template) -> None:
         )
     if len(template.minutiae) > MOST_MINUTIAE:
         raise _beyond(f"more than {MOST_MINUTIAE} minutiae in one print")
-    if max(template.width, template.height) > MOST_SIDE_PX:
-        raise _beyond(f"a side of the print has more than {MOST_SIDE_PX} pixels")
+    check_area(template)
     if template.field is not None:
         _check_field(template.field, zoom)
+
+
+def check_area(template: Template) -> None:
+    """Raise TemplateError if a template has too many pixels, or too many in a row."""
+    if max(template.width, template.height) > MOST_SIDE_PX:
+        raise _beyond(f"a side of the print has more than {MOST_SIDE_PX} pixels")
+    most = most_megapixels(template.dpi)
+    if template.width * template.height > most * 1e6:
+        size = f"{template.width} x {template.height} pixels at {template.dpi:g} dpi"
+        raise _beyond(f"a print of {size} is too large: more than {most:.3g} megapixels")
+
+
+def most_megapixels(dpi: float) -> float:
+    """Return the largest area of a print: that of four palms, and at a low resolution as at 500."""
+    zoom = max(1.0, dpi / STANDARD_DPI)
+    return min(MOST_MEGAPIXELS, MOST_MEGAPIXELS_AT_500_DPI * zoom**2)
 
 
 def _is_far(value: float, zoom: float) -> bool:

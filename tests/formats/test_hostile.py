@@ -9,10 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_records import read, sample_files
 
+from fpmatch import verify
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.files import load_template, save_template
 from fpmatch.formats.record import ReadLimits
 from fpmatch.formats.registry import CODECS
+from fpmatch.gallery.store.stored_template import pack_template
+from fpmatch.prints.reading import GivenPrint, PrintReader, decode_print
+from fpmatch.templates.bounds import check_bounds
+from fpmatch.templates.minutiae import Minutiae, Template
 
 FILES = sample_files()
 STARTS = [b"", *(data[:n] for data in FILES.values() for n in (8, 20, 40))]
@@ -189,3 +194,43 @@ def test_a_bad_json_member_is_named(tmp_path, template, key, value, reason):
     with pytest.raises(TemplateError) as caught:
         load_template(path)
     assert reason in str(caught.value)
+
+
+WIDE = Template(Minutiae([5, 60], [6, 70], [1.0, 2.0]), 65_535, 65_535)
+
+
+def wide_file(name):
+    """Return a file of a format that states 65,535 x 65,535 pixels, or whose minutiae span them."""
+    if name == "xyt":
+        return b"1 1 1 50\n32000 32000 200 50\n"
+    if name == "minutiae-csv":
+        return b"x,y,theta\n1,1,1\n32000,32000,2\n"
+    if name == "iso2005":
+        return FILES[name][:14] + b"\xff" * 4 + FILES[name][18:]
+    return FILES[name].replace(b"300", b"65535", 1).replace(b"400", b"65535", 1)
+
+
+@pytest.mark.parametrize("name", ["json", "csv", "iso2005", "min", "xyt", "minutiae-csv"])
+def test_a_template_of_too_many_pixels_is_refused_everywhere(tmp_path, name):
+    path = tmp_path / "wide"
+    path.write_bytes(wide_file(name))
+    for door in (load_template, PrintReader(), lambda path: decode_print(path.read_bytes(), "a")):
+        with pytest.raises(TemplateError, match="is too large: more than 16 megapixels") as caught:
+            door(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_template_in_memory_of_too_many_pixels_is_not_drawn_nor_enrolled():
+    drawn = verify(WIDE, WIDE)
+    for step in (drawn.overlay, lambda: pack_template(WIDE), lambda: GivenPrint("a", WIDE).pixels):
+        with pytest.raises(TemplateError, match="is too large: more than 16 megapixels"):
+            step()
+    at_1000 = Template(WIDE.minutiae, 7990, 7990, 1000)
+    check_bounds(at_1000)
+    with pytest.raises(TemplateError, match="64 megapixels"):
+        check_bounds(Template(WIDE.minutiae, 8010, 8010, 4000))
+
+
+def test_a_header_of_very_many_columns_is_refused_at_once():
+    with pytest.raises(TemplateError, match="expected the columns"):
+        read(b"x,y,theta," + b"a," * 1_000_000, file_format="minutiae-csv")

@@ -3,7 +3,14 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from fpmatch.templates.bounds import LEAST_STEP_PX, MOST_CELLS, MOST_PX, MOST_SIDE_PX, MOST_STEP_PX
+from fpmatch.templates.bounds import (
+    LEAST_STEP_PX,
+    MOST_CELLS,
+    MOST_PX,
+    MOST_SIDE_PX,
+    MOST_STEP_PX,
+    most_megapixels,
+)
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from tests.matching.matching_prints import (
     COMPILED,
@@ -79,5 +86,6 @@ def extreme_templates(draw):
     step = draw(near(LEAST_STEP_PX * 1.01, MOST_STEP_PX * 0.99)) / zoom
     ridges = draw(st.sampled_from([None, np.full(shape, 3, np.uint64)]))
     field = RidgeField(step, np.full(shape, draw(st.floats(0, 3.14))), mask, ridges)
-    sides = st.integers(1, MOST_SIDE_PX)
-    return Template(minutiae, draw(sides), draw(sides), dpi, draw(st.sampled_from([None, field])))
+    width = draw(st.integers(1, MOST_SIDE_PX))
+    height = draw(st.integers(1, min(MOST_SIDE_PX, int(most_megapixels(dpi) * 1e6) // width)))
+    return Template(minutiae, width, height, dpi, draw(st.sampled_from([None, field])))

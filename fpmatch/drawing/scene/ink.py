@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
+from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.ridge_field import CELL_BITS, RidgeField
 
@@ -75,7 +76,11 @@ def thinned_off_print(coverage: Pixels, field: RidgeField, factor: float = 1.0) 
 
 
 def ridge_picture(template: Template) -> Pixels:
-    """Draw the ridges that a template contains, dark on white, (height, width) as its image."""
+    """Draw the ridges that a template contains, dark on white, (height, width) as its image.
+
+    Raises TemplateError if it states more pixels than a print has.
+    """
+    check_area(template)
     shape, field = (template.height, template.width), template.field
     if field is None or field.ridges is None:
         return np.full(shape, _PAPER, np.uint8)

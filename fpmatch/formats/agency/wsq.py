@@ -31,7 +31,8 @@ MAX_SEGMENTS: Final = 1000
 LONGEST_CODE: Final = 16  # bits of a Huffman code
 MAX_TABLES: Final = 8  # of one segment
 SUBBANDS: Final = 60  # transmitted, of the 64 of a quantiser table
-MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
+MAX_MEGAPIXELS: Final = 16.0
+MAX_SYMBOLS: Final = 4_000_000  # decoded one by one; an ordinary image has one for ten pixels
 _MARKER: Final = re.compile(rb"\xff[^\x00]", re.DOTALL)
 _PPI: Final = re.compile(rb"(?:^|[\r\n\0])PPI[ \t]+(\d{2,5})[ \t]*(?:[\r\n\0]|$)")
 
@@ -91,6 +92,7 @@ class _Decoder:
     tables: dict[int, tuple[bytes, bytes]] = field(default_factory=dict)
     comments: list[bytes] = field(default_factory=list)
     values: list[int] = field(default_factory=list)
+    symbols: int = MAX_SYMBOLS  # that may follow
     subband: int = 0  # the next one to be joined, and
     at: int = 0  # its first coefficient
 
@@ -101,7 +103,7 @@ class _Decoder:
                 raise _damaged("two frames")
             body.take(2)  # black and white
             height, width = body.number(2), body.number(2)
-            self.limits.check(width, height, max_megapixels=MAX_MEGAPIXELS)
+            self.limits.check(width, height, most=MAX_MEGAPIXELS)
             self.size = width, height
             self.shift, self.scale = _decimal(body), _decimal(body)
         elif marker == _FILTERS:
@@ -121,7 +123,10 @@ class _Decoder:
         table = self.tables.get(table_number)
         if self.size is None or table is None:
             raise _damaged("coefficients before their tables")
-        _decode_values(table, coded, self.values, self.size[0] * self.size[1])
+        most = self.size[0] * self.size[1]
+        self.symbols = _decode_values(table, coded, self.values, most, self.symbols)
+        if not self.symbols:
+            raise ImageReadError(f"WSQ image of more than {MAX_SYMBOLS} symbols")
 
     def pixels(self) -> Any:
         """Return the grey values of the image that has been read."""
@@ -224,17 +229,24 @@ def _alternating(body: ByteReader, length: int) -> Floats:
     return np.array([*half[:0:-1], *half], np.float32)
 
 
-def _decode_values(table: tuple[bytes, bytes], data: bytes, values: list[int], most: int) -> None:
-    """Append the coefficients that `data` codes to `values`, `most` of them altogether."""
+def _decode_values(
+    table: tuple[bytes, bytes], data: bytes, values: list[int], most: int, symbols_left: int
+) -> int:
+    """Append the coefficients that `data` codes to `values`, `most` of them altogether.
+
+    Returns the number of symbols that may follow of those that were left.
+    """
     symbols, lengths = table
     padded = data + bytes(4)
     at, end = 0, 8 * len(data)
-    while at < end and len(values) < most:
+    for left in range(symbols_left, 0, -1):
+        if at >= end or len(values) >= most:
+            return left
         byte = at >> 3
         word = int.from_bytes(padded[byte : byte + 3], "big") >> (8 - (at & 7)) & 0xFFFF
         length = lengths[word]
         if not length or at + length > end:
-            break  # the ones that fill up the last byte
+            return left  # the ones that fill up the last byte
         at += length
         symbol = symbols[word]
         if symbol > 106:
@@ -252,3 +264,4 @@ def _decode_values(table: tuple[bytes, bytes], data: bytes, values: list[int], m
             values.extend([sign * number] if sign else [0] * number)
         else:
             raise _damaged("an unknown symbol")
+    return 0

@@ -12,7 +12,8 @@ import numpy as np
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.resolution import usable_dpi
 from fpmatch.image.preprocess.arrays import percentiles
-from fpmatch.templates.minutiae import check_dpi
+from fpmatch.templates.bounds import MOST_MEGAPIXELS, most_megapixels
+from fpmatch.templates.minutiae import MAX_DPI, STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -48,20 +49,30 @@ class ImageLimits:
 
     min_side_px: int = 48  # holds one ridge neighbourhood
     max_side_px: int = 10_000
-    max_megapixels: float = 64.0  # checked before decoding; Pillow refuses more than 89 in any case
+    max_megapixels: float = MOST_MEGAPIXELS  # checked before decoding
     max_file_megabytes: float = 256.0  # checked before reading
+    dpi: float | None = None  # of the image, where it is known before its file is opened
 
-    def check(self, width: int, height: int, *, max_megapixels: float | None = None) -> None:
-        """Raise ImageError if the size breaks a limit; a format may have a smaller area limit."""
+    def check(
+        self, width: int, height: int, dpi: float | None = None, *, most: float = MOST_MEGAPIXELS
+    ) -> None:
+        """Raise ImageError if the size breaks a limit, at its file's own resolution or at 500 dpi.
+
+        A format may have a smaller area, `most` megapixels.
+        """
         size = f"image of {width} x {height} pixels"
-        megapixels = min(self.max_megapixels, max_megapixels or self.max_megapixels)
+        known = self.dpi or dpi
+        at_dpi = most_megapixels(known or STANDARD_DPI)
+        megapixels = min(self.max_megapixels, most, at_dpi)
         if min(width, height) < self.min_side_px:
             least = f"{self.min_side_px} x {self.min_side_px}"
             raise ImageError(f"{size} is smaller than one ridge neighbourhood ({least})")
         if max(width, height) > self.max_side_px:
             raise ImageError(f"{size} is too large: a side may have {self.max_side_px} pixels")
         if width * height > megapixels * 1e6:
-            raise ImageError(f"{size} is too large: more than {megapixels:g} megapixels")
+            where = f" at {known:g} dpi" if known else ", as its file states no resolution (--dpi)"
+            why = f"more than {megapixels:.3g} megapixels{where if megapixels == at_dpi else ''}"
+            raise ImageError(f"{size} is too large: {why}")
 
 
 DEFAULT_LIMITS: Final = ImageLimits()
@@ -125,7 +136,7 @@ def with_square_pixels(
     dpi = max(axes)
     height, width = image.pixels.shape
     size = round(width * dpi / axes[0]), round(height * dpi / axes[1])
-    limits.check(*size)
+    limits.check(*size, dpi)
     pixels = cv2.resize(image.pixels, size, interpolation=cv2.INTER_CUBIC)
     note = f"its resolution is {axes[0]:g} dpi across and {axes[1]:g} down: resampled to {dpi:g}"
     return replace(image, pixels=np.asarray(pixels, np.uint8), dpi=dpi, notes=(*image.notes, note))
@@ -163,7 +174,7 @@ def grey_image(
     if values.ndim not in (2, 3) or (values.ndim == 3 and values.shape[2] not in (1, 3, 4)):
         shapes = "(H, W), (H, W, 3) or (H, W, 4)"
         raise ImageError(f"an image must have shape {shapes}, not {values.shape}")
-    limits.check(values.shape[1], values.shape[0])
+    limits.check(values.shape[1], values.shape[0], dpi or MAX_DPI)  # it is in memory already
     if values.ndim == 2 or values.shape[2] < 4:
         pixels, more = _eight_bit(values)
         pixels = pixels if pixels.ndim == 2 else _over(pixels, 255)
@@ -326,14 +337,16 @@ def likely_raw_size(data: bytes) -> RawSize | None:
     return likely
 
 
-def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:
+def decode_raw(
+    data: bytes, size: RawSize, limits: ImageLimits, dpi: float | None = None
+) -> GreyImage:
     """Return `data` as the pixels of an image of `size`; raise ImageError if they do not fit."""
-    limits.check(size.width, size.height)
+    limits.check(size.width, size.height, dpi)
     bits = size.bits(len(data))
     if not bits:
         raise ImageError(f"{len(data)} bytes are no {size} pixels of 8, 4, 2 or 1 bits")
     notes = () if bits == _BITS[0] else (f"its {len(data)} bytes were read as {bits} bits a pixel",)
-    return GreyImage(_raw_pixels(data, size), format="raw", notes=notes)
+    return GreyImage(_raw_pixels(data, size), dpi, format="raw", notes=notes)
 
 
 def _raw_pixels(data: bytes, size: RawSize) -> Grey:
@@ -354,13 +367,13 @@ def decode_ihead(data: bytes, limits: ImageLimits) -> GreyImage:
     texts = [data[at : at + 8].partition(b"\0")[0].strip() for at in _IHEAD_NUMBERS]
     if not all(text.isdigit() for text in texts):
         raise ImageReadError("damaged IHead image (text where a number should be)")
-    width, height, depth, dpi, compression = map(int, texts)
+    width, height, depth, ppi, compression = map(int, texts)
     if compression or depth != 8:
         kind = f"compression {compression} and {depth} bits a pixel"
         raise ImageReadError(f"IHead image with {kind}, which cannot be read")
     size = RawSize(width, height)
-    pixels = data[_IHEAD_PIXELS : _IHEAD_PIXELS + size.bytes]
-    limits.check(size.width, size.height)
+    dpi, pixels = usable_dpi(ppi), data[_IHEAD_PIXELS : _IHEAD_PIXELS + size.bytes]
+    limits.check(width, height, dpi)
     if len(pixels) < size.bytes:
         raise ImageReadError("damaged IHead image (pixels are missing)")
-    return replace(decode_raw(pixels, size, limits), dpi=usable_dpi(dpi), format="IHead")
+    return replace(decode_raw(pixels, size, limits, dpi), format="IHead")

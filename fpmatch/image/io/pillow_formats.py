@@ -16,6 +16,7 @@ from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import grey_image, with_square_pixels
 from fpmatch.image.io.resolution import tagged_axes
+from fpmatch.templates.minutiae import MAX_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,17 +46,35 @@ MAX_JPEG_SCANS: Final = 100  # each decodes the whole image again
 MAX_TIFF_NUMBERS: Final = 300_000  # in one tag: strips of a row, or tiles of 16 x 16
 MAX_TIFF_TAGS: Final = 1000
 MAX_PNM_HEADER: Final = 100_000  # bytes, comments and all
-MAX_PNM_TEXT: Final = 80_000_000  # bytes of a PNM whose pixels are written in digits
+MAX_PNM_TEXT: Final = 20_000_000  # bytes of a PNM whose pixels are written in digits
+MAX_JP2_BYTES: Final = 50_000_000  # whose boxes are read one by one
+MAX_JPEG_SEGMENTS: Final = 10_000
+MAX_PARTS: Final = 200_000  # of a file that are read one by one: chunks, segments, boxes, pages
+MAX_COLOUR_MEGAPIXELS: Final = 32.0  # of which several copies are made
 
 _JPEG_START, _JPEG_SCAN = b"\xff\xd8", b"\xff\xda"
 _TABLE_BYTES: Final = 17  # before its symbols: class and number, and how many of each length
 _LOSSLESS_FRAME, _HUFFMAN_TABLES = b"\xc3", b"\xc4"
 _JPEG_SEGMENT: Final = re.compile(rb"\xff+([\x01-\xd9\xdb-\xfe])(..)", re.DOTALL)
 _PNM_TOKENS: Final = re.compile(rb"P[1-6](?:(?:#[^\r\n]*[\r\n]|[ \t\r\n\v\f])+[0-9]+){2,3}")
+_GREY_MODES: Final = frozenset(("1", "L", "I", "I;16", "F"))
 # Types of tags that Pillow reads into one Python number each.
 _TIFF_NUMBERS: Final = frozenset((3, 4, 5, 8, 9, 10, 11, 12, 13, 16, 17, 18))
 
 _warnings_lock = threading.Lock()  # warning filters are global to the process
+
+
+class _Parts(BytesIO):
+    """The bytes of a file, which refuse to be read in more than `MAX_PARTS` parts."""
+
+    parts = 0
+
+    def read(self, size: int | None = -1) -> bytes:
+        """Return the next bytes; raise ImageReadError after too many parts."""
+        self.parts += 1
+        if self.parts > MAX_PARTS:
+            raise ImageReadError(f"an image file of more than {MAX_PARTS} parts")
+        return super().read(size)
 
 
 def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyImage:
@@ -64,9 +83,12 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     if decoder == "JPEG":
         data = _with_lossless_tables(data)
     try:
-        with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:
-            limits.check(*image.size)
+        with _decoder_warnings_held(), Image.open(_Parts(data), formats=[decoder]) as image:
+            is_grey = image.mode in _GREY_MODES and not image.has_transparency_data
+            most = limits.max_megapixels if is_grey else MAX_COLOUR_MEGAPIXELS
+            limits.check(*image.size, MAX_DPI, most=most)  # looking for Exif may decode a PNG
             axes, notes = tagged_axes(image, data[:_HEAD_BYTES])
+            limits.check(*image.size, axes and max(axes), most=most)
             if getattr(image, "is_animated", False):
                 notes += (FIRST_OF_SEVERAL,)
             samples = pillow_samples(image)
@@ -109,7 +131,7 @@ def pillow_samples(image: Image.Image) -> NDArray[Any]:
     if image.mode == "I" and unsigned and tags.get(_BITS_PER_SAMPLE, (0,))[0] == 32:
         samples = np.asarray(image).view(np.uint32)  # the upper half where 16 bits would not do
         return samples if samples.max(initial=0) <= 0xFFFF else (samples >> 16).astype(np.uint16)
-    if image.mode in {"1", "L", "I", "F"} and not image.has_transparency_data:
+    if image.mode in _GREY_MODES and not image.has_transparency_data:
         return np.asarray(image)
     return np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
 
@@ -134,7 +156,10 @@ def _with_lossless_tables(data: bytes) -> bytes:
     Lossless JPEG has tables of this class only; NIST's encoder writes 1, which decoders refuse.
     """
     tables, at, is_lossless = list[int](), len(_JPEG_START), False
-    while segment := _JPEG_SEGMENT.match(data, at):
+    for _ in range(MAX_JPEG_SEGMENTS):
+        segment = _JPEG_SEGMENT.match(data, at)
+        if segment is None:
+            break
         at = segment.end() - 2 + int.from_bytes(segment[2], "big")
         is_lossless |= segment[1] == _LOSSLESS_FRAME
         table = segment.end()
@@ -176,6 +201,8 @@ def check_decoder_limits(decoder: str, data: bytes) -> None:
             raise ImageReadError("damaged PPM image (its header cannot be read)")
         if data[1:2] in b"123" and len(data) > MAX_PNM_TEXT:
             raise ImageReadError(f"PPM image of more than {MAX_PNM_TEXT // 1_000_000} MB of digits")
+    if decoder == "JPEG2000" and len(data) > MAX_JP2_BYTES:
+        raise ImageReadError(f"JPEG 2000 image of more than {MAX_JP2_BYTES // 1_000_000} MB")
     if decoder == "TIFF":
         _check_tiff(data)
 

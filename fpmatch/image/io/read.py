@@ -130,7 +130,7 @@ def decode_image(
 ) -> GreyImage:
     """Decode the bytes of an image file as `read_image` does; errors start with `source`."""
     if dpi is not None:
-        check_dpi(dpi)
+        limits = replace(limits, dpi=check_dpi(dpi))
     with name_errors(source):
         if len(data) > limits.max_file_megabytes * 1e6:
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")

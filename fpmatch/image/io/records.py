@@ -106,6 +106,9 @@ def decode_stored(
 
     Where those along the axes differ, the pixels are resampled at the higher one.
     """
+    axes = usable_axes(*(dpi_in_units(image.units, n) for n in (image.across, image.down)))
+    if axes is not None and limits.dpi is None:
+        limits = replace(limits, dpi=max(axes))
     if image.compression == UNCOMPRESSED:
         if image.depth != _DEPTH:
             raise ImageReadError(f"{record} with bare pixels of {image.depth} bits")
@@ -126,5 +129,4 @@ def decode_stored(
         given = f"its record gives a size of {image.width} x {image.height} pixels"
         notes += (f"{given}, but its image has {width} x {height}",)
     decoded = replace(decoded, notes=notes)
-    axes = usable_axes(*(dpi_in_units(image.units, n) for n in (image.across, image.down)))
     return decoded if axes is None else with_square_pixels(decoded, axes, limits)

@@ -130,6 +130,7 @@ def test_a_file_without_permission(tmp_path, grey):
         (47, 300, "image of 47 x 300 pixels is smaller than one ridge neighbourhood"),
         (10_001, 48, "image of 10001 x 48 pixels is too large: a side may have 10000 pixels"),
         (9_000, 9_000, "image of 9000 x 9000 pixels is too large: more than 64 megapixels"),
+        (7_000, 7_000, "image of 7000 x 7000 pixels is too large: more than 16 megapixels"),
         (20_000, 20_000, "image is too large: more than 64 megapixels"),
     ],
 )

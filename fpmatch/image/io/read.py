@@ -105,23 +105,16 @@ def read_image(
     if isinstance(image, np.ndarray):
         return _settled(grey_image(image, limits=limits), polarity, dpi)
     if hasattr(image, "getexif"):  # of PIL
-        return _settled(convert_opened(lambda: image, limits), polarity, dpi)
-    if isinstance(image, bytes | bytearray | memoryview):
-        data, source = bytes(image), "image"
-    else:
-        check_path(image, ImageReadError)
-        with name_errors(image):
-            data, source = _bytes_of(image, limits), str(image)
+        return _settled(convert_opened(lambda: image, limits, image.format or "PIL"), polarity, dpi)
+    how: dict[str, Any] = {"raw_sizes": raw_sizes, "polarity": polarity, "dpi": dpi}
+    how |= {"limits": limits, "record": record}
+    if isinstance(image, bytes):
+        return decode_image(image, "image", **how)
+    check_path(image, ImageReadError)
+    with name_errors(image):
+        data = _bytes_of(image, limits)
     try:
-        return decode_image(
-            data,
-            source,
-            limits=limits,
-            raw_sizes=raw_sizes,
-            polarity=polarity,
-            dpi=dpi,
-            record=record,
-        )
+        return decode_image(data, str(image), **how)
     except ImageReadError as error:
         if raw_sizes or data.isascii() or is_known(data) or len(data) < FEWEST_RAW_BYTES:
             raise  # a text, or of a format that the error names

@@ -8,10 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from fpmatch.base.html import html_table
-from fpmatch.errors import ImageError
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.verification import Verification
 from fpmatch.matching.verify import verify as verify_templates
@@ -19,6 +16,7 @@ from fpmatch.prints.report import as_rows
 from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Scene
@@ -144,8 +142,9 @@ def as_template(print_: Any, *, dpi: float | None = None, enhance: str = "learne
 
     Parameters
     ----------
-    print_ : Template, str, path-like, GreyImage, ndarray or PIL image
-        A template; a file with an image or a template; or a picture, with dark ridges.
+    print_ : Template, str, path-like, bytes, GreyImage, ndarray or PIL image
+        A template; a file with an image or a template, or its bytes; or an image, as for
+        `read_image`.
     dpi : float, optional
         Resolution of an image (default: that in ``dataset.toml`` beside a file, else in the file;
         else 500, or the usual one that the ridges indicate).
@@ -190,7 +189,7 @@ def verify(
 
     Parameters
     ----------
-    probe, reference : Template, str, path-like, GreyImage, ndarray or PIL image
+    probe, reference : Template, str, path-like, bytes, GreyImage, ndarray or PIL image
         The two impressions, as for `as_template`.
     matcher : str or Matcher
         Name of the matcher, one of `matcher_names`, perhaps with parameters, ``"paper:rho=0.9"``;
@@ -255,7 +254,7 @@ def verify(
 
 def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learned") -> GivenPrint:
     """Return a print with its template, and what is known of it; see `as_template`."""
-    from fpmatch.image.io.grey import GreyImage, grey_image  # noqa: PLC0415  (not for templates)
+    from fpmatch.image.io.read import read_image  # noqa: PLC0415  (not for templates)
     from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
@@ -264,14 +263,8 @@ def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     if isinstance(print_, str | os.PathLike):
         path = Path(print_)
         return reading.read_given_print(path, reading.PrintReader(), dpi=dpi, enhance=enhance)
-    image = print_
-    if isinstance(print_, np.ndarray):
-        image = grey_image(print_)
-    elif hasattr(print_, "convert"):  # of PIL
-        from fpmatch.image.io.pillow_formats import pillow_samples  # noqa: PLC0415
-
-        image = grey_image(pillow_samples(print_))
-    elif not isinstance(print_, GreyImage):
-        kinds = "a template, a path, an array or a PIL image"
-        raise ImageError(f"a print is {kinds}, not {type(print_).__name__}")
-    return reading.make_given_print(image, "image", dpi=dpi, enhance=enhance)
+    if isinstance(print_, bytes):
+        content = reading.decode_print(print_, "image", dpi=dpi)
+    else:
+        content = read_image(print_, dpi=dpi)
+    return reading.make_given_print(content, "image", dpi=dpi, enhance=enhance)

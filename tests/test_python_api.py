@@ -269,7 +269,7 @@ WRONG = {
     "path": lambda path, template, image: fpmatch.save_template(None, template),
     "image": lambda path, template, image: fpmatch.save_template(path, image),
     "load_template": lambda path, template, image: fpmatch.load_template(template),
-    "read_image": lambda path, template, image: fpmatch.read_image(image),
+    "read_image": lambda path, template, image: fpmatch.read_image(template),
     "extract": lambda path, template, image: fpmatch.extract(template),
     "assess": lambda path, template, image: fpmatch.assess(None),
     "open_gallery": lambda path, template, image: fpmatch.open_gallery(template),

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.errors import FpmatchError, ImageError, without_path
-from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
+from fpmatch.formats.files import load_record
 from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
+from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI, MinutiaKind
 from fpmatch.templates.plausibility import find_doubts
 
@@ -87,13 +88,14 @@ def inspect_file(
 
     Raises TemplateError, ImageReadError or ImageError if it is no such file, or damaged.
     """
-    if not is_template_file(path):
+    content = content_of(path)
+    if content not in {"template", "both"}:
         image = image_reader(Path(path))
         return Inspection(str(path), image.format, f"{image.format} image", _image(image, dpi))
     record = load_record(path)
     doubts = dict.fromkeys(each for view in record.views for each in find_doubts(view.template))
     picture, notes = None, (*record.notes, *doubts)
-    if not holds_minutiae_only(path):
+    if content == "both":
         try:
             picture = _image(image_reader(Path(path)), dpi)
         except FpmatchError as error:

@@ -6,12 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.base.plugins import AN2_SIGNATURES, PluginError, agency
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats import plain_csv
 from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
@@ -159,37 +156,6 @@ def save_record(
         raise TemplateError(f"{path}: {error}") from error
     atomic_write_bytes(path, encoded.data)
     return encoded.notes
-
-
-def is_template_file(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file begins as a template; False if it is missing or unreadable."""
-    return _begins_as_template(read_head(path))
-
-
-def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file is a template without an image record (as ANSI/NIST-ITL may have)."""
-    return is_of_minutiae_only(read_head(path))
-
-
-def is_of_minutiae_only(data: bytes) -> bool:
-    """Return `holds_minutiae_only` for the bytes of a file."""
-    head = data[:HEAD_BYTES]
-    return _begins_as_template(head) and not _holds_image(head)
-
-
-def _holds_image(head: bytes) -> bool:
-    try:
-        return head.startswith(AN2_SIGNATURES) and agency("an2").holds_image(head)
-    except PluginError:  # the reader of images says so
-        return True
-
-
-def _begins_as_template(head: bytes) -> bool:
-    try:
-        codec_of_content(head)
-    except TemplateError:
-        return head.startswith(MAGIC)
-    return True
 
 
 def _codec_of(data: bytes, file_format: str | None, options: ReadingOptions) -> Codec:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.errors import ImageError, check_type
+from fpmatch.errors import ImageError
 from fpmatch.image.enhancement.enhancers import ENHANCERS
-from fpmatch.image.io.grey import GreyImage, ImageLimits, grey_image
+from fpmatch.image.io.grey import GreyImage, ImageLimits
 from fpmatch.image.io.read import name_errors, read_image
 from fpmatch.image.preprocess.arrays import BLOCK_PX, UncropRecorder
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
@@ -38,6 +37,8 @@ from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Temp
 from fpmatch.templates.ridge_field import RidgeField
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
@@ -61,8 +62,8 @@ def extract(
 
     Parameters
     ----------
-    image : str, Path, GreyImage or ndarray, shape (H, W) or (H, W, 3 or 4)
-        A file, an image returned by `read_image`, or pixels with dark ridges.
+    image : str, path-like, bytes, ndarray, PIL image or GreyImage
+        An image, as for `read_image`.
     dpi : float, optional
         Resolution; by default the file's own; where that is unknown, 500, or the usual one that
         the ridges indicate.
@@ -98,10 +99,7 @@ def extract(
     """
     if enhance not in ENHANCERS:
         raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
-    source = read_image(image) if isinstance(image, str | Path) else image
-    if isinstance(source, np.ndarray):
-        source = grey_image(source)
-    check_type(source, GreyImage, "an image is a path, a GreyImage or an array", ImageError)
+    source = read_image(image, dpi=dpi)
     known = (source.dpi or source.likely_dpi) if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
@@ -218,7 +216,7 @@ class QualityRecorder:
         grey = np.asarray(self._stages["input"], np.uint8)
         enlarged = cv2.resize(grey, None, fx=_ENLARGED, fy=_ENLARGED, interpolation=cv2.INTER_CUBIC)
         stages = QualityRecorder()
-        extract(np.asarray(enlarged, np.uint8), STANDARD_DPI, recorder=stages)
+        extract(GreyImage(np.asarray(enlarged, np.uint8)), STANDARD_DPI, recorder=stages)
         measures = stages.measures()
         if not measures.ridges_mm2 > 0 or measures.concentration < MIN_CONCENTRATION:
             return None

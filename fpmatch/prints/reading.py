@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
+from fpmatch.base.plugins import AN2_SIGNATURES, PluginError, agency
 from fpmatch.errors import ImageError, ImageReadError, TemplateError
+from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.image.dataset_folder import described
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
@@ -42,9 +44,11 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 Name = TypeVar("Name")
-Content = TypeVar("Content", "GreyImage", "TemplateRecord")
+Read = TypeVar("Read", "GreyImage", "TemplateRecord")
 DpiSource = Literal["given", "stated", "found", "assumed"]
 """Where a resolution comes from: the caller, the file, the ridges or a match, nowhere."""
+Content = Literal["image", "template", "both", ""]
+"""What a file is: an image, minutiae, a record with both, none that is known by its beginning."""
 
 UNKNOWN_DPI: Final = "resolution unknown; "
 ASSUMED_DPI: Final = f"{UNKNOWN_DPI}{STANDARD_DPI:g} dpi assumed"
@@ -77,7 +81,7 @@ class PrintReader:
     ) -> GreyImage | TemplateRecord:
         """Read a file of minutiae alone as a template, and any other file as an image."""
         head = read_head(path)
-        if _contains_minutiae_only(head):
+        if content_of(head) == "template":
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
             from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
@@ -100,11 +104,15 @@ class PrintReader:
 
 
 def decode_print(
-    data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
+    data: bytes,
+    name: str,
+    limits: ImageLimits = DEFAULT_LIMITS,
+    *,
+    dpi: float | None = None,
 ) -> GreyImage | TemplateRecord:
     """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
-    if not _contains_minutiae_only(data[:HEAD_BYTES]):
-        return decode_image(data, name, limits=limits)
+    if content_of(data) != "template":
+        return decode_image(data, name, limits=limits, dpi=dpi)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
     from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
@@ -260,7 +268,7 @@ def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tup
     return {note: tuple(names) for note, names in by_note.items()}
 
 
-def _mirrored(content: Content) -> Content:
+def _mirrored(content: Read) -> Read:
     """Return what was read with left and right exchanged."""
     notes = (*content.notes, MIRRORED)
     if isinstance(content, GreyImage):
@@ -270,13 +278,22 @@ def _mirrored(content: Content) -> Content:
     return replace(content, views=tuple(views), notes=notes)
 
 
-def _contains_minutiae_only(head: bytes) -> bool:
-    """Return whether a file is a template without an image, by how it begins."""
+def content_of(file: str | os.PathLike[str] | bytes) -> Content:
+    """Return what a file, or its bytes, is by how it begins; "" where it cannot be read."""
+    head = file[:HEAD_BYTES] if isinstance(file, bytes) else read_head(file)
     if is_image_file(head):  # then the formats of templates need not be imported
-        return False
-    from fpmatch.formats.files import is_of_minutiae_only  # noqa: PLC0415
+        return "image"
+    from fpmatch.formats.registry import codec_of_content  # noqa: PLC0415
 
-    return is_of_minutiae_only(head)
+    try:
+        codec_of_content(head)
+    except TemplateError:
+        return "template" if head.startswith(MAGIC) else ""
+    try:
+        with_image = head.startswith(AN2_SIGNATURES) and agency("an2").holds_image(head)
+    except PluginError:  # the reader of images says so
+        with_image = True
+    return "both" if with_image else "template"
 
 
 @contextmanager
@@ -285,7 +302,7 @@ def _failed_formats_named(head: bytes) -> Iterator[None]:
     try:
         yield
     except ImageReadError as error:
-        if not head or is_image_file(head):
+        if not head or content_of(head):
             raise
         from fpmatch.formats.registry import failures_text  # noqa: PLC0415
 

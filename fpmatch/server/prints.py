@@ -65,7 +65,7 @@ def open_upload(
     if dpi is not None:
         check_dpi(dpi)
     bounds = ImageLimits(max_megapixels=limits.megapixels, max_file_megabytes=limits.file_megabytes)
-    content = decode_print(upload.data, upload.name, bounds)
+    content = decode_print(upload.data, upload.name, bounds, dpi=dpi)
     if isinstance(content, TemplateRecord):
         first = content.views[0].template
         width, height, own_dpi = first.width, first.height, first.dpi

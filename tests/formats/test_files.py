@@ -13,8 +13,6 @@ from made_records import FORMATS, WRITTEN, only_view, record_of, sample_record, 
 from fpmatch.errors import OutputError, TemplateError
 from fpmatch.formats.files import (
     decode_record,
-    is_of_minutiae_only,
-    is_template_file,
     load_record,
     load_template,
     save_record,
@@ -23,6 +21,7 @@ from fpmatch.formats.files import (
 from fpmatch.formats.record import ReadingOptions, ReadLimits
 from fpmatch.formats.registry import codec_of_content, codec_of_name
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 from tests.matching.matching_prints import templates
 
@@ -111,10 +110,10 @@ def test_a_saved_file_is_found_by_content_under_any_name(tmp_path, template, suf
     saved = tmp_path / f"print{suffix.upper()}"
     save_template(saved, template)
     renamed = saved.rename(tmp_path / "no-suffix")
-    assert is_template_file(renamed)
+    assert content_of(renamed) == "template"
     assert len(load_template(renamed).minutiae) == len(template.minutiae)
     assert decode_record(renamed.read_bytes(), "sent").views == load_record(renamed).views
-    assert is_of_minutiae_only(renamed.read_bytes())
+    assert content_of(renamed.read_bytes()) == "template"
 
 
 def test_csv_survives_a_spreadsheet(tmp_path, template):
@@ -212,14 +211,14 @@ def test_a_folder_a_pipe_and_a_missing_file_are_no_templates(tmp_path):
     for name, reason in reasons.items():
         with pytest.raises(TemplateError, match=reason):
             load_template(tmp_path / name)
-        assert not is_template_file(tmp_path / name)
+        assert content_of(tmp_path / name) in {"", "image"}
 
 
 def test_images_and_other_files_are_no_templates(tmp_path):
     other = tmp_path / "other"
     for content in (b"", b"\x89PNG\r\n\x1a\n", b"II*\x00", b"P5 9 9 255\n", b"hello"):
         other.write_bytes(content)
-        assert not is_template_file(other)
-        assert not is_of_minutiae_only(content)
+        assert content_of(other) in {"", "image"}
+        assert content_of(content) in {"", "image"}
     other.write_bytes(b"FMR\x00 99\x00" + bytes(30))  # of an unknown version
-    assert is_template_file(other)
+    assert content_of(other) == "template"

@@ -10,9 +10,10 @@ from made_records import FMR, only_view, read, sample_record, written
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
-from fpmatch.formats.files import is_template_file, load_record
+from fpmatch.formats.files import load_record
 from fpmatch.formats.fmr_header import dpi_of, per_cm
 from fpmatch.formats.record import ExtendedData, TemplateRecord
+from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 # Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
@@ -186,7 +187,7 @@ def test_a_record_as_text_is_the_record(name, form, tmp_path):
     path = tmp_path / "text"
     for whole in (BY_HAND[name], written(name, data)):
         path.write_bytes(TEXTS[form](whole))
-        assert is_template_file(path)
+        assert content_of(path) == "template"
         assert load_record(path) == read(whole)
 
 

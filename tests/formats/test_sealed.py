@@ -6,10 +6,10 @@ from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
 from fpmatch.base.encryption.keys import load_keys
 from fpmatch.base.encryption.records import seal
 from fpmatch.errors import TemplateError
-from fpmatch.formats.files import is_template_file, load_record, load_template, save_template
+from fpmatch.formats.files import load_record, load_template, save_template
 from fpmatch.formats.record import ReadingOptions
 from fpmatch.gallery.listing.folders import prints_in
-from fpmatch.prints.reading import PrintReader, decode_print
+from fpmatch.prints.reading import PrintReader, content_of, decode_print
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def sealed(tmp_path, source, template):
 def test_a_sealed_template_is_read_back_to_the_last_bit(sealed, template):
     assert load_template(sealed) == template
     assert load_record(sealed).format == "sealed"
-    assert is_template_file(sealed)
+    assert content_of(sealed) == "template"
     assert PrintReader()(sealed).views[0].template == template
     assert prints_in(sealed.parent) == [sealed]
 

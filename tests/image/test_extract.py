@@ -134,7 +134,7 @@ def test_what_is_no_image_of_a_print_is_refused(tmp_path):
 def test_a_wave_with_one_dislocation_has_one_minutia(way, kind, angle, period):
     at = (83.0, 75.0)
     picture = as_picture(dislocation(angle, period, kind, (160, 170), at))
-    m = extract(picture, dpi=500, enhance=way).minutiae
+    m = extract(GreyImage(picture), dpi=500, enhance=way).minutiae
     assert len(m) == 1
     assert np.hypot(m.x[0] - at[0], m.y[0] - at[1]) <= 0.8 * period
     assert turn_between(np.degrees(m.angle[0]), angle) < 15
@@ -147,7 +147,8 @@ def test_a_wave_with_one_dislocation_has_one_minutia(way, kind, angle, period):
 @pytest.mark.parametrize("kind", ["ending", "bifurcation"])
 def test_with_colours_inverted_an_ending_is_a_bifurcation_and_the_reverse(way, kind):
     picture = as_picture(dislocation(60, 9, kind))
-    one, other = (extract(p, dpi=500, enhance=way).minutiae for p in (picture, 255 - picture))
+    both = GreyImage(picture), GreyImage(255 - picture)
+    one, other = (extract(image, dpi=500, enhance=way).minutiae for image in both)
     assert len(one) == len(other) == 1
     assert np.hypot(one.x - other.x, one.y - other.y)[0] < 9
     assert turn_between(np.degrees(one.angle), np.degrees(other.angle))[0] < 15

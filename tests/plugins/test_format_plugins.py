@@ -7,9 +7,9 @@ from plugin_packages import ROOT, fpmatch, install, install_points, shown_comman
 from fpmatch import load_template, save_template
 from fpmatch.base.plugins import FORMATS, forget_plugins
 from fpmatch.errors import TemplateError
-from fpmatch.formats.files import is_template_file
 from fpmatch.formats.registry import CODECS, codec_of_name, known_codecs
 from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.prints.reading import content_of
 
 GUIDE = "add_a_format.md"
 PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]
@@ -111,7 +111,7 @@ def test_an_error_of_its_own_is_one_of_the_file(run, tmp_path, text):
 def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, tmp_path, run):
     save_template(tmp_path / "a.deg", template)
     with pytest.warns(UserWarning, match="format careless: recognises: KeyError"):
-        assert is_template_file(tmp_path / "a.deg")
+        assert content_of(tmp_path / "a.deg") == "template"
     assert codec_of_name("json").title == "fpmatch JSON 2"
     unknown = tmp_path / "a.unknown"
     unknown.write_text("neither")

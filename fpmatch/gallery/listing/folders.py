@@ -136,8 +136,8 @@ def _templates_in(folder: Path) -> list[Path]:
     JSON, CSV, text and array files are taken if they begin like templates; beside such, also JSON
     and CSV files that are none at all, so that a damaged template is an error.
     """
-    from fpmatch.formats.files import is_template_file  # noqa: PLC0415
     from fpmatch.formats.registry import known_codecs  # noqa: PLC0415
+    from fpmatch.prints.reading import content_of  # noqa: PLC0415
 
     # json first, which keeps everything
     by_rank = sorted(known_codecs(), key=lambda codec: codec.name != "json")
@@ -150,7 +150,7 @@ def _templates_in(folder: Path) -> list[Path]:
     sure = {
         path
         for path, suffix in suffix_of.items()
-        if suffix not in _COMMON_SUFFIXES or is_template_file(path)
+        if suffix not in _COMMON_SUFFIXES or content_of(path) in {"template", "both"}
     }
     usual = {suffix_of[path] for path in sure}
     by_stem: dict[str, Path] = {}

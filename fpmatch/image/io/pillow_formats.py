@@ -7,6 +7,7 @@ import struct
 import threading
 import warnings
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,11 +16,11 @@ from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import grey_image, with_square_pixels
-from fpmatch.image.io.resolution import tagged_axes
+from fpmatch.image.io.resolution import UNREADABLE, tagged_axes
 from fpmatch.templates.minutiae import MAX_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -40,6 +41,8 @@ FIRST_OF_SEVERAL: Final = "the first of its several images was read"
 # Tags of TIFF, and their values.
 _BITS_PER_SAMPLE, _COMPRESSION, _PHOTOMETRIC, _SAMPLE_FORMAT = 258, 259, 262, 339
 _WHITE_IS_ZERO, _UNSIGNED = 0, 1
+_ORIENTATION: Final = 274  # of TIFF and of Exif; Pillow obeys that of TIFF, and then drops it
+_TURNED: Final = range(5, 9)  # its values by which rows become columns
 _HEAD_BYTES: Final = 4096
 
 MAX_JPEG_SCANS: Final = 100  # each decodes the whole image again
@@ -82,16 +85,31 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     check_decoder_limits(decoder, data)
     if decoder == "JPEG":
         data = _with_lossless_tables(data)
+    open_image = partial(Image.open, _Parts(data), formats=[decoder])
+    return convert_opened(open_image, limits, decoder, data)
+
+
+def convert_opened(
+    open_image: Callable[[], Image.Image],
+    limits: ImageLimits,
+    decoder: str = "PIL",
+    data: bytes = b"",
+) -> GreyImage:
+    """Return the image that Pillow opened, upright, with its resolution and notes."""
     try:
-        with _decoder_warnings_held(), Image.open(_Parts(data), formats=[decoder]) as image:
+        with _decoder_warnings_held():
+            image = open_image()
             is_grey = image.mode in _GREY_MODES and not image.has_transparency_data
             most = limits.max_megapixels if is_grey else MAX_COLOUR_MEGAPIXELS
             limits.check(*image.size, MAX_DPI, most=most)  # looking for Exif may decode a PNG
             axes, notes = tagged_axes(image, data[:_HEAD_BYTES])
             limits.check(*image.size, axes and max(axes), most=most)
-            if getattr(image, "is_animated", False):
+            if getattr(image, "is_animated", False) and not image.tell():
                 notes += (FIRST_OF_SEVERAL,)
-            samples = pillow_samples(image)
+            is_turned = _orientation(image) in _TURNED
+            samples = _upright(pillow_samples(image), _orientation(image))
+            if is_turned and axes is not None:
+                axes = axes[::-1]
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
@@ -103,8 +121,24 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
     except Exception as error:  # decoders raise almost anything on damage
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
-    grey = grey_image(samples, format=decoder, notes=notes, limits=limits)
+    grey = grey_image(samples, format=image.format or "", notes=notes, limits=limits)
     return with_square_pixels(grey, axes, limits)
+
+
+def _orientation(image: Image.Image) -> int:
+    """Return the orientation that a tag states; 1, upright, where none does."""
+    try:
+        return int(image.getexif().get(_ORIENTATION, 1))
+    except UNREADABLE:
+        return 1
+
+
+def _upright(samples: NDArray[Any], orientation: int) -> NDArray[Any]:
+    """Return samples turned and mirrored as the tag of their orientation says."""
+    if orientation in _TURNED:
+        samples = samples.swapaxes(0, 1)
+    down, across = orientation in {3, 4, 7, 8}, orientation in {2, 3, 6, 7}
+    return samples[:: -1 if down else 1, :: -1 if across else 1]
 
 
 def error_text(error: Exception) -> str:
@@ -126,6 +160,8 @@ def pillow_samples(image: Image.Image) -> NDArray[Any]:
     """Return samples of grey, RGB or RGBA in a type that defines their span."""
     if image.mode.startswith("I;16"):
         return _sixteen_bit_samples(image)
+    if image.mode == "La":  # Pillow converts it to no other
+        image = image.convert("LA")
     tags = getattr(image, "tag_v2", {})
     unsigned = tags.get(_SAMPLE_FORMAT, (_UNSIGNED,))[0] == _UNSIGNED
     if image.mode == "I" and unsigned and tags.get(_BITS_PER_SAMPLE, (0,))[0] == 32:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError, check_path
 from fpmatch.image.io.grey import (
@@ -15,9 +17,10 @@ from fpmatch.image.io.grey import (
     ImageLimits,
     as_grey,
     decode_raw,
+    grey_image,
     likely_raw_size,
 )
-from fpmatch.image.io.pillow_formats import error_text
+from fpmatch.image.io.pillow_formats import convert_opened, error_text
 from fpmatch.image.io.registry import find_reader, is_known
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.templates.minutiae import check_dpi
@@ -33,7 +36,7 @@ __all__ = ["GreyImage", "ImageLimits", "as_grey", "decode_image", "read_image"]
 
 
 def read_image(
-    path: str | os.PathLike[str],
+    image: Any,
     *,
     limits: ImageLimits = DEFAULT_LIMITS,
     raw_sizes: Sequence[RawSize] = (),
@@ -41,15 +44,17 @@ def read_image(
     dpi: float | None = None,
     record: int | None = None,
 ) -> GreyImage:
-    """Read an image file as grey values with its resolution.
+    """Read an image, whatever represents it, as grey values with its resolution.
 
     Parameters
     ----------
-    path : path-like
-        A TIFF, PNG, BMP, JPEG, PGM/PPM/PBM, GIF, WebP, JPEG 2000 or WSQ file of 1, 8, 16 or 32
-        bits a sample; grey, palette or colour; or a record with an image, of ANSI/NIST-ITL (AN2),
-        ISO/IEC 19794-4 or ANSI 381. Of transparent pixels see `grey_image`; of several images
-        the first is read.
+    image : str, path-like, bytes, ndarray, PIL image or GreyImage
+        A file or its bytes; pixels, as for `grey_image`; an image of PIL, of which the tags are
+        obeyed; or a `GreyImage`, which is returned as it is. A file is a TIFF, PNG, BMP, JPEG,
+        PGM/PPM/PBM, GIF, WebP, JPEG 2000 or WSQ file of 1, 8, 16 or 32 bits a sample; grey, palette
+        or colour; or a record with an image, of ANSI/NIST-ITL (AN2), ISO/IEC 19794-4 or ANSI 381.
+        It is read upright, as its tag of orientation says. Of transparent pixels see `grey_image`;
+        of several images the first is read.
     limits : ImageLimits
         Sizes that are refused, before reading and decoding.
     raw_sizes : sequence of RawSize
@@ -95,19 +100,23 @@ def read_image(
     >>> image.pixels.shape, image.dpi
     ((80, 64), 500.0)
     """
-    check_path(path, ImageReadError)
-    with name_errors(path):
-        data = _bytes_of(path, limits)
+    if isinstance(image, GreyImage):
+        return image
+    if dpi is not None:
+        limits = replace(limits, dpi=check_dpi(dpi))
+    if isinstance(image, np.ndarray):
+        return _settled(grey_image(image, limits=limits), polarity, dpi)
+    if hasattr(image, "getexif"):  # of PIL
+        return _settled(convert_opened(lambda: image, limits, image.format or "PIL"), polarity, dpi)
+    how: dict[str, Any] = {"raw_sizes": raw_sizes, "polarity": polarity, "dpi": dpi}
+    how |= {"limits": limits, "record": record}
+    if isinstance(image, bytes):
+        return decode_image(image, "image", **how)
+    check_path(image, ImageReadError)
+    with name_errors(image):
+        data = _bytes_of(image, limits)
     try:
-        return decode_image(
-            data,
-            str(path),
-            limits=limits,
-            raw_sizes=raw_sizes,
-            polarity=polarity,
-            dpi=dpi,
-            record=record,
-        )
+        return decode_image(data, str(image), **how)
     except ImageReadError as error:
         if raw_sizes or data.isascii() or is_known(data) or len(data) < FEWEST_RAW_BYTES:
             raise  # a text, or of a format that the error names
@@ -137,6 +146,13 @@ def decode_image(
         if not data:
             raise ImageReadError("the file is empty")
         image = replace(_decode(data, limits, raw_sizes, record), source=source)
+    return _settled(image, polarity, dpi)
+
+
+def _settled(image: GreyImage, polarity: Polarity, dpi: float | None) -> GreyImage:
+    """Return an image with dark ridges, without a resolution that its ridges contradict."""
+    if dpi is not None:
+        check_dpi(dpi)
     if image.dpi is not None and dpi is None:
         from fpmatch.image.quality.ridge_scale import contradiction  # noqa: PLC0415
 

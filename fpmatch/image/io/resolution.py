@@ -25,7 +25,7 @@ _IN_A_COMMENT: Final = re.compile(
 )
 _PNM_COMMENT: Final = re.compile(rb"#[^\r\n]*")
 # What Pillow raises for a damaged tag.
-_UNREADABLE: Final = (
+UNREADABLE: Final = (
     *(ArithmeticError, AttributeError, LookupError, OSError, SyntaxError, TypeError, ValueError),
     struct.error,
 )
@@ -92,7 +92,7 @@ def tagged_axes(
 def _rounded(value: object) -> float | None:
     try:
         return round(float(value), 1)  # type: ignore[arg-type]  # 500 dpi per metre are 499.999
-    except _UNREADABLE:
+    except UNREADABLE:
         return None
 
 
@@ -108,7 +108,7 @@ def _pairs(image: Image.Image, head: bytes) -> Iterator[tuple[int, Any, Any]]:
         per_inch = CM_PER_INCH if scale == _PER_CM else 1.0
         if across is not None and down is not None:
             yield _NO_UNIT if scale == _NO_UNIT else 0, across * per_inch, down * per_inch
-    except _UNREADABLE:
+    except UNREADABLE:
         pass
     if (box := head.find(b"resd")) >= 0:  # JPEG 2000's display resolution
         try:
@@ -117,7 +117,7 @@ def _pairs(image: Image.Image, head: bytes) -> Iterator[tuple[int, Any, Any]]:
             per_inch = MM_PER_INCH / 1000
             across = across / across_over * 10.0**across_ten * per_inch
             yield 0, across, down / down_over * 10.0**down_ten * per_inch
-        except _UNREADABLE:
+        except UNREADABLE:
             pass
 
 

@@ -133,13 +133,12 @@ def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None
     """Return the points of a file, None of a file that begins as an image or a template."""
     from fpmatch.base.npy import is_npy
     from fpmatch.base.parsing import read_head
-    from fpmatch.formats.files import is_template_file
-    from fpmatch.image.io.registry import is_image_file
     from fpmatch.lab.points.points_csv import load_points
+    from fpmatch.prints.reading import content_of
 
     head = read_head(path)
     table = is_npy(head)  # of points by two columns, else of minutiae
-    if values["raw"] or not head or is_image_file(head) or (is_template_file(path) and not table):
+    if values["raw"] or not head or (content_of(head) and not table):
         return None
     try:
         return load_points(path)

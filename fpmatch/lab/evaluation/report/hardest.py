@@ -12,12 +12,12 @@ from fpmatch.drawing.overlay.draw import draw
 from fpmatch.drawing.scene.ink import ridge_picture
 from fpmatch.drawing.scene.raster import reduced, webp_bytes
 from fpmatch.errors import FpmatchError, MatcherError
-from fpmatch.formats.files import holds_minutiae_only
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.lab.evaluation.report.results import SetResult
 from fpmatch.matching.verify import verify
 from fpmatch.printable import count
+from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ def _as_extracted(impression: Impression, extraction: Extraction) -> GreyImage |
     Of a template that was stored, the ridges are drawn.
     """
     path, template = impression.path, extraction.template
-    if template is not None and (impression.entry is not None or holds_minutiae_only(path)):
+    if template is not None and (impression.entry is not None or content_of(path) == "template"):
         return ridge_picture(template)
     return read_image(path, polarity="white" if INVERTED in extraction.notes else "dark")
 

@@ -1,0 +1,220 @@
+"""What a user has, of every kind and through every door, is one print, or one line of refusal."""
+
+import io
+import json
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch import as_template, extract, read_image, verify
+from fpmatch.errors import FpmatchError
+from fpmatch.formats.files import load_template, save_template
+from fpmatch.prints.reading import content_of
+
+SAMPLES = Path(__file__).parents[2] / "sample_data"
+ORIENTATION = 274
+# How the pixels of an upright print are stored with each value of the tag.
+STORED = {
+    1: lambda p: p,
+    2: np.fliplr,
+    3: lambda p: np.rot90(p, 2),
+    4: np.flipud,
+    5: np.transpose,
+    6: np.rot90,
+    7: lambda p: np.rot90(p, 2).T,
+    8: lambda p: np.rot90(p, -1),
+}
+PIXELS = read_image(SAMPLES / "101_1.tif").pixels
+
+
+def saved(pixels, form, orientation=1, **options):
+    """Return the bytes of a file with these pixels, where need be with a tag of orientation."""
+    image = Image.fromarray(np.ascontiguousarray(STORED[orientation](pixels)))
+    if orientation > 1:
+        exif = Image.Exif()
+        exif[ORIENTATION] = orientation
+        options["exif"] = exif
+    stream = io.BytesIO()
+    image.save(stream, form, **options)
+    return stream.getvalue()
+
+
+def template_bytes(folder, suffix):
+    path = folder / f"made{suffix}"
+    save_template(path, extract(PIXELS, 500))
+    return path.read_bytes()
+
+
+RGBA = np.dstack([PIXELS] * 3 + [np.full_like(PIXELS, 255)])
+KINDS = {
+    "8 bits": lambda _: saved(PIXELS, "PNG"),
+    "PNG with dpi": lambda _: saved(PIXELS, "PNG", dpi=(510, 510)),
+    "TIFF with dpi": lambda _: saved(PIXELS, "TIFF", dpi=(510, 510)),
+    "JPEG with dpi": lambda _: saved(PIXELS, "JPEG", dpi=(510, 510)),
+    "turned PNG": lambda _: saved(PIXELS, "PNG", 6, dpi=(510, 510)),
+    "mirrored JPEG": lambda _: saved(PIXELS, "JPEG", 2),
+    "turned TIFF": lambda _: saved(PIXELS, "TIFF", 8),
+    "white ridges": lambda _: saved(255 - PIXELS, "PNG"),
+    "16 bits": lambda _: saved(PIXELS.astype(np.uint16) * 257, "PNG"),
+    "alpha": lambda _: saved(RGBA, "PNG"),
+    "JSON template": lambda folder: template_bytes(folder, ".json"),
+    "ISO template": lambda folder: template_bytes(folder, ".iso"),
+    "garbage": lambda _: bytes(range(128, 256)) * 9,
+    "cut short": lambda _: saved(PIXELS, "PNG")[:9000],
+    "empty": lambda _: b"",
+}
+WITHOUT_TAGS = {"8 bits", "white ridges", "16 bits", "alpha"}
+TEMPLATES = {"JSON template", "ISO template"}
+
+
+def reason_of(door):
+    """Return a template and "", or None and the reason of the refusal without names."""
+    try:
+        return door(), ""
+    except FpmatchError as error:
+        return None, without_hint(str(error).split(": ", 1)[1])
+
+
+def without_hint(reason):
+    """Return a reason without the option of the commands that may help."""
+    return reason.strip().partition("; if its")[0]
+
+
+def by_command(run, folder, source, **options):
+    result = run("extract", source, "-o", folder, **options)
+    if result.exit_code:
+        assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+        assert not list(folder.glob("*.json"))
+        return None, without_hint(result.stderr.split(": ", 3)[3])
+    (written,) = folder.glob("*.json")
+    return load_template(written), ""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_door_gives_one_answer(kind, run, tmp_path):
+    data = KINDS[kind](tmp_path)
+    path = tmp_path / "given"
+    path.write_bytes(data)
+    template, reason = expected = reason_of(lambda: as_template(path))
+    assert bool(reason) == (kind in {"garbage", "cut short", "empty"})
+    assert reason_of(lambda: as_template(data)) == expected
+    assert by_command(run, tmp_path / "a", path) == expected
+    assert by_command(run, tmp_path / "b", "-", input=data) == expected
+    if reason:
+        assert reason_of(lambda: extract(data)) == expected
+        assert without_hint(run("verify", path, path).stderr).endswith(reason)
+        return
+    if kind not in TEMPLATES:
+        opened = Image.open(io.BytesIO(data))  # by a path Pillow scrambles a turned TIFF
+        read = [read_image(given) for given in (path, data, opened)]
+        if kind in WITHOUT_TAGS:
+            read.append(read_image(np.asarray(Image.open(path))))
+        for image in read:
+            assert np.array_equal(image.pixels, read[0].pixels)
+            assert (image.dpi, image.notes) == (read[0].dpi, read[0].notes)
+            assert extract(image) == as_template(image) == template
+        assert np.abs(read[0].pixels.astype(int) - PIXELS).mean() < 4  # JPEG
+        assert read[0].dpi == (510 if "with dpi" in kind or kind == "turned PNG" else None)
+        assert extract(opened) == extract(data) == template
+    compared = json.loads(run("verify", path, path, "--json").stdout)
+    assert compared["score"] == pytest.approx(verify(data, data).score)
+    assert compared["resolution"]["probe"]["dpi"] == template.dpi
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_upload_is_read_as_its_file(kind, tmp_path):
+    from fpmatch.server.prints import PrintOptions, Upload, open_upload
+    from fpmatch.server.settings import Limits
+
+    data = KINDS[kind](tmp_path)
+    for dpi in (None, 480.0):
+        options = PrintOptions(Limits(), dpi)
+        upload = reason_of(lambda: open_upload(Upload("it", data), options).template)  # noqa: B023
+        assert upload == reason_of(lambda: as_template(data, dpi=dpi))  # noqa: B023
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in {"garbage", "empty"}])
+def test_a_gallery_stores_the_print_that_is_read(kind, run, tmp_path):
+    path = tmp_path / "1_1.png"
+    path.write_bytes(KINDS[kind](tmp_path))
+    result = run("enrol", tmp_path / "prints.db", path, "--workers", 1)
+    template, reason = reason_of(lambda: as_template(path))
+    if reason:
+        assert result.exit_code
+        assert reason in result.output
+        return
+    assert result.exit_code == 0, result.stderr
+    out = tmp_path / "stored"
+    assert run("extract", "--gallery", tmp_path / "prints.db", "-o", out).exit_code == 0
+    (file,) = out.rglob("*.json")
+    stored = load_template(file)
+    sizes = [(one.width, one.height, one.dpi) for one in (stored, template)]
+    assert sizes[0] == sizes[1]
+    assert len(stored.minutiae) == len(template.minutiae)
+
+
+@pytest.mark.parametrize("form", ["PNG", "TIFF", "JPEG", "WEBP"])
+@pytest.mark.parametrize("orientation", STORED)
+def test_an_image_is_upright_as_its_tag_says(form, orientation):
+    lossless = {"lossless": True} if form == "WEBP" else {}
+    data = saved(PIXELS, form, orientation, **lossless)
+    for given in (data, Image.open(io.BytesIO(data))):
+        read = read_image(given).pixels
+        assert read.shape == PIXELS.shape
+        assert np.abs(read.astype(int) - PIXELS).mean() < (4 if form == "JPEG" else 0.01)
+
+
+@pytest.mark.parametrize("form", ["PNG", "TIFF", "JPEG"])
+def test_two_resolutions_are_turned_with_the_image(form):
+    squeezed = np.asarray(Image.fromarray(PIXELS).resize((PIXELS.shape[1] // 2, PIXELS.shape[0])))
+    data = saved(squeezed, form, 6, dpi=(500, 250))  # stored rows are columns
+    assert read_image(data).pixels.shape == pytest.approx(PIXELS.shape, abs=1)
+    assert read_image(data).dpi == 500
+
+
+MODES = [*("1", "L", "LA", "La", "P", "PA", "RGB", "RGBA", "RGBa", "RGBX", "CMYK", "YCbCr", "LAB")]
+MODES += ["HSV", "I", "F", "I;16", "I;16L", "I;16B", "I;16N"]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_constant_image_of_every_mode_of_pil_has_no_minutiae(mode):
+    assert not len(extract(Image.new(mode, (200, 180))).minutiae)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_an_image_with_values_that_are_no_numbers_is_one_line(bad):
+    samples = PIXELS.astype(np.float32)
+    samples[5, 7] = bad
+    for given in (samples, Image.fromarray(samples), samples.astype(np.longdouble)):
+        for door in (extract, as_template, read_image, lambda it: verify(it, PIXELS)):
+            with pytest.raises(FpmatchError, match=r"must not hold NaN or infinite values$"):
+                door(given)
+
+
+@pytest.mark.parametrize("kind", ["?", *"bBhHiIlLqQefdgFDGOSUVmM"])
+def test_an_array_of_any_type_is_read_or_refused_in_one_line(kind):
+    constant = np.zeros((200, 180), "M8[s]" if kind == "M" else kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        if constant.dtype.kind in "biuf":
+            assert not len(as_template(constant).minutiae)
+            return
+        with pytest.raises(FpmatchError, match=r"^an image must hold numbers, not ") as refused:
+            as_template(constant)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_damaged_image_of_pil_is_refused_with_its_reason():
+    image = Image.open(io.BytesIO(saved(PIXELS, "PNG")[:9000]))
+    with pytest.raises(FpmatchError, match=r"^damaged PNG image"):
+        as_template(image)
+
+
+def test_what_a_file_is_has_one_name(tmp_path):
+    asked = {kind: content_of(make(tmp_path)) for kind, make in KINDS.items()}
+    templates = dict.fromkeys(TEMPLATES, "template")
+    others = dict.fromkeys(("garbage", "empty"), "")
+    assert asked == dict.fromkeys(KINDS, "image") | templates | others

@@ -148,7 +148,7 @@ def test_a_gallery_is_searched_by_its_name(tmp_path):
         enrol(gallery, files)
         (stated,) = fpmatch.identify(gallery, B, count=1, dpi=500)
         with Image.open(B) as image:
-            small = image.convert("L").resize([round(0.726 * s) for s in image.size])
+            small = np.asarray(image.convert("L").resize([round(0.726 * s) for s in image.size]))
         (unstated,) = fpmatch.identify(gallery, small, count=1)
         assert stated.label.subject == unstated.label.subject == "101"
         assert 40 < unstated.score < stated.score - 10

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fpmatch.image.extract import extract, resample
 from fpmatch.image.folder_traits import common_polarity
-from fpmatch.image.io.read import read_image
+from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.image.quality.line_cues import polarity_evidence
 from fpmatch.image.quality.polarity import is_inverted
@@ -102,7 +102,7 @@ def _database(folder: Path) -> Images:
         image = read_image(impression.path, polarity="dark")
         grey, _ = resample(image.pixels, dataset.dpi or image.dpi or STANDARD_DPI)
         stages = StageRecorder()
-        extract(grey, STANDARD_DPI, recorder=stages)
+        extract(GreyImage(grey), STANDARD_DPI, recorder=stages)
         yield grey, np.asarray(stages.stages["mask"], bool)
 
 

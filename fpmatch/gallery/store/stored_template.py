@@ -168,7 +168,8 @@ def unpack_template(data: bytes, layout: Layout = GALLERY_LAYOUT) -> Template:
     check_packed(data, layout)
     try:
         template = _unpack(ByteReader(data[: -CRC.size], TemplateError), layout)
-        check_bounds(template)
+        if layout is GALLERY_LAYOUT:  # the templates of an index are not drawn
+            check_bounds(template)
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
     return template

@@ -121,7 +121,7 @@ def test_a_huge_file_and_a_huge_picture(page, tmp_path):
     assert page.text("#error") == ("huge.tif: 40.0 MB are more than this server takes: 32.0 MB.")
     page.keep("huge")
     wide = tmp_path / "wide.png"
-    wide.write_bytes(png(np.full((5000, 5000), 255, np.uint8)))
+    wide.write_bytes(png(np.full((3000, 3000), 255, np.uint8)))
     page.give("reference", wide)
     page.until(lambda: "wide.png" in page.text("#error"))
     assert "4 megapixels" in page.text("#error")

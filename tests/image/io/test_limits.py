@@ -18,13 +18,17 @@ MOST_MEGABYTES = 1000
 MOST_SECONDS = 5
 READ = """
 import json, resource, sys
+from pathlib import Path
 from fpmatch import read_image
 from fpmatch.errors import FpmatchError
 try:
     read_image(sys.argv[1])
 except FpmatchError as error:
     used = resource.getrusage(resource.RUSAGE_SELF)
-    print(json.dumps([str(error), used.ru_maxrss / 1000, used.ru_utime + used.ru_stime]))
+    peak, status = used.ru_maxrss, Path("/proc/self/status")
+    if status.exists():  # on Linux ru_maxrss has that of the process before, too
+        peak = int(status.read_text().partition("VmHWM:")[2].split()[0])
+    print(json.dumps([str(error), peak / 1000, used.ru_utime + used.ru_stime]))
 """
 
 

@@ -17,8 +17,9 @@ from fpmatch import Minutia, MinutiaKind, Template
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.tasks.enrol import enrol
+from fpmatch.matching.calibration import allowance
 from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
-from fpmatch.prints.pair import FIRST_SHARE, allowance
+from fpmatch.prints.pair import FIRST_SHARE
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"
 A, B = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"

@@ -42,7 +42,7 @@ Result = TypeVar("Result")
 def _agency(
     name: str, title: str, suffixes: tuple[str, ...], module: str, *signatures: bytes
 ) -> Codec:
-    """Return a codec whose functions are those of a name in `CODECS` of a module of agencies."""
+    """Return the codec of a name in `CODECS` of a module of agencies."""
 
     def call(part: int, *given: Any) -> Any:
         return agency(module).CODECS[name][part](*given)

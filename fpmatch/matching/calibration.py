@@ -283,3 +283,16 @@ def fmr_to_score(fmr: float) -> float:
     if not lowest <= fmr <= 1.0:
         raise MatcherError(f"a false match rate lies from {lowest:g} to 1, not {number_text(fmr)}")
     return float(-10.0 * math.log10(fmr)) + 0.0  # + 0.0 turns -0.0 into 0.0
+
+
+def allowance(share: float, tries: int = 1) -> float:
+    """Return by how much the score of each of some tries is lowered, at least one.
+
+    Together they have `share` of the false match rate.
+
+    Examples
+    --------
+    >>> round(allowance(0.1), 6), round(allowance(0.5, 5), 6)
+    (10.0, 10.0)
+    """
+    return 10.0 * math.log10(max(tries, 1) / share)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
-from fpmatch.matching.calibration import score_of
+from fpmatch.matching.calibration import allowance, score_of
 from fpmatch.matching.result import (
     INCONCLUSIVE,
     MATCH,
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
 SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)  # up to which a scale is not measured again
 CANDIDATE_RATIOS: Final = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)  # where nothing matches
+MIRRORED_SHARE: Final = 0.5  # of the false match rate, for the tries of a mirrored probe
 MIRRORED: Final = (
     "mirrored, the probe matches, with a score of {:.1f}: is one of the images mirrored? "
     "(--mirror flips the probe)"
@@ -145,7 +146,7 @@ class Explanation:
         references = self.impressions or [self.reference]
         tried = [compare_prepared(self.matcher, one, mirrored) for _, one in references]
         most = max((one.similarity for one in tried if may_match(self.matcher, one)), default=0.0)
-        score = score_of(self.calibration, most) - 10.0 * math.log10(2 * len(tried))
+        score = score_of(self.calibration, most) - allowance(MIRRORED_SHARE, len(tried))
         return score if score >= self.threshold else None
 
     def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
@@ -360,7 +361,7 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
         return _refined(v, measured.ratio) or measured
     if v.rho is not None or v.explanation is None:
         return None
-    needed = v.threshold + 10.0 * math.log10(len(CANDIDATE_RATIOS))  # for so many tries
+    needed = v.threshold + allowance(1.0, len(CANDIDATE_RATIOS))  # for so many tries
     possible = [ratio for ratio in CANDIDATE_RATIOS if _at_scale(v.probe, ratio)]
     tries = [
         (v.explanation.score_at_scale(rescaled), ratio)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
 from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
-from fpmatch.matching.calibration import fmr_to_score, load_calibration
+from fpmatch.matching.calibration import allowance, fmr_to_score, load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.result import named
 from fpmatch.matching.verification import CANDIDATE_RATIOS
@@ -120,19 +120,6 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
         if matching:
             return max(matching, key=lambda one: one.verification.score)
     return pair
-
-
-def allowance(share: float, tries: int = 1) -> float:
-    """Return by how much the score of each of some tries is lowered, at least one.
-
-    Together they have `share` of the false match rate.
-
-    Examples
-    --------
-    >>> round(allowance(0.1), 6), round(allowance(0.5, 5), 6)
-    (10.0, 10.0)
-    """
-    return 10.0 * math.log10(max(tries, 1) / share)
 
 
 def other_resolutions(probe: GivenPrint) -> list[float]:

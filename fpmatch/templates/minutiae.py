@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -34,8 +34,8 @@ MM_PER_INCH: Final = 25.4
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)
-WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
 """Largest position or angle, which are kept as float32."""
+WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
 _FLOAT: Final = np.dtype(np.float32)
 _BYTE: Final = np.dtype(np.uint8)
 _KEPT: Final[dict[str, tuple[np.dtype[Any], float | None, float]]] = {
@@ -298,7 +298,7 @@ class Template:
         if field is not None:
             width, mirrored = min(field.mask.shape[1] * field.step, WIDEST_PX), field.mirrored()
         minutiae = Minutiae(width - 1 - m.x, m.y, np.pi - m.angle, m.kind, m.quality)
-        return Template(minutiae, max(1, math.ceil(width)), self.height, self.dpi, mirrored)
+        return replace(self, minutiae=minutiae, width=max(1, math.ceil(width)), field=mirrored)
 
     def __len__(self) -> int:
         """Return the number of minutiae."""

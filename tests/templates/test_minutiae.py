@@ -148,5 +148,7 @@ def test_twice_mirrored_is_the_same_but_for_the_frame():
     assert np.abs(apart).max() < 1e-5
     assert twice.minutiae.xy == pytest.approx(one.minutiae.xy, abs=1e-3)
     assert np.abs(np.sin(twice.minutiae.angle - one.minutiae.angle)).max() < 1e-5
-    bare = replace(one, field=None)
+    bare = replace(one, field=None, dpi_known=False)
+    assert not bare.mirrored().dpi_known
+    assert one.mirrored().dpi_known
     assert (bare.mirrored().width, bare.mirrored().field) == (one.width, None)

@@ -1,6 +1,6 @@
 """ANSI/NIST-ITL files (AN2, EFT, EBTS; traditional encoding): their records and images.
 
-The first record lists the others, by type and number (IDC). Those of types 3 to 8 are binary and
+The first record lists the others, by type and number (IDC). Records of types 3 to 8 are binary and
 begin with their length in four bytes; the others are fields ``9.012:value`` separated by GS, of
 subfields separated by RS, of items separated by US, and end with FS.
 """

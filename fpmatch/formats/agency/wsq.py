@@ -210,7 +210,7 @@ def _decimal(body: ByteReader, size: int = 2) -> float:
 
 
 def _synthesis_filters(body: ByteReader) -> tuple[Floats, Floats]:
-    """Return the low and high pass filters of the synthesis from those of the analysis."""
+    """Return the low and high pass synthesis filters of the given analysis filters."""
     lengths = body.number(), body.number()
     if any(length % 2 == 0 for length in lengths):
         raise ImageReadError("WSQ image with filters of even length, which cannot be read")

@@ -60,7 +60,7 @@ def prints_in(folder: Path) -> list[Path]:
 
 
 def files_of(place: Path) -> list[PrintFile]:
-    """Return a file, or the prints of a folder or, where it has none, those of its subfolders."""
+    """Return a file, or the prints of a folder; where it has none, the prints of its subfolders."""
     if not place.is_dir():
         return [PrintFile(place)]
     if paths := prints_in(place):

@@ -16,9 +16,10 @@ from fpmatch.gallery.search.identification import RIVALS
 from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.gallery.search.whole import ENTRY, piece_size
+from fpmatch.matching.calibration import allowance
 from fpmatch.matching.result import named, prepare_print
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.prints.pair import FIRST_SHARE, allowance, other_resolutions
+from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Sequence

@@ -151,8 +151,6 @@ def decode_image(
 
 def _settled(image: GreyImage, polarity: Polarity, dpi: float | None) -> GreyImage:
     """Return an image with dark ridges, without a resolution that its ridges contradict."""
-    if dpi is not None:
-        check_dpi(dpi)
     if image.dpi is not None and dpi is None:
         from fpmatch.image.quality.ridge_scale import contradiction  # noqa: PLC0415
 

@@ -34,14 +34,19 @@ UNQUESTIONED_DPI: Final = (450.0, 600.0)
 USUAL_DPI: Final = (STANDARD_DPI, 250.0, 363.0, 569.0, 1000.0)
 """Resolutions of an image that states none; 508 and 512 dpi do not differ from 500."""
 
-TYPICAL_MM: Final = 0.46
-"""Median period of prints; the logarithm of that of a sensor's prints, and of one print of them,
-are normally distributed about it and about the sensor's, with about these standard deviations;
-``research check resolution`` measures them."""
-SENSORS_SD: Final = 0.1
-PRINTS_SD: Final = 0.13  # of the least regular sensor
+TYPICAL_MM: Final = 0.45
+"""Typical median period of the prints of a sensor; `research check resolution` measures it."""
 
-MOST_DEVIATIONS: Final = 2.9  # the density there is exp(-4.2) of that at the typical period
+SENSORS_MM: Final = (0.34, 0.62)
+"""Least and largest median period of many prints of a sensor."""
+
+SENSORS_SD: Final = 0.1
+"""Deviation of the logarithm of that median from sensor to sensor."""
+
+PRINTS_SD: Final = 0.13
+"""Deviation of the logarithm of the period from print to print, of the least regular sensor."""
+
+_DEVIATIONS: Final = 2.9  # of the mean of a few prints, beside the limits of the sensor's median
 
 POSSIBLE_MM: Final = (0.31, 0.63)  # of a print that is tried at another resolution
 TWO_SENSORS: Final = (0.3, 3.5)
@@ -119,15 +124,17 @@ def common_dpi(periods_px: Sequence[float], usual: float = STANDARD_DPI) -> floa
     Examples
     --------
     >>> common_dpi([9.1, 8.4]), common_dpi([5.8]), common_dpi([5.8] * 30), common_dpi([17.5])
-    (500.0, 500.0, 320.0, 1000.0)
+    (500.0, 500.0, 330.0, 1000.0)
     """
     if not periods_px:
         return usual
-    off = math.log(float(np.median(periods_px)) * MM_PER_INCH / STANDARD_DPI / TYPICAL_MM)
-    deviation = math.hypot(SENSORS_SD, PRINTS_SD / math.sqrt(len(periods_px)))
+    period = float(np.median(periods_px)) * MM_PER_INCH  # in mm, times the resolution in dpi
+    low, high = np.log(SENSORS_MM).tolist()
+    most = math.hypot((high - low) / 2, _DEVIATIONS * PRINTS_SD / math.sqrt(len(periods_px)))
     for dpi in (usual, STANDARD_DPI):
-        if abs(off - math.log(dpi / STANDARD_DPI)) <= MOST_DEVIATIONS * deviation:
+        if abs(math.log(period / dpi) - (low + high) / 2) <= most:
             return dpi
+    off = math.log(period / STANDARD_DPI / TYPICAL_MM)
     doubled = round(off / math.log(2.0))
     if abs(off - doubled * math.log(2.0)) <= SENSORS_SD and doubled:
         return STANDARD_DPI * 2.0**doubled

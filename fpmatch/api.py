@@ -86,9 +86,7 @@ class VerifiedPrints(Verification):
         default=(None, None), repr=False
     )
 
-    def overlay(
-        self, *, side_by_side: bool = False, ridges: bool = False, warp: bool = False
-    ) -> Overlay:
+    def overlay(self, *, side_by_side: bool = False, ridges: bool = False) -> Overlay:
         """Draw the probe, moved by the transform, over the reference; see `fpmatch.draw`.
 
         Parameters
@@ -97,13 +95,11 @@ class VerifiedPrints(Verification):
             Draw the prints beside each other.
         ridges : bool
             Draw the agreement of the ridges over the reference; see `Verification.ridge_map`.
-        warp : bool
-            Draw the probe as the mesh of the pairs bends it: for looking, not for measuring.
 
         Raises
         ------
         OutputError
-            If more than one of the three is set.
+            If both are set.
         """
         from fpmatch.drawing.overlay.draw import View, overlay_scene  # noqa: PLC0415
         from fpmatch.drawing.scene.ink import ridge_picture  # noqa: PLC0415  (after the decision)
@@ -113,7 +109,7 @@ class VerifiedPrints(Verification):
             ridge_picture(template) if image is None else image
             for image, template in zip(self.images, (self.probe, self.reference), strict=True)
         )
-        scene = overlay_scene(probe, reference, self, View(side_by_side, ridges, warp))
+        scene = overlay_scene(probe, reference, self, View(side_by_side, ridges))
         return Overlay(paint(scene), scene)
 
     @cached_property

@@ -23,7 +23,7 @@ GROUPS: Final = {
         *("dpi", "probe_dpi", "reference_dpi", "raw", "mirror", "polarity", "enhance", "angles"),
         *("pattern", "by_folder", "prefix"),
     ),
-    "Overlay": ("view", "warp"),
+    "Overlay": ("view",),
     "Resources": ("workers", "scheduler", "key"),
 }
 RENAMED: Final = {

@@ -91,13 +91,6 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
     help="Draw the probe over the reference, the prints beside each other, or where their ridges "
     "agree, on the cells that the score compared.  [default: overlay]",
 )
-@click.option(
-    "--warp",
-    is_flag=True,
-    hidden=True,
-    help="Draw the probe bent on the mesh of the pairs, as the matcher does to compare the ridges: "
-    "for looking, not for measuring; the picture states it.",
-)
 @file_option(
     "--case-report",
     metavar="OUT.html",
@@ -126,7 +119,6 @@ def verify(
     finger: str | None,
     overlay_file: Path | None,
     view: str | None,
-    warp: bool,
     case_report: Path | None,
     case_number: str,
     notes: str,
@@ -143,8 +135,8 @@ def verify(
     if gallery is not None or subject is not None or finger is not None:
         if overlay_file is not None or case_report is not None:
             raise click.UsageError("--overlay and --case-report cannot be combined with --gallery")
-        if view is not None or warp or ridge_map:
-            raise click.UsageError("--view, --warp and --ridge-map compare two files")
+        if view is not None or ridge_map:
+            raise click.UsageError("--view and --ridge-map compare two files")
         if gallery is None or subject is None:
             raise click.UsageError("--gallery and --subject must be given together")
         verify_claim = from_wing("gallery", "cli.claim", "verify_claim", used_by="verify --gallery")
@@ -152,12 +144,10 @@ def verify(
         return EXIT_STATUS[decision]
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
-    if overlay_file is None and (view is not None or (warp and case_report is None)):
-        raise click.UsageError("--view and --warp are of --overlay; --warp of --case-report, too")
+    if overlay_file is None and view is not None:
+        raise click.UsageError("--view is of --overlay")
     if case_report is None and (case_number or notes):
         raise click.UsageError("--case-number and --notes are of --case-report")
-    if warp and view not in {None, "overlay"}:
-        raise click.UsageError(f"--warp cannot be combined with --view {view}")
     if ridge_map and not as_json:
         raise click.UsageError("--ridge-map is of --json")
     from fpmatch.base.output import check_writable
@@ -189,18 +179,18 @@ def verify(
     show(answer)
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
-        _draw(overlay_file, pair, view, warp=warp)
+        _draw(overlay_file, pair, view)
     if case_report is not None:
-        written = {"case_number": case_number, "notes": notes, "warp": warp}
+        written = {"case_number": case_number, "notes": notes}
         _write_case_report(case_report, pair, values, written)
     return EXIT_STATUS[pair.verification.decision]
 
 
-def _draw(target: Path, pair: ComparedPair, view: str | None, *, warp: bool) -> None:
+def _draw(target: Path, pair: ComparedPair, view: str | None) -> None:
     """Draw a comparison of two files; print a note where another picture is drawn."""
     from fpmatch.drawing.overlay.draw import View, save_overlay
 
-    chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges", warp=warp)
+    chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges")
     verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
     save_overlay(target, *pixels, verification, **asdict(chosen))
     if missing := chosen.missing(verification):

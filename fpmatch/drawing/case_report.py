@@ -17,7 +17,6 @@ from fpmatch._version import __version__
 from fpmatch.base.html import page_templates
 from fpmatch.drawing.overlay.draw import View, panel_picture
 from fpmatch.drawing.overlay.marks import ExaminerMark
-from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.raster import data_url, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
@@ -166,14 +165,12 @@ def case_report(
     notes: str = "",
     marks: Sequence[CaseMark] = (),
     made: datetime | None = None,
-    warp: bool = False,
 ) -> str:
     """Return the report on a comparison as HTML, which prints to PDF on A4 or Letter paper.
 
     `settings` says how the prints were read and compared; the first of `marks` is A; `made` is now
-    by default; with `warp` the overlay warped through the pairs is shown, too. Every kind of line
-    break in `notes` begins a new line. Raises CaseReportError if notes, case number or marks are
-    beyond their limits.
+    by default. Every kind of line break in `notes` begins a new line. Raises CaseReportError if
+    notes, case number or marks are beyond their limits.
     """
     check_words(case_number, notes, *(mark.note for mark in marks))
     if len(marks) > _MOST_MARKS:
@@ -185,7 +182,6 @@ def case_report(
         for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
     ]
     scored = not math.isnan(v.score)
-    bent, drawn = pair_warp(v) if warp and v.transform is not None else (None, "")
     title = f"{files[0].name} and {files[1].name}"
     title = printable(f"Case {case_number.strip()}: {title}" if case_number.strip() else title)
     html = (
@@ -209,8 +205,6 @@ def case_report(
             settings=settings,
             sides=sides,
             overlay=_picture(pair, View(), own) if v.transform is not None else "",
-            warped=_picture(pair, View(warp=True), own) if bent else "",
-            drawn=drawn,
             ridges=_picture(pair, View(ridges=True), own) if v.ridge_map is not None else "",
             beside=_picture(pair, View(side_by_side=True), own),
             pairs=_pairs(pair),

@@ -130,14 +130,6 @@ class Explanation:
         return ridges
 
     @cached_property
-    def mesh_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """The pairs where the matcher's mesh has them; None where it has none."""
-        points: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-        if hasattr(self.matcher, "mesh_points"):
-            points = self._ask("mesh_points", self.evidence)
-        return points
-
-    @cached_property
     def mirrored_score(self) -> float | None:
         """Score of the mirrored probe, less what its tries cost; None unless it is a match."""
         if self.match or self.rho is not None or wants_image(self.matcher):
@@ -305,15 +297,6 @@ class Verification:
     def ridge_map(self) -> RidgeMap | None:
         """Where the ridges agree; None where they were not compared. Its mean is scored."""
         return None if self.explanation is None else self.explanation.ridge_map
-
-    @property
-    def mesh_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """The pairs where the matcher's mesh has them, in pixels of probe and reference, (K, 2).
-
-        They lie between the minutiae, which are not located exactly, and what their neighbours
-        predict. None where the matcher has no mesh.
-        """
-        return None if self.explanation is None else self.explanation.mesh_points
 
     @property
     def matched_share(self) -> float:

@@ -30,7 +30,7 @@ _DECISION: Final = ("matcher", "fmr", "threshold")
 _PAIR: Final = (*_READING, "probe_dpi", "reference_dpi", *_DECISION)
 _OPTIONS: Final = {  # that a request takes, besides prints and labels
     "/verify": _PAIR,
-    "/overlay": (*_PAIR, "format", "side_by_side", "ridges", "warp"),
+    "/overlay": (*_PAIR, "format", "side_by_side", "ridges"),
     "/extract": (*_READING, "format"),
     "/identify": ("dpi", "matcher", "candidates", "threshold"),
     "/gallery/verify": (*_READING, *_DECISION),
@@ -115,8 +115,8 @@ class ServerClient:
     def overlay(self, probe: Print, reference: Print, **options: Any) -> bytes:
         """Return the picture of `fpmatch verify --overlay`.
 
-        ``format`` is "png" or "svg"; ``side_by_side``, ``ridges`` or ``warp`` may be true; other
-        options are those of `verify`.
+        ``format`` is "png" or "svg"; ``side_by_side`` or ``ridges`` may be true; other options
+        are those of `verify`.
         """
         files = {"probe": probe, "reference": reference}
         return self._request("POST", "/overlay", files, options=options).content

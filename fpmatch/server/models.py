@@ -162,35 +162,10 @@ class Ridges(BaseModel):
     colours: list[str] = Field(description="of agreements from 0 to 1, evenly spaced")
 
 
-class Place(BaseModel):
-    """A rectangle in pixels of the reference."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-
-
-class Warped(BaseModel):
-    """The probe warped on the mesh of the pairs, in pixels of the reference."""
-
-    ink: str | None
-    box: Place = Field(description="What the picture `ink` covers")
-    extent: tuple[float, float, float, float] = Field(
-        description="left, top, right, bottom of what shows ridges"
-    )
-    minutiae: list[tuple[float, float, float]] = Field(description="x, y, angle")
-    grid: list[list[tuple[float, float]]] = Field(
-        description="Places of nodes that are evenly spaced over the probe, by rows"
-    )
-
-
 class Views(BaseModel):
     """Further views of a comparison."""
 
     ridges: Ridges | None = Field(description="null where the ridges were not compared")
-    drawn: str = Field(description="By what the warped probe is drawn")
-    warped: Warped | None = Field(description="null where it is drawn by the transform")
 
 
 class Mark(BaseModel):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,10 +11,8 @@ from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, setting
 from fpmatch.drawing.overlay.draw import View, overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.overlay.ridge_page import agreement
-from fpmatch.drawing.overlay.superposed import SIMILARITY, probe_outline, view_of
-from fpmatch.drawing.overlay.warp import pair_warp
 from fpmatch.drawing.scene.ink import ridge_picture, shrunk
-from fpmatch.drawing.scene.items import Box, bounds, of_transform, zoomed
+from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, webp_bytes
 from fpmatch.errors import GalleryError
@@ -30,7 +27,6 @@ from fpmatch.server.prints import Upload, open_upload
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.overlay.warp import PairWarp
     from fpmatch.drawing.scene.items import Ink
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.verification import Verification
@@ -86,7 +82,6 @@ def report_pair(
     request: PairRequest,
     notes: str,
     marks: list[dict[str, Any]],
-    warp: bool = False,
     case_number: str = "",
 ) -> str:
     """Return the case report of two uploads, with what an examiner noted and marked."""
@@ -102,7 +97,6 @@ def report_pair(
         case_number=case_number,
         notes=notes,
         marks=[CaseMark(**mark) for mark in marks],
-        warp=warp,
     )
 
 
@@ -189,18 +183,12 @@ def rgba(coverage: NDArray[np.uint8], colour: Colour) -> NDArray[np.uint8]:
 
 
 _COLOURS: Final = 11  # of the scale of agreement
-_NODES: Final = 17  # along each side of the probe, for places that an examiner marks
 
 
 def show_views(request: PairRequest) -> dict[str, Any]:
     """Return what the web interface shows on request; see `fpmatch.server.models.Views`."""
     pair = request.compare()
-    warp, drawn = pair_warp(pair.verification)
-    return {
-        "ridges": _ridges(pair.verification),
-        "drawn": drawn if pair.verification.transform else SIMILARITY,
-        "warped": None if warp is None else _warped(pair, warp),
-    }
+    return {"ridges": _ridges(pair.verification)}
 
 
 def _ridges(verification: Verification) -> dict[str, Any] | None:
@@ -212,44 +200,3 @@ def _ridges(verification: Verification) -> dict[str, Any] | None:
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
     beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_MEAN}
     return {**document, **beside, "cells": cells, "colours": colours}
-
-
-def _warped(pair: ComparedPair, warp: PairWarp) -> dict[str, Any]:
-    v = pair.verification
-    probe = Print(pixels_of(pair.probe), v.probe)
-    reference = Print(pixels_of(pair.reference), v.reference)
-    matrix = of_transform(warp.transform)
-    outline = probe_outline(probe, matrix, warp)
-    box = bounds(outline).intersection(view_of(reference, outline))
-    factor = min(1.0, LARGEST_SIDE_SHOWN / max(box.width, box.height, 1.0))
-    size = math.ceil(box.width * factor), math.ceil(box.height * factor)
-    to_picture = zoomed(factor, (box.x, box.y), (0.0, 0.0))
-    ink = ink_of(probe, to_picture @ matrix, PROBE_INK, "")
-    minutiae = warp.minutiae(v.probe.minutiae)
-    columns, rows = (
-        np.linspace(0, side, _NODES) for side in (v.probe.width - 1, v.probe.height - 1)
-    )
-    nodes = warp.to_reference(np.stack(np.meshgrid(columns, rows), axis=2).reshape(-1, 2))
-    document: dict[str, Any] = {
-        "ink": None,
-        "box": {"x": box.x, "y": box.y, "width": size[0] / factor, "height": size[1] / factor},
-        "extent": [box.x, box.y, box.right, box.bottom],
-        "minutiae": [
-            [round(float(x), 2), round(float(y), 2), round(float(angle), 4)]
-            for x, y, angle in zip(minutiae.x, minutiae.y, minutiae.angle, strict=True)
-        ],
-        "grid": nodes.reshape(_NODES, _NODES, 2).round(2).tolist(),
-    }
-    if ink is None:
-        return document
-    ink = warp.ink(ink, to_picture, Box(0.0, 0.0, *map(float, size)))
-    document["ink"] = data_url(png_bytes(rgba(ink.coverage, PROBE_INK)), "png")
-    inked = ink.coverage > INKED
-    if inked.any():
-        right, bottom = (np.flatnonzero(inked.any(axis=axis))[[0, -1]] for axis in (0, 1))
-        ends = [right[0], bottom[0], right[1] + 1, bottom[1] + 1]
-        starts = [box.x, box.y] * 2
-        document["extent"] = [
-            start + float(end) / factor for start, end in zip(starts, ends, strict=True)
-        ]
-    return document

@@ -257,9 +257,8 @@ async def _drawing(
     file_format: Annotated[Literal["png", "svg"], Form(alias="format")] = "png",
     side_by_side: Annotated[bool, Form(description="Draw the prints beside each other")] = False,
     ridges: Annotated[bool, Form(description="Draw where the ridges agree")] = False,
-    warp: Annotated[bool, Form(description="Draw the probe bent on the mesh of pairs")] = False,
 ) -> tuple[str, View]:
-    return file_format, View(side_by_side, ridges, warp)
+    return file_format, View(side_by_side, ridges)
 
 
 Drawing = Annotated[tuple[str, View], Depends(_drawing)]

@@ -179,11 +179,11 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
 
 @router.post(
     "/views",
-    summary="Where the ridges agree, and the probe warped through the pairs",
+    summary="Where the ridges agree",
     response_model=models.Views,
 )
 async def further_views(run: Run, prints: UploadedPair) -> Response:
-    """Return the map of ridge agreement and the warped probe: for looking, not for measuring."""
+    """Return the map of ridge agreement."""
     content, _ = await run(encoded, pair.show_views, prints)
     return _json(content)
 
@@ -210,7 +210,6 @@ async def case_report(
     case_number: Annotated[
         str, Form(max_length=LONGEST_CASE_NUMBER, description="On every page of the report")
     ] = "",
-    warp: Annotated[bool, Form(description="Show the warped overlay, too")] = False,
 ) -> Response:
     """Return the page that `fpmatch verify --case-report` writes."""
     try:
@@ -218,7 +217,7 @@ async def case_report(
     except ValidationError as error:
         raise RequestError(f"marks: {_fault_of_marks(error)}") from None
     document = [mark.model_dump() for mark in placed]
-    html = await run(pair.report_pair, prints, notes, document, warp, case_number)
+    html = await run(pair.report_pair, prints, notes, document, case_number)
     return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 

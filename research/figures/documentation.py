@@ -43,10 +43,10 @@ def command(out: Path, only: str | None) -> None:
     """Draw the figures of the documentation.
 
     overlay.png is what ``fpmatch verify sample_data/101_1.tif sample_data/101_3.tif --overlay``
-    writes, ridges.png and warped.png the same with ``--view ridges`` and ``--warp``, with a palette
-    of fewer colours. how_it_works.png shows two prints at each step of the
-    matcher "unit-circle". points/ holds the pictures that ``fpmatch explain`` draws of two random
-    point sets: Q is P rotated, scaled, shifted and jittered.
+    writes, ridges.png the same with ``--view ridges``, with a palette of fewer colours.
+    how_it_works.png shows two prints at each step of the matcher "unit-circle". points/ holds the
+    pictures that ``fpmatch explain`` draws of two random point sets: Q is P rotated, scaled,
+    shifted and jittered.
     """
     out.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
@@ -63,7 +63,6 @@ def _draw_prints(folder: Path) -> list[Path]:
     for name, drawing, pair in (
         ("overlay.png", _overlay, OVERLAY_PAIR),
         ("ridges.png", partial(_overlay, ridges=True), OVERLAY_PAIR),
-        ("warped.png", partial(_overlay, warp=True), OVERLAY_PAIR),
         ("how_it_works.png", how_it_works, STEPS_PAIR),
     ):
         prints = [ROOT / "sample_data" / f"{impression}.tif" for impression in pair]

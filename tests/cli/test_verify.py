@@ -210,20 +210,20 @@ def test_overlay_writes_a_picture_whatever_the_decision(run, prints, tmp_path):
     assert drawn[0] != drawn[1]
 
 
-def test_overlays_of_ridges_and_warped_ones(run, tmp_path):
+def test_overlays_of_ridges_are_others(run, tmp_path):
     drawn, picture = set(), tmp_path / "drawn.svg"
-    for option in ([], ["--view", "ridges"], ["--warp"]):
+    for option in ([], ["--view", "ridges"]):
         prints = (SAMPLES / "101_1.tif", SAMPLES / "101_3.tif")
         result = run("verify", *prints, *option, "--overlay", picture)
         assert (result.exit_code, result.stderr) == (0, "")
         drawn.add(picture.read_text())
-    assert len(drawn) == 3
+    assert len(drawn) == 2
 
 
-@pytest.mark.parametrize("view", [("--warp",), ("--view", "ridges")])
-def test_what_cannot_be_drawn_is_noted(run, prints, tmp_path, view):
+def test_what_cannot_be_drawn_is_noted(run, prints, tmp_path):
     picture = tmp_path / "drawn.png"
-    result = run("verify", prints / "blank.png", prints / "1_1.png", *view, "--overlay", picture)
+    pair = prints / "blank.png", prints / "1_1.png"
+    result = run("verify", *pair, "--view", "ridges", "--overlay", picture)
     assert (result.exit_code, f"note: {picture}: no transform" in result.stderr) == (3, True)
 
 
@@ -241,9 +241,7 @@ def test_the_map_of_ridges_is_in_the_json_if_requested(run, prints):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("verify {a} {b} --overlay o.png --view ridges --warp", "--warp"),
         ("verify {a} {b} --view ridges", "--overlay"),
-        ("verify {a} {b} --warp", "--overlay"),
         ("verify {a} {b} --ridge-map", "--json"),
         ("verify {a} --gallery {db} --subject 1 --ridge-map --json", "two files"),
         ("verify --gallery {db} --subject 7 {a}", "subject 7"),

@@ -72,17 +72,8 @@ def test_it_states_files_settings_evidence_and_limits(match):
         assert words in html
     assert html.count("data:image/png;base64,") == 5
     assert "cell by cell on the reference" in html
-    assert "for looking" not in html
     assert len(re.findall(r'<tr><td class="n">\d+</td>', html)) == len(match.verification.pairs)
     assert page(match) == page(match)
-
-
-def test_the_warped_overlay_says_what_it_is(match):
-    html = page(match, warp=True)
-    assert html.count("data:image/png;base64,") == 6
-    words = f"warped through {len(match.verification.pairs)} pairs: for looking, not for measuring"
-    assert words in html
-    assert "moved by the similarity transform" in html
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -166,12 +157,12 @@ def test_tabs_in_notes_stay_and_other_control_characters_are_escaped(match):
 @pytest.mark.slow
 def test_marks_keep_their_letters_and_are_drawn(match):
     marks = [CaseMark("probe" if k % 2 else "reference", 60 + 9 * k, 150) for k in range(28)]
-    html = page(match, marks=marks, warp=True)
+    html = page(match, marks=marks)
     letters = re.findall(r"<tr><td><b>(\w+)</b></td>", html)
     assert letters == [*ascii_uppercase, "A2", "B2"]
-    without = page(match, warp=True)
+    without = page(match)
     drawn, clean = pictures(html), pictures(without)
-    assert len(drawn) == len(clean) == 6
+    assert len(drawn) == len(clean) == 5
     for (name, picture), other in zip(drawn.items(), clean.values(), strict=True):
         differ = np.flatnonzero(np.any(picture != other, axis=-1)) if picture.ndim == 3 else []
         assert (len(differ) > 500) == (name not in {"probe", "reference"}), name

@@ -174,10 +174,9 @@ def test_any_transform_yields_a_page_of_bounded_size(sides, compared, scale, rot
     verification = compared(transform=Similarity(scale, rotation, tx, ty))
     height, width, _ = draw(*sides, verification).shape
     assert max(height, width) <= LARGEST_PANEL_SIDE + 2 * MARGIN + 400
-    for warp in (False, True):
-        root = svg_of(sides, verification, warp=warp)
-        numbers = [e.get(k) for e in root.iter() for k in ("cx", "cy", "x1", "y2", "transform")]
-        assert not any("nan" in n or "inf" in n for n in numbers if n)
+    root = svg_of(sides, verification)
+    numbers = [e.get(k) for e in root.iter() for k in ("cx", "cy", "x1", "y2", "transform")]
+    assert not any("nan" in n or "inf" in n for n in numbers if n)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 300), (300, 2), (20, 5000)])
@@ -300,22 +299,16 @@ def test_ridges_that_were_not_compared_leave_the_overlay(sides, compared):
     )
 
 
-def test_an_overlay_states_by_what_the_probe_is_drawn(sample_pair, sides, compared):
-    assert "Picture of probe | similarity transform |" in texts_of(svg_of(*sample_pair))
-    root = svg_of(*sample_pair, warp=True)
-    words = f"warped through {len(sample_pair[1].pairs)} pairs: for looking, not for measuring"
-    assert words in texts_of(root)
-    assert View(warp=True).missing(sample_pair[1]) == ""
+def test_an_overlay_states_by_what_the_probe_is_drawn(sample_pair):
+    root = svg_of(*sample_pair)
+    assert "Picture of probe | similarity transform |" in texts_of(root)
     assert len(of_class(root, "line", "pair")) == len(sample_pair[1].pairs)
-    few = compared(pairs=NO_PAIRS)
-    assert "fewer than three pairs" in texts_of(svg_of(sides, few, warp=True))
-    assert "fewer than three pairs" in View(warp=True).missing(few)
     assert "Picture of probe" not in texts_of(svg_of(*sample_pair, side_by_side=True))
 
 
 def test_views_exclude_each_other(sides, compared):
     with pytest.raises(OutputError, match="exclude"):
-        draw(*sides, compared(), ridges=True, warp=True)
+        draw(*sides, compared(), ridges=True, side_by_side=True)
 
 
 def test_marks_of_an_examiner_are_where_they_were_set_and_dashed_on_the_other_print():

@@ -116,33 +116,22 @@ def test_further_views_are_of_the_same_comparison(client, prints):
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     shown = client.post("/compare", files=files).json()
     views = client.post("/views", files=files).json()
-    ridges, warped = views["ridges"], views["warped"]
+    ridges = views["ridges"]
     compared = shown["result"]["compared"]
     assert ridges["mean"] == pytest.approx(compared["ridge_agreement"], rel=1e-12)
     assert ridges["area_mm2"] == compared["ridge_area_mm2"]
     assert ridges["impostor_mean"] == IMPOSTOR_MEAN
     assert {len(cell) for cell in ridges["cells"]} == {4}
     assert all(re.fullmatch("#[0-9a-f]{6}", cell[3]) for cell in ridges["cells"])
-    assert views["drawn"].startswith("warped through")
-    assert len(warped["minutiae"]) == len(shown["probe"]["minutiae"])
-    assert warped["ink"].startswith("data:image/png;base64,")
-    left, top, right, bottom = warped["extent"]
-    box = warped["box"]
-    assert box["x"] <= left < right <= box["x"] + box["width"] + 1
-    assert box["y"] <= top < bottom <= box["y"] + box["height"] + 1
-    picture = client.post("/overlay", files=files, data={"warp": "true", "format": "svg"})
-    assert "for looking, not for measuring" in picture.text
-    both = client.post("/overlay", files=files, data={"warp": "true", "ridges": "true"})
+    both = client.post("/overlay", files=files, data={"side_by_side": "true", "ridges": "true"})
     assert both.status_code == 422
     assert "exclude" in both.json()["error"]
-    report = client.post("/case-report", files=files, data={"warp": "true"})
-    assert "for looking, not for measuring" in report.text
 
 
 def test_prints_without_ridges_have_no_further_views(client, prints):
     files = sent(prints, probe="blank.png", reference="1_2.png")
     views = client.post("/views", files=files).json()
-    assert views == {"ridges": None, "drawn": "similarity transform", "warped": None}
+    assert views == {"ridges": None}
 
 
 def test_compare_tells_all_that_the_page_shows(client, prints):

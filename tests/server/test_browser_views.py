@@ -96,7 +96,7 @@ def test_a_chosen_pair_stays_lit_in_every_view(page):
     assert {element.get_attribute("data-pair") for element in page.all(".lit")} == {"7"}
 
 
-def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_warped_probe(page):
+def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_overlay(page):
     compare(page, "101_1.tif", "101_3.tif")
     page.one(".pair-list summary").click()
     page.one(".pairs [data-pair='7']").click()
@@ -110,15 +110,7 @@ def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_warped_probe(page):
     page.keep("ridges")
     page.one("#view-over").click()
     assert page.text("#drawn") == "Picture of probe: similarity transform."
-    still = marks_on_screen(page)
-    page.one("#warp").click()
-    page.until(lambda: "warped through 21 pairs" in page.text("#drawn"))
-    assert "for looking, not for measuring" in page.text("#drawn")
     page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
-    assert marks_on_screen(page) != still
-    page.keep("warped")
-    page.one("#warp").click()
-    assert page.text("#drawn") == "Picture of probe: similarity transform."
 
 
 def marks_on_screen(page):
@@ -135,7 +127,7 @@ def marks_on_screen(page):
 
 def test_no_corner_of_a_print_is_cut_off_in_any_view(page):
     compare(page, "101_1.tif", "101_3.tif")
-    for view in ("#view-over", "#warp", "#view-ridges", "#view-beside"):
+    for view in ("#view-over", "#view-ridges", "#view-beside"):
         page.one(view).click()
         page.until(lambda: page.one(".stage").get_attribute("aria-busy") is None)
         places = np.array(marks_on_screen(page))
@@ -146,23 +138,6 @@ def test_no_corner_of_a_print_is_cut_off_in_any_view(page):
             assert min(left, top) > 0, view
             assert max(right, bottom) < 1, view
             assert max(right - left, bottom - top) > 0.7, view
-
-
-def test_marks_of_an_examiner_follow_the_warped_probe(page):
-    compare(page, "101_1.tif", "101_3.tif")
-    page.one("#view-beside").click()
-    page.one("#mark").click()
-    webdriver.ActionChains(page.browser).move_to_element(page.all(".viewer")[0]).click().perform()
-    page.one("#view-over").click()
-
-    def place():
-        return page.one(".own-mark.elsewhere").get_attribute("style").partition("scale")[0]
-
-    rigid = place()
-    page.one("#warp").click()
-    page.until(lambda: "warped" in page.text("#drawn"))
-    apart = np.subtract(*(np.array(re.findall(r"-?[\d.]+", at), float) for at in (rigid, place())))
-    assert 0.1 < np.hypot(*apart[:2]) < 15
 
 
 def test_the_zoom_stays_between_overlay_and_ridges(page):
@@ -180,8 +155,6 @@ def test_the_zoom_stays_between_overlay_and_ridges(page):
 def test_prints_whose_ridges_were_not_compared_have_no_map(page):
     compare(page, "101_1.tif", "102_3.tif")
     assert page.one("#view-ridges").get_dom_attribute("disabled") is not None
-    page.one("#warp").click()
-    page.until(lambda: "warped through" in page.text("#drawn"))
 
 
 def test_linked_prints_show_the_same_place(page):

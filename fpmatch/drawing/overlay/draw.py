@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.overlay.page import Print, panel_of
-from fpmatch.drawing.overlay.superposed import SIMILARITY, superposed_page
+from fpmatch.drawing.overlay.superposed import superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
 from fpmatch.errors import ImageError, OutputError, check_type
 from fpmatch.matching.verification import Verification
@@ -36,11 +36,10 @@ class View:
 
     side_by_side: bool = False
     ridges: bool = False
-    warp: bool = False
 
     def __post_init__(self) -> None:
-        if self.side_by_side + self.ridges + self.warp > 1:
-            raise OutputError("side by side, ridges and warp exclude each other")
+        if self.side_by_side and self.ridges:
+            raise OutputError("side by side and ridges exclude each other")
 
     def missing(self, verification: Verification) -> str:
         """Return why another picture is drawn instead, in one line; "" where it is not."""
@@ -48,14 +47,7 @@ class View:
             return ""
         if verification.transform is None:
             return NO_TRANSFORM
-        if self.ridges:
-            return "" if verification.ridge_map is not None else NO_RIDGES
-        if not self.warp:
-            return ""
-        from fpmatch.drawing.overlay.warp import pair_warp  # noqa: PLC0415
-
-        warp, words = pair_warp(verification)
-        return words if warp is None else ""
+        return NO_RIDGES if self.ridges and verification.ridge_map is None else ""
 
 
 def draw(
@@ -65,7 +57,6 @@ def draw(
     *,
     side_by_side: bool = False,
     ridges: bool = False,
-    warp: bool = False,
 ) -> NDArray[np.uint8]:
     """Draw the probe, moved by the recovered transform, over the reference.
 
@@ -84,9 +75,6 @@ def draw(
     ridges : bool
         Draw the reference, its cells coloured by the agreement of the ridges (see
         `Verification.ridge_map`); the overlay where the ridges were not compared.
-    warp : bool
-        Draw the probe as the mesh of the pairs bends it, to look at; by the transform where that
-        cannot be. The caption says which it is.
 
     Returns
     -------
@@ -111,7 +99,7 @@ def draw(
     >>> draw(image, image, nothing).shape[2]
     3
     """
-    view = View(side_by_side, ridges, warp)
+    view = View(side_by_side, ridges)
     return paint(overlay_scene(probe_image, reference_image, verification, view))
 
 
@@ -123,7 +111,6 @@ def save_overlay(
     *,
     side_by_side: bool = False,
     ridges: bool = False,
-    warp: bool = False,
 ) -> None:
     """Write the picture of `draw` as a PNG, or as an SVG with vector marks and text.
 
@@ -131,7 +118,7 @@ def save_overlay(
     ----------
     path : path
         The file; its ending is ``.png`` or ``.svg``.
-    probe_image, reference_image, verification, side_by_side, ridges, warp
+    probe_image, reference_image, verification, side_by_side, ridges
         As for `draw`.
 
     Raises
@@ -142,7 +129,7 @@ def save_overlay(
         If the ending is another, or the file cannot be written.
     """
     check_overlay(path)
-    view = View(side_by_side, ridges, warp)
+    view = View(side_by_side, ridges)
     suffix = Path(path).suffix.lower()
     content = overlay_file(suffix, probe_image, reference_image, verification, view)
     atomic_write_bytes(path, content)
@@ -207,9 +194,4 @@ def overlay_scene(
         from fpmatch.drawing.overlay.ridge_page import ridge_page  # noqa: PLC0415
 
         return ridge_page(theirs, verification, verification.ridge_map, own)
-    warp, drawn = None, SIMILARITY
-    if view.warp:
-        from fpmatch.drawing.overlay.warp import pair_warp  # noqa: PLC0415
-
-        warp, drawn = pair_warp(verification)
-    return superposed_page(ours, theirs, verification, transform, warp, drawn, own)
+    return superposed_page(ours, theirs, verification, transform, own)

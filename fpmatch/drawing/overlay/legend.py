@@ -35,13 +35,12 @@ TEXT_SIZE, _ROW, _SAMPLE, _GAP = 14.0, 30.0, 34.0, 24.0
 _RIGHT: Final[Point] = (1.0, 0.0)
 
 
-def overlay_legend(width: float, top: float, *, warped: bool = False) -> tuple[list[Item], float]:
+def overlay_legend(width: float, top: float) -> tuple[list[Item], float]:
     """Compose the legend of an overlay from `top` down; returns its items and its height."""
     both = mixed((palette.PROBE_INK, palette.REFERENCE_INK))
-    probe = "probe ridges, warped" if warped else "probe ridges, moved"
     entries: list[Entry] = [
         ("reference ridges", partial(ridge_sample, ink=palette.REFERENCE_INK)),
-        (probe, partial(ridge_sample, ink=palette.PROBE_INK)),
+        ("probe ridges, moved", partial(ridge_sample, ink=palette.PROBE_INK)),
         ("both together", partial(ridge_sample, ink=both)),
         ("paired minutiae", _pair),
         ("unpaired, of reference", partial(mark_sample, style=UNPAIRED["reference"])),

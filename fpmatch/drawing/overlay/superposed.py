@@ -1,12 +1,8 @@
-"""The page of an overlay: the probe moved or warped onto the reference, in two inks."""
+"""The page of an overlay: the probe moved onto the reference, in two inks."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Final
-
-import numpy as np
 
 from fpmatch.drawing.overlay.legend import overlay_legend
 from fpmatch.drawing.overlay.marks import (
@@ -38,10 +34,10 @@ from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.marks import ExaminerMark
-    from fpmatch.drawing.overlay.warp import PairWarp
     from fpmatch.matching.verification import Verification
     from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -51,7 +47,6 @@ SIMILARITY: Final = "similarity transform"
 _REACH: Final = 0.75  # of the reference's longer side: how far beyond it the probe is shown
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
-_SIDE_POINTS: Final = 24  # of the edge of a warped image, along each side
 
 
 def superposed_page(
@@ -59,13 +54,11 @@ def superposed_page(
     reference: Print,
     verification: Verification,
     transform: Similarity,
-    warp: PairWarp | None = None,
-    drawn: str = "",
     own: Sequence[ExaminerMark] = (),
 ) -> Scene:
-    """Compose the page; `transform`, or a warp, maps the probe's pixels to the reference's."""
+    """Compose the page; `transform` maps the probe's pixels to the reference's."""
     probe_to_reference = of_transform(transform)
-    outline = probe_outline(probe, probe_to_reference, warp)
+    outline = moved(probe_to_reference, probe.box.corners)
     view = view_of(reference, outline)
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
 
@@ -73,49 +66,18 @@ def superposed_page(
         to_page = zoomed(zoom, (view.x, view.y), (place.x, place.y))
         moving = to_page @ probe_to_reference
         inside: tuple[Item, ...] = (
-            *inks(probe, reference, moving, to_page, warp, place),
+            *inks(probe, reference, moving, to_page),
             *(
                 Path(tuple(moved(to_page, edge)), EDGES[side], closed=True, role=f"{side} edge")
                 for side, edge in (("reference", reference.box.corners), ("probe", outline))
             ),
-            *minutiae_and_pairs(verification, moving, to_page, place, warp),
-            *_examiner_marks(own, moving, to_page, place, warp),
+            *minutiae_and_pairs(verification, moving, to_page, place),
+            *examiner_marks(own, "reference", to_page, moving, place),
         )
         return [Group(inside, place, "prints"), frame(place)]
 
     size = (round(view.width * zoom), round(view.height * zoom))
-    legend = partial(overlay_legend, warped=warp is not None)
-    return page(verification, size, panel, legend, drawn or SIMILARITY)
-
-
-def _examiner_marks(
-    own: Sequence[ExaminerMark],
-    probe_to_page: Matrix,
-    to_page: Matrix,
-    place: Box,
-    warp: PairWarp | None,
-) -> list[Item]:
-    """Draw the marks of an examiner, those of the probe where it is drawn."""
-    if warp is None:
-        return examiner_marks(own, "reference", to_page, probe_to_page, place)
-    there = warp.to_reference(np.array([(mark.x, mark.y) for mark in own]).reshape(-1, 2))
-    warped = [
-        replace(mark, x=float(x), y=float(y)) if mark.side == "probe" else mark
-        for mark, (x, y) in zip(own, there, strict=True)
-    ]
-    return examiner_marks(warped, "reference", to_page, to_page, place)
-
-
-def probe_outline(
-    probe: Print, probe_to_reference: Matrix, warp: PairWarp | None = None
-) -> list[Point]:
-    """Return the edge of the probe's image in pixels of the reference."""
-    ends = np.array(probe.box.corners)
-    if warp is None:
-        return moved(probe_to_reference, ends)
-    along = np.linspace(0.0, 1.0, _SIDE_POINTS, endpoint=False)[:, None]
-    sides = [a + along * (b - a) for a, b in zip(ends, np.roll(ends, -1, axis=0), strict=True)]
-    return moved(np.eye(3), warp.to_reference(np.vstack(sides)))
+    return page(verification, size, panel, overlay_legend, SIMILARITY)
 
 
 def view_of(reference: Print, outline: list[Point]) -> Box:
@@ -131,14 +93,10 @@ def inks(
     reference: Print,
     probe_to_page: Matrix,
     to_page: Matrix,
-    warp: PairWarp | None = None,
-    place: Box | None = None,
 ) -> list[Item]:
     """Return the ridges of both prints in their inks, without one that cannot be drawn."""
     lower = ink_of(reference, to_page, REFERENCE_INK, "reference ridges")
     upper = ink_of(probe, probe_to_page, PROBE_INK, "probe ridges")
-    if upper and warp and place:
-        upper = warp.ink(upper, to_page, place)
     return [Overprint(lower, upper)] if lower and upper else [i for i in (lower, upper) if i]
 
 
@@ -147,13 +105,11 @@ def minutiae_and_pairs(
     probe_to_page: Matrix,
     to_page: Matrix,
     place: Box,
-    warp: PairWarp | None = None,
 ) -> list[Item]:
     """Draw the unpaired minutiae, over them the pairs: reference, link, probe."""
     ours, theirs = verification.probe.minutiae, verification.reference.minutiae
     i, j = verification.pairs.reshape(-1, 2).T.tolist()
-    drawn, onto = (ours, probe_to_page) if warp is None else (warp.minutiae(ours), to_page)
-    starts, ends = moved(onto, drawn.xy), moved(to_page, theirs.xy)
+    starts, ends = moved(probe_to_page, ours.xy), moved(to_page, theirs.xy)
     words = {a: described(ours, a) for a in range(len(ours))}
     titles = {
         b: f"pair {n}: probe {words[a]}; reference {described(theirs, b)}"
@@ -166,8 +122,8 @@ def minutiae_and_pairs(
     ]
     return [
         *marks(theirs, unpaired(theirs, j), to_page, UNPAIRED["reference"], place),
-        *marks(drawn, unpaired(ours, i), onto, UNPAIRED["probe"], place, words),
+        *marks(ours, unpaired(ours, i), probe_to_page, UNPAIRED["probe"], place, words),
         *marks(theirs, j, to_page, PAIRED["reference"], place, titles),
         *links,
-        *marks(drawn, i, onto, PAIRED["probe"], place, words),
+        *marks(ours, i, probe_to_page, PAIRED["probe"], place, words),
     ]

@@ -149,26 +149,6 @@ class UnitCircleMatcher(Parametrised):
         a, b = (reference, probe) if swapped else (probe, reference)
         return ridge_map(a, b, comparison.detail[0], self.parameters, swapped=swapped)
 
-    def mesh_points(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the pairs where the mesh has them, in pixels of probe and reference.
-
-        A pair lies halfway between the partner and where its ring predicts it, as for the ridges.
-        """
-        if comparison.detail is None:
-            return None
-        alignment: Alignment = comparison.detail[0]
-        swapped = reference.key < probe.key
-        a, b = (reference, probe) if swapped else (probe, reference)
-        paired = np.flatnonzero(alignment.partner >= 0)
-        partners = b.points[:2, alignment.partner[paired]]
-        own = a.points[:2, paired].T
-        other = 0.5 * (partners + alignment.predicted[:2, paired]).T
-        upright = np.array([1.0, -1.0])
-        ours, theirs = own * upright / a.to_500dpi, other * upright / b.to_500dpi
-        return (theirs, ours) if swapped else (ours, theirs)
-
     def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
         """Return minutiae and area in mm² of the smaller of two prints, in each respect."""
         minutiae, area = available(probe, reference)

@@ -93,8 +93,8 @@ function makeSlots() {
       reference.tell(shown.reference);
       showResult(shown, {
         verify: async (threshold) => (await ask("verify", { ...asked, threshold })).json(),
-        report: async (threshold, { caseNumber, notes, marks }, warp) =>
-          (await ask("case-report", { ...asked, threshold, case_number: caseNumber, notes, marks: JSON.stringify(marks), warp })).blob(),
+        report: async (threshold, { caseNumber, notes, marks }) =>
+          (await ask("case-report", { ...asked, threshold, case_number: caseNumber, notes, marks: JSON.stringify(marks) })).blob(),
         overlay: async (format, view, threshold) =>
           (await ask("overlay", { ...asked, format, ...view, threshold })).blob(),
         views: async () => (await ask("views", asked)).json(),

@@ -94,8 +94,7 @@ function mark(print, index, side, number, move, labelled) {
   turned.style.transform = `rotate(${degrees}deg)`;
   const group = svg("g", { class: `mark ${side} ${number ? "paired" : "lone"}` }, turned);
   group.style.transform = `translate(${x}px, ${y}px) scale(var(--k))`;
-  const named = print.named?.[index] ?? found; // a warped minutia by where it is in its print
-  group.prepend(svg("title", {}, `${number ? `pair ${number}: ` : ""}${side} ${minutia(named)}`));
+  group.prepend(svg("title", {}, `${number ? `pair ${number}: ` : ""}${side} ${minutia(found)}`));
   if (number) {
     group.dataset.pair = number;
     group.prepend(svg("circle", { class: "reach", r: 12 }));

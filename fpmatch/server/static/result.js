@@ -4,7 +4,7 @@ import { byId, complain, el, save } from "./dom.js";
 import { Examination } from "./examination.js";
 import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
-import { aboutRidges, bent, bentInk, bentPlace, cells, scale } from "./views.js";
+import { aboutRidges, cells, scale } from "./views.js";
 import { count, minutia, odds, place, stem } from "./words.js";
 
 const ALWAYS_MISSING = ["no ridges", "no finger", "unknown resolution"]; // at any threshold
@@ -29,7 +29,6 @@ class ResultView {
     this.move = shown.result.transform && layer.mover(shown.result.transform);
     this.turn = 0; // degrees by which both prints are rotated
     this.linked = this.move !== null;
-    this.warped = false;
     this.examination = new Examination(() => this.arrange(this.view, true));
     this.verdict = this.#verdict();
     this.evidence = this.#evidence();
@@ -123,7 +122,7 @@ class ResultView {
       button("Overlay PNG", "export-png", () => this.#overlay("png")),
       button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
       ...(this.source.report ? [button("Case report", "export-report", async () => {
-        this.#save(await this.source.report(this.threshold, this.examination, this.warped), "case.html");
+        this.#save(await this.source.report(this.threshold, this.examination), "case.html");
       })] : []),
       button("Result JSON", "export-json", async () => {
         const result = await this.source.verify(this.threshold);
@@ -134,8 +133,7 @@ class ResultView {
   }
 
   async #overlay(format) {
-    const over = this.view === "over";
-    const view = { side_by_side: this.apart, ridges: this.view === "ridges", warp: over && this.warped };
+    const view = { side_by_side: this.apart, ridges: this.view === "ridges" };
     this.#save(await this.source.overlay(format, view, this.threshold), `overlay.${format}`);
   }
 
@@ -170,7 +168,7 @@ class ResultView {
     this.drawn = el("p", { id: "drawn", "aria-live": "polite" });
     const choice = (words, view) => {
       const made = el("button", { type: "button", id: `view-${view}`, "aria-pressed": "false" }, words);
-      made.addEventListener("click", () => this.#choose(view, this.warped));
+      made.addEventListener("click", () => this.#choose(view));
       return made;
     };
     this.choices = { over: choice("Overlay", "over"), beside: choice("Side by side", "beside"), ridges: choice("Ridges", "ridges") };
@@ -186,11 +184,8 @@ class ResultView {
     };
     this.fade = el("input", { type: "range", id: "fade", min: -100, max: 100, step: 1, value: 0 });
     this.fade.addEventListener("input", () => this.#fade());
-    this.bend = el("input", { type: "checkbox", id: "warp" });
-    this.bend.addEventListener("change", () => this.#choose("over", this.bend.checked));
     this.fader = el("div", { class: "fader" }, el("label", { for: "fade", class: "probe" }, "Probe"), this.fade,
       el("span", { class: "reference", "aria-hidden": "true" }, "Reference"));
-    this.bender = el("label", { class: "tick", title: "Bend the probe on the mesh of the pairs: for looking, not for measuring" }, this.bend, "Warped");
     this.scale = el("div", { class: "fader", "aria-hidden": "true" });
     const tick = (words, id, name) => {
       const box = el("input", { type: "checkbox", id, checked: true });
@@ -206,7 +201,7 @@ class ResultView {
     this.marking = el("button", { type: "button", id: "mark", "aria-pressed": "false", title: "Then click on a print" }, "Mark");
     this.marking.addEventListener("click", () => this.#mark(this.marking.getAttribute("aria-pressed") !== "true"));
     this.ofView = {
-      over: el("div", {}, this.fader, this.bender), beside: el("div", {}, this.linker, this.#pictureTools()), ridges: this.scale,
+      over: el("div", {}, this.fader), beside: el("div", {}, this.linker, this.#pictureTools()), ridges: this.scale,
     };
     const full = el("button", { type: "button", id: "full", "aria-pressed": "false", hidden: !document.fullscreenEnabled }, "Full screen");
     full.addEventListener("click", () => (document.fullscreenElement ? document.exitFullscreen() : this.stage.requestFullscreen()));
@@ -241,22 +236,20 @@ class ResultView {
   }
 
   // Show a view; what it needs beyond the comparison is asked of the server once.
-  async #choose(view, warped) {
-    if (view === "ridges" || warped) {
+  async #choose(view) {
+    if (view === "ridges") {
       this.stage.setAttribute("aria-busy", "true");
       try {
         this.asked ??= this.source.views();
         this.further = await this.asked;
       } catch (error) {
         this.asked = null;
-        this.bend.checked = this.warped;
         complain(error.message);
         return;
       } finally {
         this.stage.removeAttribute("aria-busy");
       }
     }
-    this.warped = warped;
     this.arrange(view);
   }
 
@@ -325,16 +318,14 @@ class ResultView {
         theirs.lone, theirs.paired, this.examination.layer("reference", same, there));
       this.drawn.textContent = aboutRidges(ridges);
     } else {
-      const warp = this.warped ? this.further.warped : null;
-      const [drawn, move] = warp ? [bent(probe, warp), null] : [probe, this.move];
-      const bounds = layer.together(layer.extentOf(reference), warp ? layer.extentOf(warp) : layer.extentOf(probe, move));
-      const ours = layer.minutiae(drawn, "probe", pairs, move);
+      const bounds = layer.together(layer.extentOf(reference), layer.extentOf(probe, this.move));
+      const ours = layer.minutiae(probe, "probe", pairs, this.move);
       const theirs = layer.minutiae(reference, "reference", pairs);
       this.over.show(bounds, 0, layer.paper(bounds),
-        layer.ink(reference, "reference"), warp ? bentInk(warp) : layer.ink(probe, "probe", move),
-        theirs.lone, ours.lone, theirs.paired, layer.links({ ...this.shown, probe: drawn }, move), ours.paired,
-        this.examination.layer("reference", same, warp ? bentPlace(probe, warp) : there));
-      this.drawn.textContent = `Picture of probe: ${this.warped ? this.further.drawn : "similarity transform"}.`;
+        layer.ink(reference, "reference"), layer.ink(probe, "probe", this.move),
+        theirs.lone, ours.lone, theirs.paired, layer.links(this.shown, this.move), ours.paired,
+        this.examination.layer("reference", same, there));
+      this.drawn.textContent = "Picture of probe: similarity transform.";
       this.#fade();
     }
     views?.forEach(({ centre, unit, degrees, whole }, k) => {

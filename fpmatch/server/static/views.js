@@ -1,4 +1,4 @@
-// The map of ridge agreement, and the probe as the mesh of the pairs bends it.
+// The map of ridge agreement.
 
 import { el, svg } from "./dom.js";
 
@@ -29,27 +29,3 @@ export function scale({ mean, impostor_mean: impostors, colours }) {
 
 export const aboutRidges = ({ mean, impostor_mean: impostors, area_mm2: area }) =>
   `Ridge agreement ${mean.toFixed(2)} (thick tick) on ${area.toFixed(0)} mm²; of different fingers ${impostors.toFixed(2)} on average (thin tick). White: not compared.`;
-
-// The probe with its minutiae where the mesh has them; no transform moves it any more.
-export function bent(probe, { minutiae }) {
-  const moved = probe.minutiae.map(([, , , ...rest], k) => [...minutiae[k], ...rest]);
-  return { ...probe, minutiae: moved, named: probe.minutiae };
-}
-
-export function bentInk({ ink, box }) {
-  return svg("g", { class: "ink probe" }, ...(ink ? [svg("image", { href: ink, ...box, preserveAspectRatio: "none" })] : []));
-}
-
-// Return what maps a place of the probe to the reference, between the nodes of a grid.
-export function bentPlace({ width, height }, { grid }) {
-  const last = grid.length - 1;
-  return ([x, y]) => {
-    const [u, v] = [clamped(x / (width - 1)) * last, clamped(y / (height - 1)) * last];
-    const [i, j] = [Math.min(Math.floor(v), last - 1), Math.min(Math.floor(u), last - 1)];
-    const [down, right] = [v - i, u - j];
-    return [0, 1].map((axis) => {
-      const row = (k) => grid[k][j][axis] * (1 - right) + grid[k][j + 1][axis] * right;
-      return row(i) * (1 - down) + row(i + 1) * down;
-    });
-  };
-}

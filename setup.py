@@ -7,13 +7,10 @@ for ``scripts/fuzz --sanitize``.
 """
 
 import os
-import re
-import runpy
 import sys
 from pathlib import Path
 
 from setuptools import Extension, setup
-from setuptools.command.build_ext import build_ext
 
 PACKAGE = Path("fpmatch")
 # A kernel is a file that says so in its name: `_something_kernel.py`.
@@ -29,15 +26,6 @@ SANITIZE_ARGS = ["-fsanitize=address,undefined", "-fno-sanitize=alignment,vptr",
 SANITIZE_ARGS += ["-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
 
 
-class CopyAll(build_ext):
-    """With ``--inplace``, replace files that are newer than those built, too."""
-
-    def copy_extensions_to_source(self) -> None:
-        """Copy all that was built into the package."""
-        self.force = True
-        super().copy_extensions_to_source()
-
-
 def extensions() -> list[Extension]:
     """Return the optional extension modules, none where they are unwanted or Cython is missing."""
     if os.environ.get("FPMATCH_NO_COMPILE"):
@@ -49,10 +37,9 @@ def extensions() -> list[Extension]:
     sources = {".".join(path.with_suffix("").parts): path.as_posix() for path in KERNELS}
     sanitize = SANITIZE_ARGS if os.environ.get("FPMATCH_SANITIZE") else []
     sources[SHARED] = SHARED.replace(".", "/") + ".c"
-    statements = sources_statements()
-    for file, statement in statements.items():
-        if file.exists() and statement not in file.read_text("utf-8"):
-            file.unlink()  # Cython itself compares times only
+    # Cython misses a declaration that is imported over several lines, so a new one renews all.
+    changed = max(file.stat().st_mtime for file in (*PACKAGE.rglob("*.pxd"), Path("setup.py")))
+    made = [file for kernel in KERNELS if (file := (C_FILES / kernel).with_suffix(".c")).exists()]
     modules = cythonize(
         [
             Extension(
@@ -65,6 +52,7 @@ def extensions() -> list[Extension]:
         ],
         shared_utility_qualified_name=SHARED,
         build_dir=str(C_FILES),
+        force=any(file.stat().st_mtime < changed for file in made),
         language_level=3,
         compiler_directives={
             "boundscheck": False,
@@ -77,49 +65,13 @@ def extensions() -> list[Extension]:
             "freethreading_compatible": True,
         },
     )
-    for file, statement in statements.items():
-        if statement not in (text := file.read_text("utf-8")):
-            file.write_text(text + statement, "utf-8")
     for module in modules:
         # Set here: cythonize makes new extensions and drops it.
         module.optional = not os.environ.get("FPMATCH_REQUIRE_KERNELS")
     return modules
 
 
-def sources_of(kernel: Path) -> set[Path]:
-    """Return a kernel's two files, and each ``.pxd`` file that one of these names.
-
-    Cython's own list lacks a file that is imported as ``from cython.cimports.package import name``.
-    """
-    declarations = {path.stem: path for path in PACKAGE.rglob("*.pxd")}
-    found, new = set(), {kernel, kernel.with_suffix(".pxd")}
-    while new:
-        found |= new
-        texts = [path.read_text("utf-8") for path in new if path.exists()]
-        words = {word for text in texts for word in re.findall(r"\w+", text)}
-        new = {declarations[word] for word in words & declarations.keys()} - found
-    return found
-
-
-def sources_statements() -> dict[Path, str]:
-    """Return the lines that let each C file, and what is compiled from it, state its sources.
-
-    A comment states what else the C file depends on: Cython and this file.
-    """
-    from Cython import __version__  # noqa: PLC0415
-
-    functions = runpy.run_path(str(PACKAGE / "base" / "kernels.py"))
-    tools = f"Cython {__version__}, setup.py {functions['digest'](Path('setup.py'))}"
-    found = {(C_FILES / SHARED.replace(".", "/")).with_suffix(".c"): f"\n/* {tools} */\n"}
-    for kernel in KERNELS:
-        text = functions["sources_statement"](sources_of(kernel), PACKAGE)
-        declared = f'Py_EXPORTED_SYMBOL const char fpmatch{kernel.stem}_sources[] = "{text}";'
-        found[(C_FILES / kernel).with_suffix(".c")] = f"\n/* {tools} */\n{declared}\n"
-    return found
-
-
 setup(
     ext_modules=extensions(),
-    cmdclass={"build_ext": CopyAll},
     options={"build_ext": {"parallel": True}},
 )

@@ -60,22 +60,14 @@ install() {
     echo "$state" >"$folder/.fpmatch-$name"
 }
 
-# compile_kernels: compile the kernels that changed, in place, for .venv, where there is a compiler,
-# unless .venv keeps a note that this was done.
+# compile_kernels: compile the kernels that changed, in place, for .venv, where there is a compiler.
 compile_kernels() {
-    local state
-    # shellcheck disable=SC2046  # file names of ours hold no spaces
-    state=$(fingerprint pyproject.toml setup.py fpmatch/base/kernels.py \
-        $(find fpmatch -name '_*_kernel.py' -o -name '*.pxd' | sort))
-    if installed .venv kernels "$state"; then return; fi
-    echo "Compiling the kernels that changed" >&2
     mkdir -p build
     if ! .venv/bin/python setup.py build_ext --inplace >build/kernels.log 2>&1; then
         tail -n 20 build/kernels.log >&2
         echo "The kernels could not be compiled; build/kernels.log has all of this output." >&2
         return 1
     fi
-    echo "$state" >.venv/.fpmatch-kernels
 }
 
 # install_editable run|plot|web|docs|test|dev: install this folder into .venv, compiled where there is

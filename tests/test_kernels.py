@@ -1,10 +1,10 @@
-"""Compiled kernels state what they were compiled from; `scripts/build` compiles what changed.
+"""What runs is what was edited: `scripts/build` compiles it, and else one line says so.
 
-What runs is what was edited: of the clone, or a note says that it is a copy.
+A student meets it in three ways: a kernel that was edited, a copy that `pip install .` put in the
+place of an editable install, and a copy that runs while one stands in a clone with other sources.
 """
 
 import importlib
-import importlib.util
 import os
 import shutil
 import subprocess
@@ -23,6 +23,11 @@ BASH = shutil.which("bash")
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 PACKAGE = Path(kernels.__file__).parents[1]
 KERNELS = sorted(PACKAGE.rglob("_*_kernel.py"))
+
+
+def needs_compiler(test):
+    reason = "no bash, or no C compiler"
+    return pytest.mark.slow(pytest.mark.skipif(not (BASH and COMPILER), reason=reason)(test))
 
 
 @pytest.mark.skipif(
@@ -53,7 +58,8 @@ def package(tmp_path):
     (package / "__init__.py").touch()
     (package / "base" / "__init__.py").touch()
     (package / "__main__.py").write_text(
-        "from fpmatch.base.kernels import kernels_text\nprint(kernels_text())\n"
+        "from fpmatch.base.kernels import kernels_text, other_sources_note\n"
+        "print(other_sources_note() or kernels_text())\n"
     )
     (package / "_base_kernel.py").write_text("def base():\n    return 1\n")
     (package / "_base_kernel.pxd").write_text("cpdef long base()\n")
@@ -68,67 +74,6 @@ def package(tmp_path):
     for name in ("build", "venv.sh"):
         shutil.copy(ROOT / "scripts" / name, scripts)
     return package
-
-
-@pytest.fixture
-def outdated(package):
-    """Return the function that lists the kernels out of date of that package."""
-    spec = importlib.util.spec_from_file_location(
-        "kernels_of_a_tree", package / "base" / "kernels.py"
-    )
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.outdated_kernels
-
-
-def pretend_to_compile(package, name, *used):
-    """Write a file that states what a kernel was compiled from, as a compiled one does."""
-    files = [package / one for one in (f"{name}.py", f"{name}.pxd", *used)]
-    statement = kernels.sources_statement(files, package).encode()
-    (package / f"{name}{SUFFIX}").write_bytes(b"\x7fELF\0" * 99 + statement + b"\0end\0")
-
-
-@pytest.fixture
-def compiled(package):
-    pretend_to_compile(package, "_base_kernel")
-    pretend_to_compile(package, "_sum_kernel", "_base_kernel.pxd")
-
-
-BASE, USER = "fpmatch._base_kernel", "fpmatch._sum_kernel"
-
-
-@pytest.mark.usefixtures("compiled")
-@pytest.mark.parametrize(
-    ("changed", "names"),
-    [
-        ("_sum_kernel.py", [USER]),
-        ("_base_kernel.py", [BASE]),
-        ("_base_kernel.pxd", [BASE, USER]),
-        ("_sum_kernel.pxd", [USER]),  # which is new
-    ],
-)
-def test_a_change_of_any_source_is_seen_whatever_its_time(package, outdated, changed, names):
-    assert outdated() == []
-    with (package / changed).open("a") as file:
-        file.write("# another line\n")
-    os.utime(package / changed, (0, 0))
-    assert outdated() == names
-
-
-@pytest.mark.usefixtures("compiled")
-def test_files_that_are_gone_or_state_nothing_are_seen(package, outdated):
-    (package / f"_sum_kernel{SUFFIX}").write_bytes(b"\x7fELF of an earlier version")
-    assert outdated() == [USER]
-    (package / f"_sum_kernel{SUFFIX}").unlink()
-    assert outdated() == [USER]
-    (package / "_base_kernel.pxd").unlink()
-    assert outdated() == [BASE, USER]
-    (package.parent / "scripts" / "build").unlink()  # no source tree: it may be interpreted
-    assert outdated() == [BASE]
-
-
-def test_no_kernel_is_out_of_date_where_none_is_compiled(outdated):
-    assert outdated() == []
 
 
 PROJECT = """
@@ -178,62 +123,64 @@ def build(package):
     return run
 
 
-def total(package):
-    """Return what the second kernel computes, compiled, in a new process."""
-    code = "from fpmatch import _sum_kernel as k; print(k.total() * (k.__file__[-3:] != '.py'))"
-    words = [sys.executable, "-c", code]
-    done = subprocess.run(words, cwd=package.parent, capture_output=True, text=True, check=True)
-    return int(done.stdout)
+def printed(package, *words):
+    """Return what a new process prints in the tree, by the Python of the environment there."""
+    command = [package.parent / ".venv" / "bin" / "python", *words]
+    done = subprocess.run(command, cwd=package.parent, capture_output=True, text=True, check=True)
+    return done.stdout
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
-def test_build_compiles_what_changed_and_nothing_else(package, outdated, build):
+def age(folder):
+    """Let all files be an hour older, as if the time of an edit were now."""
+    for path in folder.rglob("*"):
+        if path.is_file() and not path.is_symlink():
+            os.utime(path, (path.stat().st_mtime - 3600,) * 2)
+
+
+TOTAL = "from fpmatch import _sum_kernel as k; print(k.__file__, k.total())"
+FRESH, EDITED = "kernels compiled\n", "kernels out of date: `scripts/build` compiles them\n"
+
+
+@needs_compiler
+def test_an_edited_kernel_is_out_of_date_until_it_is_built(package, build):
     first = build()
-    assert (first.returncode, first.stdout) == (0, "kernels compiled\n"), first.stderr
-    assert total(package) == 11
-    base, user = (package / f"_{name}_kernel{SUFFIX}" for name in ("base", "sum"))
-    compiled = user.stat().st_mtime_ns
+    assert (first.returncode, first.stdout) == (0, FRESH), first.stderr
+    assert printed(package, "-c", TOTAL).split()[1] == "11"
+    user = package / f"_sum_kernel{SUFFIX}"
+    for name, old, new, stale, total in (
+        ("_base_kernel.py", "1", "2", 1, "12"),
+        ("_base_kernel.pxd", "long", "int", 2, "12"),
+    ):
+        age(package.parent)
+        before = user.stat().st_mtime
+        (package / name).write_text((package / name).read_text().replace(old, new))
+        assert printed(package, "-m", "fpmatch") == f"{stale} of 2 {EDITED}"
+        assert build().stdout == FRESH
+        assert printed(package, "-c", TOTAL).split()[1] == total
+        assert (user.stat().st_mtime > before) == (stale == 2)
+    user.unlink()
+    assert printed(package, "-m", "fpmatch") == f"1 of 2 {EDITED}"
+    (package / f"_base_kernel{SUFFIX}").unlink()
+    assert printed(package, "-m", "fpmatch") == "kernels not compiled: slow\n"
 
-    source = package / "_base_kernel.py"
-    source.write_text(source.read_text().replace("1", "2"))
-    os.utime(source, (0, 0))
-    user.write_bytes(b"\x7fELF of another version, newer than what was built")
-    assert outdated() == [BASE, USER]
-    assert build().stdout == "kernels compiled\n"
-    assert (outdated(), total(package)) == ([], 12)
-    assert user.stat().st_mtime_ns == compiled < base.stat().st_mtime_ns
 
-    (package / "_base_kernel.pxd").write_text("cpdef int base()\n")
-    assert outdated() == [BASE, USER]
-    assert build().stdout == "kernels compiled\n"
-    assert (outdated(), total(package)) == ([], 12)
-    assert user.stat().st_mtime_ns > compiled
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
+@needs_compiler
 def test_build_replaces_a_copy_that_pip_has_put_in_the_place_of_the_clone(package, build):
-    """After `pip install .` in a clone; what runs anywhere is the kernel that was edited."""
     assert build().returncode == 0
-    tree = package.parent
-    python = tree / ".venv" / "bin" / "python"
-    next(tree.glob(".venv/[Ll]ib/**/__editable__.pth")).unlink()
+    next(package.parent.glob(".venv/[Ll]ib/**/__editable__.pth")).unlink()
     environment = {**os.environ, **OFFLINE, "FPMATCH_NO_COMPILE": "1"}
-    installs = [python, "-m", "pip", "install", "--quiet", "."]
-    subprocess.run(installs, cwd=tree, env=environment, check=True)
-    code = "from fpmatch import _sum_kernel as k; print(k.__file__, k.total())"
-    runs = [python, "-P", "-c", code]
-    copied = subprocess.run(runs, cwd=tree, capture_output=True, text=True, check=True).stdout
-    assert "site-packages" in copied
+    installs = [package.parent / ".venv/bin/python", "-m", "pip", "install", "--quiet", "."]
+    subprocess.run(installs, cwd=package.parent, env=environment, check=True)
+    assert "site-packages" in printed(package, "-P", "-c", TOTAL)
 
     source = package / "_base_kernel.py"
     source.write_text(source.read_text().replace("1", "2"))
+    assert f"not that of the clone {package.parent}" in printed(package, "-P", "-m", "fpmatch")
     done = build()
-    assert (done.returncode, done.stdout) == (0, "kernels compiled\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, FRESH), done.stderr
     assert "a copy" in done.stderr
-    edited = subprocess.run(runs, cwd=tree, capture_output=True, text=True, check=True).stdout
-    assert edited.split() == [str(package / f"_sum_kernel{SUFFIX}"), "12"]
+    file, total = printed(package, "-P", "-c", TOTAL).split()
+    assert (file, total) == (str(package / f"_sum_kernel{SUFFIX}"), "12")
     assert "a copy" not in build().stderr
 
 
@@ -296,8 +243,7 @@ def test_build_says_that_there_is_no_compiler(package, build):
     assert not list(package.rglob(f"*{SUFFIX}"))
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not (BASH and COMPILER), reason="no bash, or no C compiler")
+@needs_compiler
 def test_build_shows_why_a_kernel_cannot_be_compiled(package, build):
     (package / "_sum_kernel.py").write_text("def total(:\n")
     failed = build()

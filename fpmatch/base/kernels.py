@@ -1,8 +1,6 @@
-"""Which kernels (modules ``_*_kernel.py``) run compiled, from which sources, and of which copy.
+"""Which kernels (modules ``_*_kernel.py``) run compiled, are out of date, and of which copy.
 
 No kernel is imported here.
-
-``setup.py`` runs this file, too: it imports the standard library only.
 """
 
 from __future__ import annotations
@@ -12,10 +10,7 @@ import re
 import sys
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+from typing import Final
 
 # Times the CPU time of `fpmatch evaluate` if no kernel is compiled; docs/data/performance.json has
 # it as measured.
@@ -23,9 +18,6 @@ SLOWER: Final = 15
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _KERNEL: Final = re.compile(r"_.*_kernel\.py")
-_STATED: Final = b"fpmatch kernel compiled from"
-_SOURCES: Final = re.compile(_STATED + rb"((?: [\w/]+\.\w+ [0-9a-z]+)+)")
-_MOST_NAMED: Final = 3
 
 
 def compiled_kernels() -> dict[str, bool]:
@@ -34,22 +26,23 @@ def compiled_kernels() -> dict[str, bool]:
 
 
 def outdated_kernels() -> list[str]:
-    """Return the names of the kernels whose files are not those that they were compiled from.
+    """Return the names of the kernels of a source tree that are older than their files.
 
-    Where others are compiled, a kernel of a source tree that is not compiled is one of them, too.
+    Where others are compiled, a kernel that is not compiled is one of them, too. A new ``.pxd``
+    file renews all. Times are whole seconds: setuptools keeps no more where it copies a kernel.
     """
-    files = _compiled_files()
-    sources = {name: _sources(file) for name, file in files.items() if file}
-    used = {source for stated in sources.values() for source in stated}
-    digests = {source: digest(_PACKAGE / source) for source in used}
-    uncompiled = files.keys() - sources.keys() if sources and in_source_tree() else set()
-    outdated = {
-        name
-        for name, stated in sources.items()
-        if not stated
-        or any(digests[source] != compiled_from for source, compiled_from in stated.items())
+    files = _compiled_files() if in_source_tree() else {}
+    if not any(files.values()):
+        return []
+    declared = max(map(_seconds, _PACKAGE.rglob("*.pxd")), default=0)
+    sources = {
+        name: _PACKAGE.parent.joinpath(*name.split(".")).with_suffix(".py") for name in files
     }
-    return sorted(outdated | uncompiled)
+    return [
+        name
+        for name, file in files.items()
+        if file is None or _seconds(Path(file)) < max(declared, _seconds(sources[name]))
+    ]
 
 
 def in_source_tree() -> bool:
@@ -69,22 +62,6 @@ def other_sources_note() -> str | None:
         f"this is the fpmatch of {_PACKAGE.parent}, not that of the clone {clone}, whose sources "
         f"differ; `{build_command(clone)}` there installs it"
     )
-
-
-def sources_statement(files: Iterable[Path], package: Path) -> str:
-    """Return the text by which a kernel states what it was compiled from, files of `package`."""
-    stated = sorted((file.relative_to(package).as_posix(), digest(file)) for file in files)
-    return " ".join([_STATED.decode(), *(f"{name} {value}" for name, value in stated)])
-
-
-def digest(file: Path) -> str:
-    """Return a digest of the content of a file, "absent" where there is none."""
-    import hashlib  # noqa: PLC0415  (milliseconds, and not needed where nothing is compiled)
-
-    try:
-        return hashlib.blake2b(file.read_bytes(), digest_size=16).hexdigest()
-    except FileNotFoundError:
-        return "absent"
 
 
 def kernels_text() -> str:
@@ -116,14 +93,7 @@ def slow_kernels_note() -> str | None:
 
 def outdated_kernels_note() -> str | None:
     """Return what is noted where kernels are out of date; None where none is."""
-    names = outdated_kernels()
-    if not names:
-        return None
-    named, others = ", ".join(names[:_MOST_NAMED]), len(names) - _MOST_NAMED
-    return (
-        f"kernels out of date: {named}{f' and {others} more' * (others > 0)}; results may be those "
-        f"of earlier files until `{build_command()}` compiles them"
-    )
+    return kernels_text() if outdated_kernels() else None
 
 
 def build_command(clone: Path | None = None) -> str:
@@ -173,10 +143,5 @@ def _compiled_files() -> dict[str, str | None]:
     return dict(sorted(by_name.items()))
 
 
-def _sources(compiled: str) -> dict[str, str]:
-    """Return the digests of the files that a compiled kernel states as its sources, by name."""
-    content = Path(compiled).read_bytes()
-    start = content.rfind(_STATED)  # much faster than the expression
-    stated = _SOURCES.match(content, start) if start >= 0 else None
-    words = stated[1].decode().split() if stated else []
-    return dict(zip(words[::2], words[1::2], strict=True))
+def _seconds(file: Path) -> int:
+    return int(file.stat().st_mtime)

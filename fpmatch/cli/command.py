@@ -1,21 +1,16 @@
-"""Commands: short help in groups, rare options behind ``--help-all``, answers to old spellings."""
+"""Commands: short help in groups, rare options behind ``--help-all``."""
 
 from __future__ import annotations
 
 import inspect
-from contextlib import contextmanager
 from copy import copy
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final, cast
 
 import click
 
 from fpmatch.cli.notes import show
-from fpmatch.cli.wings import registered
-from fpmatch.errors import FpmatchError, did_you_mean
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+from fpmatch.errors import did_you_mean
 
 # Options that commands share, by their names; the others come first, under "Options".
 GROUPS: Final = {
@@ -26,43 +21,7 @@ GROUPS: Final = {
     "Overlay": ("view",),
     "Resources": ("workers", "scheduler", "key"),
 }
-RENAMED: Final = {
-    "overlay": "verify --overlay FILE",
-    "verify --side-by-side": "verify --view side-by-side",
-    "verify --ridges": "verify --view ridges",
-    "stages": "extract --format stages",
-    "verify --rho": "verify --matcher paper:rho=SHARE",
-    "verify --area-tolerance": "verify --matcher paper:area_tolerance=AREA",
-    "key new --add": "key SOURCE --add",
-    "key new": "key SOURCE --new",
-    "key list": "key SOURCE",
-    "key remove": "key SOURCE --remove ID",
-    "revocable": "a command of another package, fpmatch-revocable, in examples/revocable of the "
-    "sources",
-}
-"""Old spellings of the core's commands and options, and what they are now; a wing has its own."""
-
 _EVERYTHING: Final = "fpmatch.help_all"
-
-
-def refuse_old_spelling(ctx: click.Context, words: Iterable[str]) -> None:
-    """Raise an error that names the new spelling if `words` contain an old one of the command."""
-    path = f"{ctx.command_path} ".removeprefix(f"{ctx.find_root().command_path} ")
-    renamed = RENAMED | {o: n for wing in registered().values() for o, n in wing.renamed.items()}
-    line = f" {' '.join(words)} ".replace("=", " ")
-    for old, new in renamed.items():
-        if old.startswith(path) and f" {old.removeprefix(path)} " in line:
-            raise FpmatchError(f"{old} is now {new}")
-
-
-@contextmanager
-def _old_spellings_answered(ctx: click.Context, args: list[str]) -> Iterator[None]:
-    words = tuple(args)  # the parser takes what it knows out of the list
-    try:
-        yield
-    except click.UsageError:
-        refuse_old_spelling(ctx, words)
-        raise
 
 
 def _show_everything(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
@@ -96,11 +55,6 @@ class Command(click.Command):
         """Return the parameters, the options about help last."""
         return [*super().get_params(ctx), HELP_ALL]
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the words of a command line; answer an old option with the new one."""
-        with _old_spellings_answered(ctx, args):
-            return super().parse_args(ctx, args)
-
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the options in groups."""
         rows: dict[str, list[tuple[str, str]]] = {title: [] for title in ("Options", *GROUPS)}
@@ -130,22 +84,13 @@ class Group(click.Group):
 
     command_class = Command
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the words before the sub-command; answer an old option with the new one."""
-        with _old_spellings_answered(ctx, args):
-            return super().parse_args(ctx, args)
-
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the sub-command that is named first; of an unknown name, say what is meant."""
         name = click.utils.make_str(args[0])
         if not (ctx.resilient_parsing or name.startswith("-") or self.is_known(ctx, name)):
-            refuse_old_spelling(ctx, args)
-            meant = did_you_mean(name, self.list_commands(ctx))
-            if not meant:
-                refuse_old_spelling(ctx, ["PLACE"])
-            ctx.fail(f"No such command {name!r}.{meant}")
+            ctx.fail(f"No such command {name!r}.{did_you_mean(name, self.list_commands(ctx))}")
         return super().resolve_command(ctx, args)
 
     def is_known(self, ctx: click.Context, name: str) -> bool:

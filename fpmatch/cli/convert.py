@@ -82,7 +82,7 @@ Examples:
     help="Format of IN.  [default: by its content]",
 )
 @click.option(
-    *("--record", "--view", "record"),
+    "--record",
     type=click.IntRange(min=1),
     help="Write this print of IN only, from 1.",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from fpmatch.cli.command import Command, refuse_old_spelling
+from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import json_option
 from fpmatch.printable import json_text, printable
@@ -53,10 +53,7 @@ Examples:
     "seal with the current key what is sealed with it.",
 )
 @json_option
-@click.pass_context
-def key(
-    ctx: click.Context, source: str | None, new: bool, add: bool, remove: str | None, as_json: bool
-) -> None:
+def key(source: str | None, new: bool, add: bool, remove: str | None, as_json: bool) -> None:
     """List the ids of the keys in FILE or SOURCE, the current one first, or change its keys.
 
     The keys are of encrypted galleries and templates, which are lost without them: keep a copy
@@ -65,8 +62,6 @@ def key(
     from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
     from fpmatch.base.encryption.keys import load_keys
 
-    if source in {"new", "list", "remove"}:
-        refuse_old_spelling(ctx, [source])
     if new + add + (remove is not None) > 1:
         raise click.UsageError("--new, --add and --remove exclude each other")
     where = _full_source(source)

@@ -52,10 +52,10 @@ def say_slow_kernels() -> None:
 
 
 def say_outdated_kernels() -> None:
-    """Note in a source tree that kernels are not compiled from its files, where that is so."""
+    """Note that kernels of a source tree are older than its files, where that is so."""
     from fpmatch.base import kernels
 
-    if kernels.in_source_tree() and (note := kernels.outdated_kernels_note()):
+    if note := kernels.outdated_kernels_note():
         say_note(note)
 
 

@@ -1,7 +1,7 @@
 """Wings: folders of the package that the core does not import, with commands of their own.
 
 A wing registers its commands in its file ``commands.json``, which is read without importing the
-wing: a title, the summary of each command, and what old spellings of commands and options are now.
+wing: a title and the summary of each command.
 The command NAME is the object NAME, with underscores, in the module ``fpmatch.WING.cli.NAME``.
 """
 
@@ -20,11 +20,10 @@ WINGS: Final = ("gallery", "server", "lab")
 
 
 class Wing(NamedTuple):
-    """What a wing registers: its title in help texts, summaries of commands, old spellings."""
+    """What a wing registers: its title in help texts, summaries of commands."""
 
     title: str
     commands: dict[str, str]
-    renamed: dict[str, str]
 
 
 @cache

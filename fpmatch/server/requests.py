@@ -214,12 +214,7 @@ async def _pair_options(
     matcher: Matcher,
     fmr: Annotated[float | None, Form(description="Decide at this false match rate")] = None,
     threshold: Annotated[float | None, Form(description="Decide at this score")] = None,
-    rho: Annotated[str | None, Form(deprecated=True)] = None,
-    area_tolerance: Annotated[str | None, Form(deprecated=True)] = None,
 ) -> PairOptions:
-    for name, value in (("rho", rho), ("area_tolerance", area_tolerance)):
-        if value is not None:
-            raise RequestError(f"{name} is now a parameter of matcher: paper:{name}={value}")
     return PairOptions(matcher, fmr, threshold)
 
 

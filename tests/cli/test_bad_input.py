@@ -111,7 +111,6 @@ CASES = {
             for area in (0, -1, "nan")
         ),
         ("p.csv q.csv --matcher triangles:rho=0.5", "no parameter 'rho'"),
-        ("p.csv q.csv --rho 0.5", "--rho is now points --matcher paper:rho=SHARE"),
         ("p.csv q.csv --tolerance -1", "-1"),
         ("gone.csv q.csv", "gone.csv: no such file"),
         ("p.csv .", ".: is a folder"),

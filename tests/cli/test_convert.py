@@ -60,10 +60,10 @@ def test_prints_stay_together_or_one_is_taken(run, tmp_path, small):
     save_record(source, TemplateRecord("", (View(small, finger=1), View(small, finger=2))))
     assert run("convert", source, ansi).stdout.endswith("2 prints, 4 minutiae\n")
     assert [view.finger for view in load_record(ansi).views] == [1, 2]
-    for view in ((), ("--view", 3)):
+    for view in ((), ("--record", 3)):
         assert_refused(run("convert", source, out, *view), "2")
         assert not out.exists()
-    assert run("convert", source, out, "--view", 2).exit_code == 0
+    assert run("convert", source, out, "--record", 2).exit_code == 0
 
 
 def test_the_format_may_be_named_against_content_and_suffix(run, tmp_path):

@@ -50,8 +50,6 @@ def test_no_secret_is_printed(run):
         (["none"], "file:none: no such file"),
         (["file:."], "not a regular file"),
         (["k", "--remove", "0" * 16], "no key"),
-        (["new"], "key new is now key SOURCE --new"),
-        (["remove", "k", "--json"], "key remove is now key SOURCE --remove ID"),
     ],
 )
 def test_what_cannot_be_done_is_one_line(run, words, reason):

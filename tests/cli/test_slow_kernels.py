@@ -1,17 +1,14 @@
 """The note of commands that do much work, where kernels are not compiled."""
 
 import json
-from pathlib import Path
 
 import pytest
 
 from fpmatch.base import kernels
-from fpmatch.base.kernels import SLOWER, slow_kernels_note
+from fpmatch.base.kernels import slow_kernels_note
 from tests.conftest import copied
 
-ROOT = Path(__file__).parents[2]
 NOTE = "fpmatch: note: 2 of 3 kernels are not compiled"
-BENCHMARK = "evaluate, kernels interpreted"
 
 
 @pytest.fixture
@@ -53,11 +50,3 @@ def test_two_prints_or_one_image_take_no_note(run, prints, tmp_path):
 def test_there_is_no_note_where_all_are_compiled(monkeypatch):
     monkeypatch.setattr(kernels, "compiled_kernels", lambda: {"a": True, "b": True})
     assert slow_kernels_note() is None
-
-
-@pytest.mark.docs
-def test_the_note_states_the_time_as_measured():
-    shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
-    (measured,) = [one["value"] for one in shown["figures"] if one["name"] == BENCHMARK]
-    assert pytest.approx(measured, rel=0.2) == SLOWER
-    assert f"[{SLOWER} times](docs/explanation/performance.md)" in (ROOT / "README.md").read_text()

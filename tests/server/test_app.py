@@ -66,7 +66,6 @@ def test_verify_answers_as_the_command_does(
         ({"matcher": "paper:rho=2"}, "rho lies from 0 to 1, not 2"),
         ({"matcher": "unit-circle:rho=0.5"}, "matcher unit-circle has no parameter 'rho'"),
         ({"matcher": "antigravity:fly:rho=0.5"}, "unknown matcher 'antigravity:fly'; known: paper"),
-        ({"rho": 0.5}, "rho is now a parameter of matcher: paper:rho=0.5"),
         ({"matcher": "paper:rho=0.5", "threshold": 30}, "rho decides without a score"),
     ],
 )

@@ -49,7 +49,7 @@ def read_scores(
     distances: bool = False,
     finger_of: Callable[[str], str | None] = finger_of_fvc_name,
 ) -> list[ScoresSet]:
-    r"""Read a file of scores by matcher and database; docs/reference/scores.md has the formats.
+    r"""Read a file of scores by matcher and database; docs/reference/results.md has the formats.
 
     Comparisons of a print with itself are left out, and pairs that come in both orders count once
     if both have the same score. `path`: CSV, columns separated by spaces or tabs, or Parquet; with

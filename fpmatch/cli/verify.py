@@ -173,7 +173,8 @@ def verify(
             cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
             answer = json_text(pair.as_dict() | cells)
         else:
-            answer = as_text(pair.verification, pair.quality)
+            # images are graded where the text states it
+            answer = as_text(pair.verification, None if match else pair.quality)
     except MatcherError as error:  # raised by a plug-in while it explains
         raise named(error, pair.probe.name, pair.reference.name) from error
     show(answer)

@@ -43,7 +43,7 @@ _SMEAR_LIMITS: Final = (4.0, 2.05, 1.64, 1.28, 1.04, 0.67, 0.0, -4.0)  # of a no
 class ExtractionParameters:
     """Set how extraction disturbs prints; doubt is 0 where ridges are clear, 1 where invisible.
 
-    Learned on the prints of all sets at once; ``docs/explanation/synthesis.md`` compares them.
+    Learned on the prints of all sets at once.
     """
 
     missed: float = 0.02  # share of the minutiae where ridges are clear

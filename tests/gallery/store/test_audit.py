@@ -260,7 +260,9 @@ def test_the_guide_names_every_action():
         re.findall(r"\b(?:audit|gallery|opened)\.record\(\s*(?:connection,\s*)?\"([a-z ]+)\"", code)
     )
     (row,) = re.findall(
-        r"^\| `--action NAME` \| (.+) \|$", (root / "docs/how-to/audit.md").read_text("utf-8"), re.M
+        r"^\| `--action NAME` \| (.+) \|$",
+        (root / "docs/how-to/protect_a_gallery.md").read_text("utf-8"),
+        re.M,
     )
     named = set(re.findall(r"`([a-z ]+)`", row)) - {"score", "evaluate"}
     assert named == used | {audit.ON, audit.OFF}

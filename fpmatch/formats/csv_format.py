@@ -1,6 +1,6 @@
-"""fpmatch's own CSV format, readable and editable.
+"""CSV tables of minutiae: fpmatch's own format, readable and editable, and tables of others.
 
-Files look like this::
+Files of fpmatch's own format look like this::
 
     # fpmatch-template 1 width=388 height=374 dpi=500
     # pixels from the top left, y down; angle_deg counter-clockwise on screen from +x
@@ -11,6 +11,19 @@ Directions, in degrees, follow ISO/IEC 19794-2: for an ending, from the minutia 
 ridge; for a bifurcation, along the valley between its two close branches. Kinds are other, ending
 and bifurcation; quality runs from 0 to 100. The ridge field is not kept. ``dpi_known=false``
 follows the resolution of a print where nothing states it.
+
+Tables of other programs contain neither size nor resolution. fpmatch writes them like this::
+
+    x,y,theta,type,quality
+    101,57.5,278.4,E,90
+
+Positions are pixels from the top left, y down. Angles in a column theta are degrees in fpmatch's
+own convention, and so are angles in a column whose name contains the unit (angle_deg,
+direction_rad). For another name, `ReadingOptions.angles` must define them. Types are U, E and B, or
+other, ending and bifurcation, or 0, 1 and 2, or words of other programs for these, such as
+Termination. On reading, type and quality may be missing, the columns may have any order and any of
+the names below, and other columns are ignored. Comma, semicolon, tab or spaces separate them, and
+the header may begin with #.
 """
 
 from __future__ import annotations
@@ -18,19 +31,18 @@ from __future__ import annotations
 import csv
 import re
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, minutiae_from_columns
+from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
+from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, side
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from fpmatch.templates.minutiae import Minutiae
+    from collections.abc import Iterable, Mapping, Sequence
 
 DIGITS: Final = 9  # significant digits that restore a float32 exactly
 MAGIC: Final = "# fpmatch-template"
@@ -39,20 +51,90 @@ CONVENTION: Final = (
     "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
 )
 COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
-KINDS: Final = {kind.name.lower(): kind.value for kind in MinutiaKind}
+KINDS: Final = {kind.name.lower(): kind for kind in MinutiaKind}
 BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
+PLAIN_COLUMNS: Final = ("x", "y", "theta", "type", "quality")
+TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
+DELIMITERS: Final = (",", ";", "\t", " ")
+HEADER_BYTES: Final = 1000  # of the first line
+LONGEST_HEADER: Final = 10_000
+_WORDS: Final = {  # of other programs
+    MinutiaKind.OTHER: "unknown undefined none crossover crossing trifurcation",
+    MinutiaKind.ENDING: "t end term termination terminal rig ridge_ending ridge_end line_ending",
+    MinutiaKind.BIFURCATION: "3 bif fork ridge_bifurcation line_bifurcation",  # 3: crossing number
+}
+_KNOWN_TYPES: Final = {
+    **TYPES,
+    **KINDS,
+    **{str(kind.value): kind for kind in MinutiaKind},
+    **{word: kind for kind, words in _WORDS.items() for word in words.split()},
+}
+_ANGLE: Final = re.compile(
+    r"(?P<name>theta|θ|angle|direction|dir|orientation|ori|phi)"
+    r"[ _.(\[-]*(?P<unit>deg|rad|°)?(rees?|ians?)?[)\]]?"
+)
+_NAMES: Final = {
+    "theta": _ANGLE,
+    "x": re.compile(r"x|col|column|(x|pos)_?(px|pos|x|coord)"),
+    "y": re.compile(r"y|row|(y|pos)_?(px|pos|y|coord)"),
+    "type": re.compile(r"type|kind|minutia_?type"),
+    "quality": re.compile(r"quality|qual"),
+}
+_UNITS: Final = {"deg": "deg", "°": "deg", "rad": "rad"}
+
+
+class _Header(NamedTuple):
+    """Names of a header as the file has them, in lower case, and what the known columns mean."""
+
+    line: int
+    delimiter: str
+    names: list[str]
+    given: dict[str, str]  # the name that the file gives to column x, y, theta, type, quality
+
+    def convention(self) -> AngleConvention | None:
+        """Return the convention that the name of the angles implies."""
+        match = _ANGLE.fullmatch(self.given["theta"])
+        unit = match["unit"] if match else None
+        if unit is not None:
+            return AngleConvention(_UNITS[unit])
+        return OWN_DEGREES if self.given["theta"] == "theta" else None
 
 
 def encode(record: TemplateRecord) -> Encoded:
     """Return a record as bytes of fpmatch's own format, and notes on what they cannot hold."""
     view = record.single()
-    template, m = view.template, view.template.minutiae
+    template = view.template
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     frame += " dpi_known=false" * (not template.dpi_known)
-    lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
-    for place, kind, quality in zip(places_of(m), m.kind, m.quality, strict=True):
-        lines.append(f"{place},{MinutiaKind(kind).name.lower()},{quality}")
-    return Encoded(("\n".join(lines) + "\n").encode(), tuple(dropped_notes(view, field=True)))
+    head = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
+    kinds = {kind: name for name, kind in KINDS.items()}
+    return _encoded(head, view, kinds, dropped_notes(view, field=True))
+
+
+def encode_plain(record: TemplateRecord) -> Encoded:
+    """Return a record as bytes of the plain format, and notes on what they cannot hold."""
+    view = record.single()
+    notes = ["size and resolution dropped", *dropped_notes(view, field=True)]
+    letters = {kind: letter.upper() for letter, kind in TYPES.items()}
+    head = [",".join(PLAIN_COLUMNS if view.quality_known else PLAIN_COLUMNS[:-1])]
+    return _encoded(head, view, letters, notes, with_quality=view.quality_known)
+
+
+def _encoded(
+    lines: list[str],
+    view: View,
+    kinds: Mapping[MinutiaKind, str],
+    notes: list[str],
+    *,
+    with_quality: bool = True,
+) -> Encoded:
+    """Return the lines of a header and those of the minutiae of a view, with notes."""
+    m = view.template.minutiae
+    degrees = np.degrees(m.angle.astype(np.float64))
+    for *place, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):
+        cells = [*(f"{float(value):.{DIGITS}g}" for value in place), kinds[MinutiaKind(kind)]]
+        lines.append(",".join([*cells, str(quality)] if with_quality else cells))
+    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -60,7 +142,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     lines = text_lines(data)
     frame = _frame(lines[0] if lines else "")
     rows = (
-        (number, cells_of(number, line))
+        (number, _cells(number, line))
         for number, line in enumerate(lines, start=1)
         if line.strip() and not line.startswith("#")
     )
@@ -68,9 +150,49 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if header != COLUMNS:
         raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
     options.limits.check_size(frame["width"], frame["height"])
-    x, y, degrees, kind, quality = read_table(rows, header, COLUMNS, KINDS, options)
-    minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)
+    x, y, degrees, kind, quality = _read_table(rows, header, COLUMNS, KINDS, options)
+    minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)
     return TemplateRecord(CODEC.name, (View(Template(minutiae, **frame)),))
+
+
+def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the minutiae in a table with a header, or raise TemplateError."""
+    lines = text_lines(data)
+    header = _find_header(lines)
+    if header is None:
+        raise TemplateError(f"line 1: expected the columns {','.join(PLAIN_COLUMNS)}, each once")
+    shown = ", ".join(header.names)
+    if "theta" not in header.given:
+        raise TemplateError(
+            f"line {header.line}: found the columns {shown}; minutiae also need one of angles, "
+            "theta, angle, direction or orientation"
+        )
+    convention = options.angles or header.convention()
+    if convention is None:
+        raise TemplateError(f"line {header.line}: columns {shown}: {UNKNOWN}")
+    rows = (
+        (number, _cells(number, line, header.delimiter))
+        for number, line in enumerate(lines[header.line :], start=header.line + 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    )
+    columns = [header.given.get(name, name) for name in PLAIN_COLUMNS]
+    absent = {columns[3]: "u", columns[4]: "100"}
+    table = _read_table(rows, header.names, columns, _KNOWN_TYPES, options, absent)
+    notes = range_notes(table[2], convention)
+    if options.angles is None and header.given["theta"] != "theta":
+        notes.append(f"angles taken for {convention} (--angles sets it)")
+    view = table_view(table, convention, options, quality_known="quality" in header.given)
+    return TemplateRecord(PLAIN_CODEC.name, (view,), tuple(notes))
+
+
+def table_view(
+    table: Any, convention: AngleConvention, options: ReadingOptions, *, quality_known: bool
+) -> View:
+    """Return the print of columns x, y, angle, kind and quality without size and resolution."""
+    x, y, angle, kind, quality = table
+    minutiae = x, y, convention.to_radians(angle), kind, quality
+    size = options.size or (side(x), side(y))
+    return View.without_frame(minutiae, size, options, quality_known=quality_known)
 
 
 def text_lines(data: bytes) -> list[str]:
@@ -81,7 +203,7 @@ def text_lines(data: bytes) -> list[str]:
         raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
 
 
-def cells_of(number: int, line: str, delimiter: str = ",") -> list[str]:
+def _cells(number: int, line: str, delimiter: str = ",") -> list[str]:
     """Return the cells of line `number`, stripped."""
     try:
         reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
@@ -97,15 +219,37 @@ def _frame(line: str) -> dict[str, Any]:
     values = dict(re.findall(r"(\w+)=([^\s,]+)", line))
     try:
         frame = {"width": int(values["width"]), "height": int(values["height"])}
-        return frame | {
-            "dpi": float(values["dpi"]),
-            "dpi_known": values.get("dpi_known") != "false",
-        }
+        known = values.get("dpi_known") != "false"
+        return {**frame, "dpi": float(values["dpi"]), "dpi_known": known}
     except (KeyError, ValueError) as error:
         raise TemplateError("line 1: expected width=, height= and dpi= as numbers") from error
 
 
-def read_table(
+def _find_header(lines: list[str]) -> _Header | None:
+    """Return the first line not blank as a header with columns x and y; None for others."""
+    number = next((k for k, line in enumerate(lines, start=1) if line.strip()), None)
+    if number is None or len(lines[number - 1]) > LONGEST_HEADER:
+        return None
+    line = lines[number - 1].strip().lstrip("# ")
+    for delimiter in DELIMITERS:
+        names = [name.lower() for name in _cells(number, line, delimiter)]
+        while names and not names[-1]:
+            names.pop()
+        meanings = [(_meaning(name), name) for name in names]
+        known = [meaning for meaning, _ in meanings if meaning]
+        if {"x", "y"} <= set(known):
+            if len(set(names)) < len(names) or len(set(known)) < len(known):
+                raise TemplateError(f"line {number}: a column is there twice: {', '.join(names)}")
+            return _Header(number, delimiter, names, dict(pair for pair in meanings if pair[0]))
+    return None
+
+
+def _meaning(name: str) -> str:
+    """Return which of the five columns a name means, or nothing."""
+    return next((column for column, names in _NAMES.items() if names.fullmatch(name)), "")
+
+
+def _read_table(
     rows: Iterable[tuple[int, list[str]]],
     header: list[str],
     columns: Sequence[str],
@@ -154,15 +298,21 @@ def parse_number(text: str, line: int, column: str) -> float:
     return value
 
 
-def places_of(minutiae: Minutiae) -> Iterator[str]:
-    """Yield x, y and direction in degrees of each minutia, separated by commas."""
-    degrees = np.degrees(minutiae.angle.astype(np.float64))
-    for place in zip(minutiae.x, minutiae.y, degrees, strict=True):
-        yield ",".join(f"{float(value):.{DIGITS}g}" for value in place)
-
-
 def _recognises(data: bytes) -> bool:
     return data.removeprefix(BYTE_ORDER_MARK).startswith(MAGIC.encode())
 
 
+def _recognises_plain(data: bytes) -> bool:
+    """Return whether the first line has columns x and y and one of angles."""
+    first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:HEADER_BYTES]
+    try:
+        header = _find_header(first.decode("utf-8", "replace").splitlines()[:1])
+        return header is not None and "theta" in header.given
+    except TemplateError:
+        return True  # which then says why
+
+
 CODEC: Final = Codec("csv", "fpmatch CSV 1", (".csv",), _recognises, decode, encode)
+PLAIN_CODEC: Final = Codec(
+    "minutiae-csv", "CSV of x, y, theta", (".csv",), _recognises_plain, decode_plain, encode_plain
+)

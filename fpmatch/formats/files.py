@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
-from fpmatch.formats import plain_csv
 from fpmatch.formats.angles import AngleConvention
+from fpmatch.formats.csv_format import PLAIN_CODEC
 from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.codec import Codec
 
-ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
+ANGLES_BY_OPTION: Final = (PLAIN_CODEC, NPY_CODEC, TEXT_CODEC)
 
 
 def load_template(path: str | os.PathLike[str], *, angles: str | None = None) -> Template:

@@ -18,7 +18,6 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import (
     check_fits,
     fit_minutiae,
-    minutiae_from_columns,
     side,
     whole_pixels,
     whole_steps,
@@ -26,7 +25,7 @@ from fpmatch.formats.codec import (
 from fpmatch.formats.fmr_header import MAGIC, dpi_of
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.fmr_header import Frame
     from fpmatch.formats.record import ReadingOptions
-    from fpmatch.templates.minutiae import Minutiae
 
 MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255
@@ -132,7 +130,7 @@ class RecordReader(ByteReader):
 
     def _minutiae(self, rows: NDArray[np.void]) -> tuple[Minutiae, bool]:
         """Return the minutiae in the rows of a view, and whether their quality is known."""
-        kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
+        kind = (rows["x"] >> KIND_SHIFT).astype(np.uint8)
         reserved = kind > max(MinutiaKind)
         if reserved.any():
             odd = count(int(np.count_nonzero(reserved)), "minutia", "minutiae")
@@ -149,8 +147,8 @@ class RecordReader(ByteReader):
             if known:
                 quality = np.where(each_known, rows["quality"], 0).astype(np.uint8)
         x, y = ((rows[name] & COORDINATE_MASK).astype(np.float32) for name in ("x", "y"))
-        angle = rows["angle"] * (2 * np.pi / steps)
-        return minutiae_from_columns(x, y, angle, kind, quality), known
+        angle: Any = rows["angle"] * (2 * np.pi / steps)
+        return Minutiae(x, y, angle, kind, quality), known
 
     def _extended(self) -> ExtendedData | None:
         """Return the extended data, None if the file ends within them or has no length of them."""

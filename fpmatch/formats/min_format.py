@@ -19,7 +19,7 @@ ridge endings. A file contains no resolution.
 from __future__ import annotations
 
 import re
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,11 +28,10 @@ from fpmatch.formats.codec import (
     Codec,
     dropped_notes,
     fit_minutiae,
-    minutiae_from_columns,
     whole_pixels,
 )
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 MOST_MINUTIAE: Final = 9999  # largest number of four digits
 STEPS: Final = 32  # of a turn
@@ -68,9 +67,10 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         rows.append(_minutia(*line))
     if len(rows) != int(declared[1]):
         raise TemplateError(f"declares {int(declared[1])} minutiae and has {len(rows)}")
-    x, y, step, reliability, kind = np.array(rows, dtype=np.float64).reshape(-1, 5).T
+    table: Any = np.array(rows, dtype=np.float64).reshape(-1, 5)
+    x, y, step, reliability, kind = table.T
     angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)
-    minutiae = minutiae_from_columns(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
+    minutiae = Minutiae(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
     template = Template(minutiae, *size, options.assumed_dpi, dpi_known=False)
     return TemplateRecord(CODEC.name, (View(template),))
 

@@ -9,17 +9,16 @@ contains neither size, resolution nor kinds.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import UNKNOWN, range_notes
-from fpmatch.formats.codec import LARGEST, Codec, side
-from fpmatch.formats.csv_format import parse_number, text_lines
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind
+from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.formats.csv_format import parse_number, table_view, text_lines
+from fpmatch.formats.record import ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,15 +76,13 @@ def _record(array: NDArray[np.float64], name: str, options: ReadingOptions) -> T
         first, column = np.argwhere(~finite)[0].tolist()
         raise TemplateError(f"row {first + 1}, column {COLUMNS[column]}: not a finite number")
     x, y, angle, *qualities = array.T
-    quality: Any = qualities[0] if qualities else np.full(len(array), 100.0)
+    quality = qualities[0] if qualities else np.full(len(array), 100.0)
     outside = np.flatnonzero((quality < 0) | (quality > 100))
     if len(outside):
         value = quality[outside[0]]
         raise TemplateError(f"row {outside[0] + 1}, column quality: {value:g} is not in 0..100")
-    kind = np.full(len(array), MinutiaKind.OTHER)
-    minutiae = x, y, options.angles.to_radians(angle), kind, quality
-    size = options.size or (side(x), side(y))
-    view = View.without_frame(minutiae, size, options, quality_known=bool(qualities))
+    table = x, y, angle, np.zeros(len(array)), quality  # of kind other
+    view = table_view(table, options.angles, options, quality_known=bool(qualities))
     return TemplateRecord(name, (view,), tuple(range_notes(angle, options.angles)))
 
 

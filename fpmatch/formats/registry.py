@@ -24,7 +24,6 @@ from fpmatch.formats import (
     json_format,
     min_format,
     number_table,
-    plain_csv,
     sealed,
     xyt,
 )
@@ -84,7 +83,7 @@ CODECS: Final = (
     xyt.CODEC,
     sealed.CODEC,
     number_table.NPY_CODEC,
-    plain_csv.CODEC,
+    csv_format.PLAIN_CODEC,
     number_table.TEXT_CODEC,
 )
 _GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may be narrower

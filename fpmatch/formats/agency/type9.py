@@ -17,18 +17,18 @@ from __future__ import annotations
 from collections.abc import Callable  # noqa: TC003  (the type of a field of a named tuple)
 from functools import partial
 from math import isnan, nan
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.agency import an2
-from fpmatch.formats.codec import LARGEST, minutiae_from_columns
+from fpmatch.formats.codec import LARGEST
 from fpmatch.formats.fmr import span
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.image.io.resolution import dpi_in_units
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import MinutiaKind, Template
+from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 MINUTIAE_TYPE: Final = 9
 IMAGE_FRAME, M1_FRAME = 6, 128  # the first of the fields of width, height, unit and resolution
@@ -105,7 +105,8 @@ def _view(
     rows = [row for row in all_rows if not isnan(row.degrees)]
     if undirected := len(all_rows) - len(rows):
         notes.append(f"{count(undirected, 'minutia', 'minutiae')} without a direction passed over")
-    x, y, degrees, kind, quality = np.array(rows, np.float64).reshape(-1, len(_Row._fields)).T
+    table: Any = np.array(rows, np.float64).reshape(-1, len(_Row._fields))
+    x, y, degrees, kind, quality = table.T
     if REGION in fields and block.name == EFS:
         left, top, right, bottom = _region(fields)
         x, y = x + left, y + top
@@ -116,7 +117,7 @@ def _view(
         y = (size[1] if size else np.ceil(y.max(initial=1.0))) - y
     known = ~np.isnan(quality)
     grades = np.where(known, quality, 100.0)
-    minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, grades)
+    minutiae = Minutiae(x, y, np.radians(degrees), kind, grades)
     width, height = size or span(minutiae)
     options.limits.check_size(width, height)
     return View(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.base.plugins import (
     AN2_SIGNATURES,
+    FMR_SIGNATURE,
     FORMATS,
     PluginError,
     agency,
@@ -20,7 +21,7 @@ from fpmatch.base.plugins import (
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
     csv_format,
-    fmr_2005,
+    fmr,
     json_format,
     min_format,
     number_table,
@@ -28,7 +29,6 @@ from fpmatch.formats import (
     xyt,
 )
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.fmr_header import MAGIC, of_text
 from fpmatch.formats.record import Encoded, TemplateRecord
 
 if TYPE_CHECKING:
@@ -56,12 +56,12 @@ def _agency(
     return Codec(name, title, suffixes, recognises, partial(call, 1), encode)
 
 
-_030: Final = MAGIC + b"030\x00"
+_030: Final = FMR_SIGNATURE + b"030\x00"
 ISO_2011: Final = _agency("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), "fmr_2011", _030)
 ANSI_2009: Final = _agency("ansi2009", "ANSI/INCITS 378-2009", (".ansi2009",), "fmr_2011", _030)
 AMENDED: Final = _agency(
     *("ansi2009am1", "ANSI/INCITS 378-2009/AM1", (".ansi2009am1",), "fmr_2011"),
-    MAGIC + b"035\x00",
+    FMR_SIGNATURE + b"035\x00",
 )
 AN2: Final = _agency(
     "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "type9", *AN2_SIGNATURES
@@ -72,9 +72,9 @@ AN2: Final = _agency(
 CODECS: Final = (
     csv_format.CODEC,
     json_format.CODEC,
-    fmr_2005.ISO_CODEC,
+    fmr.ISO_CODEC,
     ISO_2011,
-    fmr_2005.ANSI_CODEC,
+    fmr.ANSI_CODEC,
     ANSI_2009,
     AMENDED,
     AN2,
@@ -94,10 +94,10 @@ def codec_of_content(data: bytes) -> Codec:
     for codec in known_codecs():
         if codec.recognises(data):
             return codec
-    if record := of_text(data):
+    if record := fmr.of_text(data):
         codec = codec_of_content(record)
         return replace(codec, decode=lambda _, options: codec.decode(record, options))
-    if data.startswith(MAGIC):
+    if data.startswith(FMR_SIGNATURE):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "

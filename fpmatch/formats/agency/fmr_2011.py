@@ -14,8 +14,9 @@ import struct
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.plugins import FMR_SIGNATURE
 from fpmatch.formats import fmr
-from fpmatch.formats.fmr_header import MAGIC, Frame, product_fields
+from fpmatch.formats.fmr import Frame, product_fields
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def encode_iso(record: TemplateRecord) -> Encoded:
     views = fmr.numbered(record, MOST_ISO_VIEWS)
     body = b"".join(_write_iso_view(view, notes) for view in views)
     head = struct.pack(">IHB", ISO_HEADER_BYTES + len(body), len(views), 0)
-    return Encoded(MAGIC + VERSION + head + body, tuple(notes))
+    return Encoded(FMR_SIGNATURE + VERSION + head + body, tuple(notes))
 
 
 def _is_ansi(data: bytes) -> bool:
@@ -119,13 +120,7 @@ def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     draft = not fmr.fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES) and fmr.fills(
         data, DRAFT_HEADER_BYTES, ANSI_VIEW_BYTES
     )
-    return fmr.decode_ansi(partial(_decode, data, options, draft=draft), ANSI)
-
-
-def _decode(
-    data: bytes, options: ReadingOptions, layout: fmr.Layout, *, draft: bool
-) -> TemplateRecord:
-    reader = fmr.RecordReader(data, options, layout, VERSION, AMENDED)
+    reader = fmr.RecordReader(data, options, ANSI, VERSION, AMENDED)
     declared = reader.number(4)
     fields = product_fields(reader, certification=0 if draft else 1)
     (count,) = reader.numbers("Bx")
@@ -146,7 +141,7 @@ def encode_ansi(record: TemplateRecord, *, version: bytes) -> Encoded:
     notes: list[str] = []
     views = fmr.numbered(record)
     body = b"".join(_write_ansi_view(view, notes) for view in views)
-    head = MAGIC + version + (ANSI_HEADER_BYTES + len(body)).to_bytes(4, "big")
+    head = FMR_SIGNATURE + version + (ANSI_HEADER_BYTES + len(body)).to_bytes(4, "big")
     head += bytes(7) + bytes([len(views), 0])  # owner, type, certification and device unknown
     return Encoded(head + body, tuple(notes))
 

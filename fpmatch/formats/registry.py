@@ -52,7 +52,7 @@ def _agency(
         except PluginError:  # which reading it raises again
             return True
 
-    encode = None if module == "type9" else partial(call, 2)
+    encode = None if module == "an2" else partial(call, 2)
     return Codec(name, title, suffixes, recognises, partial(call, 1), encode)
 
 
@@ -64,7 +64,7 @@ AMENDED: Final = _agency(
     FMR_SIGNATURE + b"035\x00",
 )
 AN2: Final = _agency(
-    "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "type9", *AN2_SIGNATURES
+    "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "an2", *AN2_SIGNATURES
 )
 
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of

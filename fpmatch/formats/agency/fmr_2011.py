@@ -117,10 +117,10 @@ def _write_iso_view(view: View, notes: list[str]) -> bytes:
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in a record of the standard or the draft, or raise TemplateError."""
+    reader = fmr.RecordReader(data, options, ANSI, VERSION, AMENDED)
     draft = not fmr.fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES) and fmr.fills(
         data, DRAFT_HEADER_BYTES, ANSI_VIEW_BYTES
     )
-    reader = fmr.RecordReader(data, options, ANSI, VERSION, AMENDED)
     declared = reader.number(4)
     fields = product_fields(reader, certification=0 if draft else 1)
     (count,) = reader.numbers("Bx")

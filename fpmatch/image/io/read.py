@@ -188,8 +188,7 @@ def _decode(
             raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
         raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
-    decode = reader.decode if record is None or reader.choose is None else reader.choose(record)
-    return decode(data, limits)
+    return reader.decode(data, limits, *([record] if reader.holds_several else []))
 
 
 def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:

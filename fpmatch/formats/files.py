@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.csv_format import PLAIN_CODEC
-from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
+from fpmatch.formats.tables import NPY_CODEC, PLAIN_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Template
 

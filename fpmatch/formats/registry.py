@@ -20,12 +20,11 @@ from fpmatch.base.plugins import (
 )
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
-    csv_format,
     fmr,
     json_format,
     min_format,
-    number_table,
     sealed,
+    tables,
     xyt,
 )
 from fpmatch.formats.codec import Codec
@@ -70,7 +69,7 @@ AN2: Final = _agency(
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
 # another package, see `fpmatch.base.plugins`.
 CODECS: Final = (
-    csv_format.CODEC,
+    tables.CODEC,
     json_format.CODEC,
     fmr.ISO_CODEC,
     ISO_2011,
@@ -82,9 +81,9 @@ CODECS: Final = (
     xyt.M1_CODEC,
     xyt.CODEC,
     sealed.CODEC,
-    number_table.NPY_CODEC,
-    csv_format.PLAIN_CODEC,
-    number_table.TEXT_CODEC,
+    tables.NPY_CODEC,
+    tables.PLAIN_CODEC,
+    tables.TEXT_CODEC,
 )
 _GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may be narrower
 

@@ -343,12 +343,14 @@ def _region(fields: dict[int, bytes]) -> tuple[float, float, float, float]:
 def _m1(items: list[bytes]) -> _Row:
     x, y, angle, quality = (_decimal(items[k]) for k in (1, 2, 3, 5))
     known = min(100.0, quality) if quality > 0 else nan
-    return _Row(x, y, angle * 2.0, _kind(items[4]), known)
+    return _Row(x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known)
 
 
 def _efs(items: list[bytes]) -> _Row:
     degrees = _decimal(items[2]) if items[2].strip() else nan
-    return _Row(_decimal(items[0]), _decimal(items[1]), degrees, _kind(items[3]))
+    return _Row(
+        _decimal(items[0]), _decimal(items[1]), degrees, KINDS.get(items[3], MinutiaKind.OTHER)
+    )
 
 
 def _packed(items: list[bytes], turn: float) -> _Row:
@@ -357,7 +359,7 @@ def _packed(items: list[bytes], turn: float) -> _Row:
     quality = nan
     if items[2].strip() and (grade := _decimal(items[2])) >= BEST_QUALITY:
         quality = 100 * max(0.0, WORST_QUALITY - grade) / (WORST_QUALITY - BEST_QUALITY)
-    return _Row(x, y, degrees + turn, _kind(items[3]), quality)
+    return _Row(x, y, degrees + turn, KINDS.get(items[3], MinutiaKind.OTHER), quality)
 
 
 EFS: Final = "extended feature set"
@@ -384,10 +386,6 @@ def _field_frame(
 ) -> tuple[tuple[int, int] | None, float | None]:
     width, height, unit, value = (_code(fields, first + k) for k in range(4))
     return (width, height) if width and height else None, dpi_in_units(unit, value)
-
-
-def _kind(item: bytes) -> int:
-    return KINDS.get(item, MinutiaKind.OTHER)
 
 
 def _decimal(value: bytes) -> float:

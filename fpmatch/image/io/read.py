@@ -15,7 +15,6 @@ from fpmatch.image.io.grey import (
     FEWEST_RAW_BYTES,
     GreyImage,
     ImageLimits,
-    as_grey,
     decode_raw,
     grey_image,
     likely_raw_size,
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
-__all__ = ["GreyImage", "ImageLimits", "as_grey", "decode_image", "read_image"]
+__all__ = ["GreyImage", "ImageLimits", "decode_image", "read_image"]
 
 
 def read_image(

@@ -1,4 +1,4 @@
-"""CSV tables of minutiae: fpmatch's own format, readable and editable, and tables of others.
+"""Tables of minutiae: fpmatch's own CSV, readable and editable, tables of others, bare numbers.
 
 Files of fpmatch's own format look like this::
 
@@ -24,6 +24,11 @@ other, ending and bifurcation, or 0, 1 and 2, or words of other programs for the
 Termination. On reading, type and quality may be missing, the columns may have any order and any of
 the names below, and other columns are ignored. Comma, semicolon, tab or spaces separate them, and
 the header may begin with #.
+
+Tables without a header are arrays of numpy, as text of `np.savetxt` or as `.npy`. Each row is a
+minutia: x, y, its angle, and perhaps its quality. `ReadingOptions.angles` must define how angles
+are measured. Numbers of a text are separated by spaces, tabs, commas or semicolons; lines that
+begin with # are left out. A file contains neither size, resolution nor kinds.
 """
 
 from __future__ import annotations
@@ -35,6 +40,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
 from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, side
@@ -43,6 +49,8 @@ from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
 DIGITS: Final = 9  # significant digits that restore a float32 exactly
 MAGIC: Final = "# fpmatch-template"
@@ -80,6 +88,13 @@ _NAMES: Final = {
     "type": re.compile(r"type|kind|minutia_?type"),
     "quality": re.compile(r"quality|qual"),
 }
+NUMBER_COLUMNS: Final = ("x", "y", "angle", "quality")
+FEWEST_NUMBERS: Final = 3
+_NUMBER: Final = rb"[-+]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][-+]?\d{1,3})?"
+_BETWEEN: Final = rb"([ \t]*[,;\t ][ \t]*)"
+_ROW: Final = re.compile(rb"[ \t]*%b(%b%b){2,3}[ \t]*\r?(\n|$)" % (_NUMBER, _BETWEEN, _NUMBER))
+_SEPARATOR: Final = re.compile(r"\s*[,;]\s*|\s+")
+_COMMENTS: Final = re.compile(rb"([ \t]*(#[^\n]*)?\r?\n)*")
 _UNITS: Final = {"deg": "deg", "°": "deg", "rad": "rad"}
 
 
@@ -139,7 +154,7 @@ def _encoded(
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file of fpmatch's own format, or raise TemplateError."""
-    lines = text_lines(data)
+    lines = _text_lines(data)
     frame = _frame(lines[0] if lines else "")
     rows = (
         (number, _cells(number, line))
@@ -157,7 +172,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
 
 def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the minutiae in a table with a header, or raise TemplateError."""
-    lines = text_lines(data)
+    lines = _text_lines(data)
     header = _find_header(lines)
     if header is None:
         raise TemplateError(f"line 1: expected the columns {','.join(PLAIN_COLUMNS)}, each once")
@@ -181,11 +196,69 @@ def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
     notes = range_notes(table[2], convention)
     if options.angles is None and header.given["theta"] != "theta":
         notes.append(f"angles taken for {convention} (--angles sets it)")
-    view = table_view(table, convention, options, quality_known="quality" in header.given)
+    view = _table_view(table, convention, options, quality_known="quality" in header.given)
     return TemplateRecord(PLAIN_CODEC.name, (view,), tuple(notes))
 
 
-def table_view(
+def decode_text(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the minutiae in a text of numbers, or raise TemplateError."""
+    table: list[list[float]] = []
+    for number, line in enumerate(_text_lines(data), start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        options.limits.check_minutiae(len(table) + 1)
+        cells = _SEPARATOR.split(line.strip())
+        if not FEWEST_NUMBERS <= len(cells) <= len(NUMBER_COLUMNS):
+            raise TemplateError(f"line {number}: expected x, y, angle and perhaps quality")
+        if table and len(cells) != len(table[0]):
+            raise TemplateError(
+                f"line {number}: expected {len(table[0])} values, found {len(cells)}"
+            )
+        named = zip(cells, NUMBER_COLUMNS, strict=False)
+        table.append([_parse_number(text, number, column) for text, column in named])
+    if not table:
+        raise TemplateError("no minutiae, only blank lines and comments")
+    return _number_record(np.array(table), TEXT_CODEC.name, options)
+
+
+def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the minutiae in a `.npy` file, or raise TemplateError."""
+    if not is_npy(data):
+        raise TemplateError("not a .npy file")
+    array = decode_npy(data)
+    if not FEWEST_NUMBERS <= array.shape[1] <= len(NUMBER_COLUMNS):
+        raise TemplateError(
+            "expected an array of 3 or 4 columns, x, y, angle and perhaps quality, found "
+            f"{array.shape[1]}"
+        )
+    options.limits.check_minutiae(len(array))
+    return _number_record(array, NPY_CODEC.name, options)
+
+
+def _number_record(
+    array: NDArray[np.float64], name: str, options: ReadingOptions
+) -> TemplateRecord:
+    """Return a record of the minutiae in an array (N, 3) or (N, 4)."""
+    if options.angles is None:
+        raise TemplateError(UNKNOWN)
+    finite = np.abs(array) <= LARGEST
+    if not finite.all():
+        first, column = np.argwhere(~finite)[0].tolist()
+        raise TemplateError(
+            f"row {first + 1}, column {NUMBER_COLUMNS[column]}: not a finite number"
+        )
+    x, y, angle, *qualities = array.T
+    quality = qualities[0] if qualities else np.full(len(array), 100.0)
+    outside = np.flatnonzero((quality < 0) | (quality > 100))
+    if len(outside):
+        value = quality[outside[0]]
+        raise TemplateError(f"row {outside[0] + 1}, column quality: {value:g} is not in 0..100")
+    table = x, y, angle, np.zeros(len(array)), quality  # of kind other
+    view = _table_view(table, options.angles, options, quality_known=bool(qualities))
+    return TemplateRecord(name, (view,), tuple(range_notes(angle, options.angles)))
+
+
+def _table_view(
     table: Any, convention: AngleConvention, options: ReadingOptions, *, quality_known: bool
 ) -> View:
     """Return the print of columns x, y, angle, kind and quality without size and resolution."""
@@ -195,7 +268,7 @@ def table_view(
     return View.without_frame(minutiae, size, options, quality_known=quality_known)
 
 
-def text_lines(data: bytes) -> list[str]:
+def _text_lines(data: bytes) -> list[str]:
     """Return the lines of a file; raises TemplateError unless it is UTF-8 text."""
     try:
         return data.decode("utf-8-sig").splitlines()
@@ -276,7 +349,7 @@ def _read_table(
                 f"{', '.join(kinds)})"
             )
         x, y, angle, quality = (
-            parse_number(row[name], number, name) for name in (*columns[:3], columns[4])
+            _parse_number(row[name], number, name) for name in (*columns[:3], columns[4])
         )
         if not 0 <= quality <= 100:
             raise TemplateError(f"line {number}, column {columns[4]}: {quality:g} is not in 0..100")
@@ -284,7 +357,7 @@ def _read_table(
     return np.array(table, dtype=np.float64).reshape(-1, len(columns)).T
 
 
-def parse_number(text: str, line: int, column: str) -> float:
+def _parse_number(text: str, line: int, column: str) -> float:
     """Return a finite number that float32 can hold; raises TemplateError that names its place."""
     try:
         value = float(text)
@@ -312,7 +385,17 @@ def _recognises_plain(data: bytes) -> bool:
         return True  # which then says why
 
 
+def recognises_text(data: bytes) -> bool:
+    """Return whether the first line that is no comment has three or four numbers."""
+    comments = _COMMENTS.match(data)
+    return _ROW.match(data, comments.end() if comments else 0) is not None
+
+
 CODEC: Final = Codec("csv", "fpmatch CSV 1", (".csv",), _recognises, decode, encode)
 PLAIN_CODEC: Final = Codec(
     "minutiae-csv", "CSV of x, y, theta", (".csv",), _recognises_plain, decode_plain, encode_plain
 )
+TEXT_CODEC: Final = Codec(
+    "numbers", "text of numbers (np.savetxt)", (), recognises_text, decode_text
+)
+NPY_CODEC: Final = Codec("npy", "NumPy array (np.save)", (), is_npy, decode_array)

@@ -81,6 +81,7 @@ _ANGLE: Final = re.compile(
     r"(?P<name>theta|θ|angle|direction|dir|orientation|ori|phi)"
     r"[ _.(\[-]*(?P<unit>deg|rad|°)?(rees?|ians?)?[)\]]?"
 )
+_UNITS: Final = {"deg": "deg", "°": "deg", "rad": "rad"}
 _NAMES: Final = {
     "theta": _ANGLE,
     "x": re.compile(r"x|col|column|(x|pos)_?(px|pos|x|coord)"),
@@ -95,7 +96,6 @@ _BETWEEN: Final = rb"([ \t]*[,;\t ][ \t]*)"
 _ROW: Final = re.compile(rb"[ \t]*%b(%b%b){2,3}[ \t]*\r?(\n|$)" % (_NUMBER, _BETWEEN, _NUMBER))
 _SEPARATOR: Final = re.compile(r"\s*[,;]\s*|\s+")
 _COMMENTS: Final = re.compile(rb"([ \t]*(#[^\n]*)?\r?\n)*")
-_UNITS: Final = {"deg": "deg", "°": "deg", "rad": "rad"}
 
 
 class _Header(NamedTuple):

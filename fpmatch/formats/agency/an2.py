@@ -348,9 +348,8 @@ def _m1(items: list[bytes]) -> _Row:
 
 def _efs(items: list[bytes]) -> _Row:
     degrees = _decimal(items[2]) if items[2].strip() else nan
-    return _Row(
-        _decimal(items[0]), _decimal(items[1]), degrees, KINDS.get(items[3], MinutiaKind.OTHER)
-    )
+    kind = KINDS.get(items[3], MinutiaKind.OTHER)
+    return _Row(_decimal(items[0]), _decimal(items[1]), degrees, kind)
 
 
 def _packed(items: list[bytes], turn: float) -> _Row:

@@ -65,6 +65,8 @@ ISO_HEADER_BYTES: Final = 24
 ANSI_HEADER_BYTES: Final = 26
 VIEW_BYTES: Final = 4  # before the minutiae
 VERSION: Final = b" 20\x00"
+NO_ALGORITHM: Final = bytes(4)  # of quality
+UNKNOWN_QUALITY: Final = 254
 ANSI_VERSIONS: Final = (VERSION, b"020\x00")  # the second in early files only
 LONG_LENGTH: Final = 2**16  # from which on ANSI's length takes six bytes
 
@@ -75,19 +77,23 @@ class AngleError(TemplateError):
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Differences between the formats of the family in the encoding of a minutia.
+    """Differences between the formats of the family.
 
-    `name` is the format to which extended data belong, `angle_steps` the steps of a turn. An
-    unknown quality is stored as 0 if `zero_is_unknown` (in the older formats), else as 254 or 255.
+    `name` is the format to which extended data belong, `angle_steps` the steps of a turn. The older
+    formats have one frame for all views, and 0 for an unknown quality; since 2009 each view has its
+    own frame, and 254 or 255. A record's length, whose bytes may be six if they are two, and the
+    bytes of its product follow the version.
     """
 
     name: str
     angle_steps: int
-    zero_is_unknown: bool
+    length_bytes: int = 4
+    product_bytes: int = 0
+    is_older: bool = True
 
 
-ISO: Final = Layout("iso2005", ISO_STEPS, zero_is_unknown=True)
-ANSI: Final = Layout("ansi2004", ANSI_STEPS, zero_is_unknown=True)
+ISO: Final = Layout("iso2005", ISO_STEPS, product_bytes=2)
+ANSI: Final = Layout("ansi2004", ANSI_STEPS, length_bytes=2, product_bytes=6)
 
 
 def per_cm(dpi: float) -> int:
@@ -234,7 +240,7 @@ class RecordReader(ByteReader):
             raise AngleError(f"an angle is beyond {self.steps - 1}, the last of the format")
         quality, known = np.full(len(rows), 100, np.uint8), False
         if "quality" in (rows.dtype.names or ()):
-            lowest = 1 if self.layout.zero_is_unknown else 0
+            lowest = 1 if self.layout.is_older else 0
             each_known = (rows["quality"] >= lowest) & (rows["quality"] <= 100)
             known = bool(each_known.any()) or not len(rows)
             if known:
@@ -287,9 +293,9 @@ def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -
     rows["y"] = whole_pixels(minutiae.y, template.height)
     rows["angle"] = whole_steps(minutiae.angle, layout.angle_steps)
     if size == 6 and view.quality_known:
-        rows["quality"] = np.maximum(minutiae.quality, 1 if layout.zero_is_unknown else 0)
+        rows["quality"] = np.maximum(minutiae.quality, 1 if layout.is_older else 0)
     elif size == 6:
-        rows["quality"] = 0 if layout.zero_is_unknown else 254
+        rows["quality"] = 0 if layout.is_older else UNKNOWN_QUALITY
     extended = b""
     if view.extended is not None and view.extended.data:
         if view.extended.layout != layout.name:
@@ -374,49 +380,56 @@ def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in an ISO record, or raise TemplateError."""
     reader = RecordReader(data, options, ISO, VERSION)
     declared, device = reader.numbers("IH")
-    return _decode(reader, declared, device_fields(device))
+    return decode_views(reader, declared, device_fields(device))
 
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in an ANSI record, or raise TemplateError."""
     reader = RecordReader(data, options, ANSI, *ANSI_VERSIONS)
     declared = reader.number(6 if _is_long(data) else 2)
-    return _decode(reader, declared, product_fields(reader))
+    return decode_views(reader, declared, product_fields(reader))
 
 
-def _decode(
-    reader: RecordReader, declared: int, fields: tuple[tuple[str, str], ...]
+def decode_views(
+    reader: RecordReader, declared: int, fields: tuple[tuple[str, str], ...], name: str = ""
 ) -> TemplateRecord:
-    """Read the rest of a record, from its frame on."""
-    frame = Frame(*reader.numbers("4H"))
+    """Read the rest of a record, of `declared` bytes in all, behind its product."""
+    shared = Frame(*reader.numbers("4H")) if reader.layout.is_older else None
     (views,) = reader.numbers("Bx")
 
     def view() -> View:
-        finger, both, quality = reader.numbers("3B")
-        about = {"finger": finger, "number": both >> 4, "impression": both & 0x0F}
-        return reader.view(frame, quality=quality, fields=fields, **about)
+        if shared is not None:
+            finger, both, quality = reader.numbers("3B")
+            number, impression, frame = both >> 4, both & 0x0F, shared
+        else:
+            finger, number, impression, quality = reader.numbers("4B4x")
+            frame = Frame(*reader.numbers("4H"))
+        about = {"finger": finger, "number": number, "impression": impression, "fields": fields}
+        return reader.view(frame, quality=quality, **about)
 
-    return reader.record(reader.layout.name, declared, views, view)
+    return reader.record(name or reader.layout.name, declared, views, view)
 
 
-def encode(record: TemplateRecord, *, layout: Layout) -> Encoded:
-    """Return a record as bytes, and notes on what they cannot hold."""
+def encode(record: TemplateRecord, *, layout: Layout, version: bytes = VERSION) -> Encoded:
+    """Return a record as bytes, and notes on what they cannot hold; its product is unknown."""
     notes: list[str] = []
-    frame = Frame.shared(record)
+    frame = Frame.shared(record).to_bytes() if layout.is_older else b""
     views = numbered(record)
-    body = b"".join(_write_view(view, layout, notes) for view in views)
-    if layout is ISO:
-        head = (ISO_HEADER_BYTES + len(body)).to_bytes(4, "big") + bytes(2)  # device unknown
-    else:
-        total = ANSI_HEADER_BYTES + len(body)
-        head = total.to_bytes(2, "big") if total < LONG_LENGTH else (total + 4).to_bytes(6, "big")
-        head += bytes(6)  # owner, type and device unknown
-    head += frame.to_bytes() + bytes([len(views), 0])
-    return Encoded(FMR_SIGNATURE + VERSION + head + body, tuple(notes))
+    rest = bytes(layout.product_bytes) + frame + bytes([len(views), 0])
+    rest += b"".join(_write_view(view, layout, notes) for view in views)
+    size = layout.length_bytes
+    length = len(FMR_SIGNATURE + version) + size + len(rest)
+    if length >= 1 << 8 * size:
+        size, length = 6, length + 6 - size
+    return Encoded(FMR_SIGNATURE + version + length.to_bytes(size, "big") + rest, tuple(notes))
 
 
 def _write_view(view: View, layout: Layout, notes: list[str]) -> bytes:
     impression, number = view.impression, view.number
+    if not layout.is_older:
+        quality = UNKNOWN_QUALITY if view.quality is None else quality_of(view)
+        head = bytes([view.finger & 0xFF, number, impression & 0xFF, quality]) + NO_ALGORITHM
+        return head + Frame.of(view.template).to_bytes() + write_view(view, layout, notes)
     if not 0 <= impression < 16:
         notes.append(f"impression type {impression} written as 0, live plain")
         impression = 0

@@ -275,11 +275,9 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         if number is None:
             notes.append(f"a record of type 9 (IDC {record.idc}) without minutiae passed over")
             continue
-        size, dpi = _frame(images.get(record.idc))
-        if _BLOCKS[number].pixels:
-            size, dpi = _field_frame(fields, M1_FRAME)
-        frame = size, dpi or native_dpi(first)
-        views.append(_view(fields, number, frame, options, notes))
+        is_m1 = _BLOCKS[number].pixels
+        size, dpi = _frame(record, M1_FRAME) if is_m1 else _frame(images.get(record.idc))
+        views.append(_view(fields, number, (size, dpi or native_dpi(first)), options, notes))
         options.limits.check_views(len(views))
     if not views:
         raise TemplateError("no minutiae in the file (no record of type 9 that has some)")
@@ -370,21 +368,17 @@ _BLOCKS: Final = {  # by the field of the minutiae; the first that a record has 
 }
 
 
-def _frame(image: Record | None) -> tuple[tuple[int, int] | None, float | None]:
-    """Return size and resolution in an image record, None where they are unknown."""
-    if image is None:
-        return None, None
-    if image.type != GREY_FINGER:
-        return _field_frame(image.fields(), IMAGE_FRAME)
-    width, height = (int.from_bytes(image.data[k : k + 2], "big") for k in (13, 15))
-    return (width, height) if width and height else None, None
-
-
-def _field_frame(
-    fields: dict[int, bytes], first: int
+def _frame(
+    record: Record | None, first: int = IMAGE_FRAME
 ) -> tuple[tuple[int, int] | None, float | None]:
-    width, height, unit, value = (_code(fields, first + k) for k in range(4))
-    return (width, height) if width and height else None, dpi_in_units(unit, value)
+    """Return size and resolution in a record, by its fields from a `first` on, None if unknown."""
+    width = height = unit = pixels = 0
+    if record is not None and record.type == GREY_FINGER:
+        width, height = (int.from_bytes(record.data[k : k + 2], "big") for k in (13, 15))
+    elif record is not None:
+        fields = record.fields()
+        width, height, unit, pixels = (_code(fields, first + k) for k in range(4))
+    return (width, height) if width and height else None, dpi_in_units(unit, pixels)
 
 
 def _decimal(value: bytes) -> float:

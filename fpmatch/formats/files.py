@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.parsing import read_regular
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.codec import Codec
 
+_NO_TEMPLATES: Final = ("a folder, not a template file", "not a regular file")
 ANGLES_BY_OPTION: Final = (PLAIN_CODEC, NPY_CODEC, TEXT_CODEC)
 
 
@@ -71,7 +72,9 @@ def load_record(
 ) -> TemplateRecord:
     """Load all prints of a template file, of the given format or that of its content."""
     options = ReadingOptions() if options is None else options
-    data = _read(path, options.limits.max_bytes)
+    data = read_regular(
+        path, options.limits.max_bytes, lambda why: TemplateError(f"{path}: {why}"), _NO_TEMPLATES
+    )
     return decode_record(data, str(path), file_format=file_format, options=options)
 
 
@@ -165,19 +168,3 @@ def _codec_of(data: bytes, file_format: str | None, options: ReadingOptions) -> 
     if not file_format and recognises_text(data):  # whole numbers, which pass for XYT
         return TEXT_CODEC
     raise TemplateError(f"{codec.title} defines how its angles are measured: --angles excludes it")
-
-
-def _read(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return up to `most` + 1 bytes of a regular file."""
-    file = Path(path)
-    try:
-        if file.is_dir():
-            raise TemplateError(f"{path}: is a folder, not a template file")
-        if not file.is_file():
-            is_there = file.exists()
-            raise TemplateError(f"{path}: {'is not a regular' if is_there else 'no such'} file")
-        with file.open("rb") as stream:
-            return stream.read(most + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise TemplateError(f"{path}: {reason}") from error

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.plugins import (
     AN2_SIGNATURES,
@@ -33,8 +33,6 @@ from fpmatch.formats.record import Encoded, TemplateRecord
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
-
-Result = TypeVar("Result")
 
 
 def _agency(
@@ -168,7 +166,7 @@ def _guarded(codec: Codec) -> Codec:
     return Codec(codec.name, codec.title, tuple(codec.suffixes), recognises, decode, encode)
 
 
-def _naming(name: str, kind: type[Result], function: Callable[..., Any], *given: Any) -> Result:
+def _naming(name: str, kind: type, function: Callable[..., Any], *given: Any) -> Any:
     """Call a function of a codec of another package; its faults are TemplateErrors."""
     try:
         result = function(*given)

@@ -109,9 +109,8 @@ class _Header(NamedTuple):
     def convention(self) -> AngleConvention | None:
         """Return the convention that the name of the angles implies."""
         match = _ANGLE.fullmatch(self.given["theta"])
-        unit = match["unit"] if match else None
-        if unit is not None:
-            return AngleConvention(_UNITS[unit])
+        if match and match["unit"]:
+            return AngleConvention(_UNITS[match["unit"]])
         return OWN_DEGREES if self.given["theta"] == "theta" else None
 
 

@@ -127,12 +127,8 @@ def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     return fmr.decode_views(reader, declared, fields, name)
 
 
-def _is_iso(data: bytes) -> bool:
-    return not _is_ansi(data)
-
-
 CODECS: Final = {
-    ISO.name: (_is_iso, decode_iso, encode_iso),
+    ISO.name: (lambda data: not _is_ansi(data), decode_iso, encode_iso),
     ANSI.name: (_is_ansi, decode_ansi, partial(fmr.encode, layout=ANSI, version=VERSION)),
     AMENDED_NAME: (bool, decode_ansi, partial(fmr.encode, layout=ANSI, version=AMENDED)),
 }

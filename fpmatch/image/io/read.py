@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
-_NO_IMAGES: Final = ("a folder, not an image", "not a regular file, not an image")
 __all__ = ["GreyImage", "ImageLimits", "decode_image", "read_image"]
+
+_NO_IMAGES: Final = ("a folder, not an image", "not a regular file, not an image")
 
 
 def read_image(
@@ -89,7 +90,8 @@ def read_image(
     Examples
     --------
     >>> import tempfile
-    >>>     >>> from PIL import Image
+    >>> from pathlib import Path
+    >>> from PIL import Image
     >>> from fpmatch import read_image
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "print.png")
@@ -187,4 +189,6 @@ def _decode(
             raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
         raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
-    return reader.decode(data, limits, *([record] if reader.holds_several else []))
+    if reader.holds_several:
+        return reader.decode(data, limits, record)
+    return reader.decode(data, limits)

@@ -30,7 +30,7 @@ def load_template(path: str | os.PathLike[str], *, angles: str | None = None) ->
     ----------
     path : path-like
         A file in any format of docs/reference/formats.md, recognised by its content: fpmatch's own
-        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9,
+        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT, ANSI/NIST-ITL type 9,
         tables and arrays of x, y, angle.
     angles : str, optional
         How a table or array measures angles, where it does not define it: "deg" or "rad", then

@@ -22,7 +22,6 @@ from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
     fmr,
     json_format,
-    min_format,
     sealed,
     tables,
     xyt,
@@ -75,7 +74,6 @@ CODECS: Final = (
     ANSI_2009,
     AMENDED,
     AN2,
-    min_format.CODEC,
     xyt.M1_CODEC,
     xyt.CODEC,
     sealed.CODEC,

@@ -21,7 +21,7 @@ _PICTURES = tuple(
     f"image-{kind}"
     for kind in ("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "ihead", "raw")
 )
-_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
+_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "xyt", "sealed")
 
 READERS: dict[str, tuple[str, ...] | str] = {
     "base/encryption/keys.py": ("keys",),

@@ -1,4 +1,4 @@
-"""The first bytes of files, and texts of JSON and TOML, parsed with one kind of error."""
+"""The bytes of files, and texts of JSON and TOML, parsed with one kind of error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 
 HEAD_BYTES: Final = 4096  # enough to recognise a format
@@ -32,6 +32,29 @@ def read_head(path: str | os.PathLike[str]) -> bytes:
     except (OSError, ValueError):
         pass
     return b""
+
+
+def read_regular(
+    path: str | os.PathLike[str],
+    most: int,
+    error: Callable[[str], Exception],
+    others: tuple[str, str],
+) -> bytes:
+    """Return up to `most` + 1 bytes of a regular file; raise what `error` makes of the reason.
+
+    `others` names what is there instead, a folder or something else.
+    """
+    file = Path(path)
+    try:
+        if not file.exists():
+            raise error("no such file")
+        if not file.is_file():
+            raise error(f"is {others[0 if file.is_dir() else 1]}")
+        with file.open("rb") as stream:
+            return stream.read(most + 1)
+    except (OSError, ValueError) as why:
+        reason = why.strerror if isinstance(why, OSError) else None
+        raise error(reason or str(why)) from why
 
 
 def parse_json(text: str | bytes) -> Any:

@@ -23,6 +23,7 @@ MATCHERS: Final = "fpmatch.matchers"
 FORMATS: Final = "fpmatch.formats"
 COMMANDS: Final = "fpmatch.commands"
 AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
+FMR_SIGNATURE: Final = b"FMR\x00"  # of finger minutiae records
 _AGENCY: Final = "fpmatch.formats.agency"
 _POINTS: Final = "*.*-info/entry_points.txt"
 _PARTS: Final = {  # what an object of a group must have

@@ -45,7 +45,6 @@ Formats, with their suffixes:
                    ANSI/INCITS 378-2009 and its amendment 1
   xyt .xyt         NIST's, as mindtct writes: y up, degrees, opposite direction
   xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
-  min .min         NIST's, as mindtct writes
   numbers          rows of x, y, angle, as np.savetxt writes: only read, with --angles
   npy              the same as np.save writes
   an2              ANSI/NIST-ITL, type 9: only read

@@ -9,15 +9,14 @@ import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import Minutiae
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-    from fpmatch.templates.minutiae import Template
+    from fpmatch.templates.minutiae import Minutiae, Template
 
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
@@ -51,13 +50,6 @@ class Codec:
     recognises: Callable[[bytes], bool]
     decode: Callable[[bytes, ReadingOptions], TemplateRecord]
     encode: Callable[[TemplateRecord], Encoded] | None = None
-
-
-def minutiae_from_columns(
-    x: ArrayLike, y: ArrayLike, angle: ArrayLike, kind: ArrayLike, quality: ArrayLike
-) -> Minutiae:
-    """Return minutiae from columns of any numeric type; raises MinutiaeError for invalid values."""
-    return Minutiae(x, y, angle, kind, quality)  # type: ignore[arg-type]
 
 
 def dropped_notes(view: View, *, field: bool = False) -> list[str]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
+from fpmatch.base.parsing import read_regular
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
-from fpmatch.formats import plain_csv
 from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.number_table import NPY_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
+from fpmatch.formats.tables import NPY_CODEC, PLAIN_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Template
 
@@ -20,7 +19,8 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.codec import Codec
 
-ANGLES_BY_OPTION: Final = (plain_csv.CODEC, NPY_CODEC, TEXT_CODEC)
+_NO_TEMPLATES: Final = ("a folder, not a template file", "not a regular file")
+ANGLES_BY_OPTION: Final = (PLAIN_CODEC, NPY_CODEC, TEXT_CODEC)
 
 
 def load_template(path: str | os.PathLike[str], *, angles: str | None = None) -> Template:
@@ -30,7 +30,7 @@ def load_template(path: str | os.PathLike[str], *, angles: str | None = None) ->
     ----------
     path : path-like
         A file in any format of docs/reference/formats.md, recognised by its content: fpmatch's own
-        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9,
+        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT, ANSI/NIST-ITL type 9,
         tables and arrays of x, y, angle.
     angles : str, optional
         How a table or array measures angles, where it does not define it: "deg" or "rad", then
@@ -72,7 +72,9 @@ def load_record(
 ) -> TemplateRecord:
     """Load all prints of a template file, of the given format or that of its content."""
     options = ReadingOptions() if options is None else options
-    data = _read(path, options.limits.max_bytes)
+    data = read_regular(
+        path, options.limits.max_bytes, lambda why: TemplateError(f"{path}: {why}"), _NO_TEMPLATES
+    )
     return decode_record(data, str(path), file_format=file_format, options=options)
 
 
@@ -166,19 +168,3 @@ def _codec_of(data: bytes, file_format: str | None, options: ReadingOptions) -> 
     if not file_format and recognises_text(data):  # whole numbers, which pass for XYT
         return TEXT_CODEC
     raise TemplateError(f"{codec.title} defines how its angles are measured: --angles excludes it")
-
-
-def _read(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return up to `most` + 1 bytes of a regular file."""
-    file = Path(path)
-    try:
-        if file.is_dir():
-            raise TemplateError(f"{path}: is a folder, not a template file")
-        if not file.is_file():
-            is_there = file.exists()
-            raise TemplateError(f"{path}: {'is not a regular' if is_there else 'no such'} file")
-        with file.open("rb") as stream:
-            return stream.read(most + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise TemplateError(f"{path}: {reason}") from error

@@ -14,8 +14,6 @@ cell inside the mask, in row order: radians in [0, π). Its ``ridges`` is base64
 each cell inside the mask, one for each row of the cell's binary ridge image, the lowest bit of a
 byte leftmost; it is missing if the ridges are unknown. ``"dpi_known": false`` follows the
 resolution of a print where nothing states it.
-
-Version 1, which is read, has one byte of ``orientation`` for every cell, 0..255 for [0, π).
 """
 
 from __future__ import annotations
@@ -41,7 +39,6 @@ if TYPE_CHECKING:
 FORMAT: Final = "fpmatch-template"
 VERSION: Final = 2
 COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
-ORIENTATION_STEPS: Final = 256  # of a half turn, in version 1
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -67,16 +64,15 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     document = _parse(data)
     if document.get("format") != FORMAT:
         raise TemplateError(f'not a template: expected the member "format": "{FORMAT}"')
-    version = document.get("version")
-    if version not in (1, VERSION):
-        raise TemplateError(f"unknown version of the format (known: 1, {VERSION})")
+    if document.get("version") != VERSION:
+        raise TemplateError(f"unknown version of the format (known: {VERSION})")
     columns = _member(document, "minutiae", dict)
     minutiae = Minutiae(*(_column(columns, name, options) for name in COLUMNS))
     width, height = _member(document, "width", int), _member(document, "height", int)
     options.limits.check_size(width, height)
     field = None
     if document.get("ridge_field") is not None:
-        field = _decode_field(_member(document, "ridge_field", dict), version)
+        field = _decode_field(_member(document, "ridge_field", dict))
     known = _member({"dpi_known": True} | document, "dpi_known", bool)
     template = Template(minutiae, width, height, _number(document, "dpi"), field, dpi_known=known)
     return TemplateRecord(CODEC.name, (View(template),))
@@ -142,7 +138,7 @@ def _encode_field(field: RidgeField) -> dict[str, Any]:
     return stored
 
 
-def _decode_field(stored: dict[str, Any], version: int) -> RidgeField:
+def _decode_field(stored: dict[str, Any]) -> RidgeField:
     rows, columns = _member(stored, "rows", int), _member(stored, "columns", int)
     check_cells(rows, columns)
     cells = rows * columns
@@ -150,13 +146,9 @@ def _decode_field(stored: dict[str, Any], version: int) -> RidgeField:
     mask = bits.astype(bool).reshape(rows, columns)
     inside = int(np.count_nonzero(mask))
     orientation = np.zeros(mask.shape, np.float32)
-    if version == 1:
-        steps = _from_base64(stored, "orientation", cells)
-        orientation[:] = (steps * (np.pi / ORIENTATION_STEPS)).reshape(mask.shape)
-    else:
-        orientation[mask] = _from_base64(stored, "orientation", inside, "<f4")
-        if not ((orientation >= 0.0) & (orientation <= np.pi)).all():
-            raise TemplateError("ridge_field: orientation must lie from 0 to π")
+    orientation[mask] = _from_base64(stored, "orientation", inside, "<f4")
+    if not ((orientation >= 0.0) & (orientation <= np.pi)).all():
+        raise TemplateError("ridge_field: orientation must lie from 0 to π")
     ridges = None
     if "ridges" in stored:
         ridges = np.zeros(mask.shape, np.uint64)

@@ -6,10 +6,11 @@ import warnings
 from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.plugins import (
     AN2_SIGNATURES,
+    FMR_SIGNATURE,
     FORMATS,
     PluginError,
     agency,
@@ -19,24 +20,18 @@ from fpmatch.base.plugins import (
 )
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import (
-    csv_format,
-    fmr_2005,
+    fmr,
     json_format,
-    min_format,
-    number_table,
-    plain_csv,
     sealed,
+    tables,
     xyt,
 )
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.fmr_header import MAGIC, of_text
 from fpmatch.formats.record import Encoded, TemplateRecord
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
-
-Result = TypeVar("Result")
 
 
 def _agency(
@@ -53,39 +48,38 @@ def _agency(
         except PluginError:  # which reading it raises again
             return True
 
-    encode = None if module == "type9" else partial(call, 2)
+    encode = None if module == "an2" else partial(call, 2)
     return Codec(name, title, suffixes, recognises, partial(call, 1), encode)
 
 
-_030: Final = MAGIC + b"030\x00"
+_030: Final = FMR_SIGNATURE + b"030\x00"
 ISO_2011: Final = _agency("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), "fmr_2011", _030)
 ANSI_2009: Final = _agency("ansi2009", "ANSI/INCITS 378-2009", (".ansi2009",), "fmr_2011", _030)
 AMENDED: Final = _agency(
     *("ansi2009am1", "ANSI/INCITS 378-2009/AM1", (".ansi2009am1",), "fmr_2011"),
-    MAGIC + b"035\x00",
+    FMR_SIGNATURE + b"035\x00",
 )
 AN2: Final = _agency(
-    "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "type9", *AN2_SIGNATURES
+    "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "an2", *AN2_SIGNATURES
 )
 
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
 # another package, see `fpmatch.base.plugins`.
 CODECS: Final = (
-    csv_format.CODEC,
+    tables.CODEC,
     json_format.CODEC,
-    fmr_2005.ISO_CODEC,
+    fmr.ISO_CODEC,
     ISO_2011,
-    fmr_2005.ANSI_CODEC,
+    fmr.ANSI_CODEC,
     ANSI_2009,
     AMENDED,
     AN2,
-    min_format.CODEC,
     xyt.M1_CODEC,
     xyt.CODEC,
     sealed.CODEC,
-    number_table.NPY_CODEC,
-    plain_csv.CODEC,
-    number_table.TEXT_CODEC,
+    tables.NPY_CODEC,
+    tables.PLAIN_CODEC,
+    tables.TEXT_CODEC,
 )
 _GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may be narrower
 
@@ -95,10 +89,10 @@ def codec_of_content(data: bytes) -> Codec:
     for codec in known_codecs():
         if codec.recognises(data):
             return codec
-    if record := of_text(data):
+    if record := fmr.of_text(data):
         codec = codec_of_content(record)
         return replace(codec, decode=lambda _, options: codec.decode(record, options))
-    if data.startswith(MAGIC):
+    if data.startswith(FMR_SIGNATURE):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
@@ -170,7 +164,7 @@ def _guarded(codec: Codec) -> Codec:
     return Codec(codec.name, codec.title, tuple(codec.suffixes), recognises, decode, encode)
 
 
-def _naming(name: str, kind: type[Result], function: Callable[..., Any], *given: Any) -> Result:
+def _naming(name: str, kind: type, function: Callable[..., Any], *given: Any) -> Any:
     """Call a function of a codec of another package; its faults are TemplateErrors."""
     try:
         result = function(*given)

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.base.plugins import AN2_SIGNATURES, PluginError, agency
+from fpmatch.base.plugins import AN2_SIGNATURES, FMR_SIGNATURE, PluginError, agency
 from fpmatch.errors import ImageError, ImageReadError, TemplateError
-from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.image.dataset_folder import described
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
@@ -288,7 +287,7 @@ def content_of(file: str | os.PathLike[str] | bytes) -> Content:
     try:
         codec_of_content(head)
     except TemplateError:
-        return "template" if head.startswith(MAGIC) else ""
+        return "template" if head.startswith(FMR_SIGNATURE) else ""
     try:
         with_image = head.startswith(AN2_SIGNATURES) and agency("an2").holds_image(head)
     except PluginError:  # the reader of images says so

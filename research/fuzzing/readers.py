@@ -21,7 +21,7 @@ _PICTURES = tuple(
     f"image-{kind}"
     for kind in ("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "ihead", "raw")
 )
-_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "min", "xyt", "sealed")
+_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "xyt", "sealed")
 
 READERS: dict[str, tuple[str, ...] | str] = {
     "base/encryption/keys.py": ("keys",),
@@ -29,13 +29,16 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "base/network.py": _OWN,
     "base/npy.py": ("npy", "points", "array-picture"),
     "base/output.py": _OUT,
-    "base/parsing.py": ("json", "calibration", "truth", "dataset-info", "settings"),
+    "base/parsing.py": (
+        *_PICTURES,
+        *_TEMPLATES,
+        *("calibration", "truth", "dataset-info", "settings"),
+    ),
     "base/plugins.py": "searches the metadata of installed packages for a name",
     "cli/doctor.py": "reads what the system states about memory",
     "cli/group.py": _OUT,
     "cli/verify.py": "hashes the files that were compared",
     "cli/wings.py": _OWN,
-    "formats/files.py": _TEMPLATES,
     "formats/fmr.py": ("iso2005", "iso2011", "ansi2004", "ansi2009"),
     "formats/json_format.py": ("json",),
     "gallery/batch/resumed_rows.py": ("unfinished-run",),
@@ -74,7 +77,6 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "image/dataset_folder.py": ("dataset-info",),
     "image/io/grey.py": ("image-raw",),
     "image/io/pillow_formats.py": _PICTURES,
-    "image/io/read.py": _PICTURES,
     "image/io/resolution.py": _PICTURES,
     "image/quality/measures.py": _OWN,
     "lab/evaluation/ground_truth/truth.py": ("truth",),

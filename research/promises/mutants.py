@@ -39,7 +39,7 @@ _PICTURES: Final[dict[str, dict[str, Any]]] = {
 }
 _TEMPLATES: Final = (
     *("json", "sealed", "csv", "minutiae-csv", "iso2005", "iso2011", "ansi2004", "ansi2009"),
-    *("ansi2009am1", "xyt", "xyt-m1", "min"),
+    *("ansi2009am1", "xyt", "xyt-m1"),
 )
 _EXTREMES: Final = (b"\0", b"\xff", b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff", b"\x80\0\0\0")
 _NUMBERS: Final = (b"nan", b"-1", b"1e999", b"99999999999999999999", b"0", b"", b"\xff", b"1e-320")

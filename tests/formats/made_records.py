@@ -18,7 +18,7 @@ ANGLE_STEP_DEG = {
     **dict.fromkeys(["iso2005", "iso2011"], 360 / 256),
     **dict.fromkeys(["ansi2004", "ansi2009", "ansi2009am1", "xyt-m1"], 2.0),
     **dict.fromkeys(["csv", "minutiae-csv"], 1e-4),
-    **{"xyt": 1.0, "min": 11.25, "json": 0.0},
+    **{"xyt": 1.0, "json": 0.0},
 }
 
 

@@ -82,18 +82,6 @@ def test_json_wraps_an_orientation_beyond_half_a_turn():
     assert found[1:3] == pytest.approx([np.pi - 0.5, 3.5 - np.pi], abs=1e-6)
 
 
-def test_json_of_version_1_is_read():
-    """Its orientation has a byte for every cell, 256 to half a turn."""
-    template = field_template(np.zeros((2, 2)), [[True, False], [True, True]])
-    document = json.loads(written("json", record_of(template)))
-    assert document["version"] == 2
-    document["version"] = 1
-    document["ridge_field"]["orientation"] = base64.b64encode(bytes([0, 9, 64, 255])).decode()
-    again = only_view(json.dumps(document).encode()).template.field
-    expected = np.array([0, 64, 255]) * np.pi / 256
-    assert again.orientation[again.mask] == pytest.approx(expected, abs=1e-6)
-
-
 def test_json_shows_the_rows_of_a_picture_one_after_the_other(template):
     """Of the cells inside the mask alone, the leftmost bit the lowest."""
     ridges = np.array([[0x0807060504030201, 99, 1 << 63]], np.uint64)

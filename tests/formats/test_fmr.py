@@ -11,7 +11,7 @@ from made_records import FMR, only_view, read, sample_record, written
 from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.files import load_record
-from fpmatch.formats.fmr_header import dpi_of, per_cm
+from fpmatch.formats.fmr import dpi_of, per_cm
 from fpmatch.formats.record import ExtendedData, TemplateRecord
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI

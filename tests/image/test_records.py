@@ -118,7 +118,7 @@ def test_a_lossless_jpeg_of_nist_in_a_record():
 
 
 def test_without_the_formats_of_agencies_a_file_of_theirs_is_named(monkeypatch, tmp_path):
-    for module in ("an2", "wsq", "type9", "fmr_2011"):
+    for module in ("an2", "wsq", "fmr_2011"):
         monkeypatch.setitem(sys.modules, f"fpmatch.formats.agency.{module}", None)
     for data in (wsq(), an2(tagged_print(GREY)), an2_file(), b"FMR\x00030\x00" + bytes(40)):
         path = tmp_path / "file"

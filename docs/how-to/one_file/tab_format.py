@@ -15,9 +15,9 @@ from typing import Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec, minutiae_from_columns
+from fpmatch.formats.codec import Codec
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import Template
+from fpmatch.templates.minutiae import Minutiae, Template
 
 MAGIC: Final = "#tab\t"
 
@@ -50,7 +50,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         except ValueError as error:
             raise TemplateError(f"line {number + 2}: expected five numbers") from error
     x, y, degrees, kind, quality = rows.T
-    minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)  # validates
+    minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)  # validates
     return TemplateRecord(CODEC.name, (View(Template(minutiae, *frame)),))
 
 

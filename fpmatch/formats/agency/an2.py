@@ -1,27 +1,45 @@
-"""ANSI/NIST-ITL files (AN2, EFT, EBTS; traditional encoding): their records and images.
+"""ANSI/NIST-ITL files (AN2, EFT, EBTS; traditional encoding): images, and minutiae of type 9.
 
 The first record lists the others, by type and number (IDC). Records of types 3 to 8 are binary and
 begin with their length in four bytes; the others are fields ``9.012:value`` separated by GS, of
 subfields separated by RS, of items separated by US, and end with FS.
+
+A record of type 9 may hold minutiae in several blocks of fields; the first of these is read:
+
+- 9.126 to 9.150, ANSI/INCITS 378 ("M1"): pixels from the top left, units of two degrees;
+- 9.300 to 9.399, the extended feature set: 0.01 mm from the top left of a region, degrees;
+- 9.013 to 9.030, FBI IAFIS: 0.01 mm from the top left, degrees;
+- 9.005 to 9.012, the standard block: 0.01 mm from the bottom left, degrees in the direction
+  opposite to that of ISO/IEC 19794-2.
+
+Size and resolution come from the block, or the image record of the same number, or, the resolution
+only, the first record. Ridge counts, cores and deltas are ignored. Minutiae are only read.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from functools import partial
+from math import isnan, nan
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
-from fpmatch.errors import FpmatchError, ImageReadError
-from fpmatch.image.io.records import UNCOMPRESSED, StoredImage, decode_stored
-from fpmatch.image.io.resolution import usable_dpi
-from fpmatch.templates.minutiae import MM_PER_INCH
+from fpmatch.errors import FpmatchError, ImageReadError, TemplateError
+from fpmatch.formats.codec import LARGEST
+from fpmatch.formats.fmr import span
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
+from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
+from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
+from fpmatch.printable import count
+from fpmatch.templates.minutiae import MM_PER_INCH, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from fpmatch.image.io.grey import GreyImage, ImageLimits
-    from fpmatch.image.io.records import DecodeFile
 
 FS, GS, RS, US = b"\x1c", b"\x1d", b"\x1e", b"\x1f"
 IMAGE_FIELD: Final = 999  # the last field of a text record; its image may contain separators
@@ -38,6 +56,17 @@ _TAG: Final = re.compile(rb"(\d{1,2})\.(\d{2,4}):")
 _COMPRESSION: Final = (UNCOMPRESSED, "WSQ20", "JPEGB", "JPEGL", "JP2", "JP2L", "PNG")  # of type 4
 _STANDARD_PPI: Final = 500.0
 NO_PRINT: Final = "has no print in it (amputated or unprinted)"
+MINUTIAE_TYPE: Final = 9
+IMAGE_FRAME, M1_FRAME = 6, 128  # the first of the fields of width, height, unit and resolution
+REGION: Final = 300  # of the extended feature set: width, height and offsets, then its polygon
+UNITS_PER_INCH: Final = 2540  # of 0.01 mm
+WORST_QUALITY: Final = 63  # of the scale on which 2 is best, 1 unknown, and 0 set by hand
+BEST_QUALITY: Final = 2
+_ABSENT: Final = (b"",) * 6  # items that the last of a minutia may lack
+KINDS: Final = {
+    **dict.fromkeys((b"A", b"E", b"1"), MinutiaKind.ENDING),
+    **dict.fromkeys((b"B", b"2"), MinutiaKind.BIFURCATION),
+}
 
 
 class Record(NamedTuple):
@@ -146,9 +175,7 @@ def native_dpi(first: Record) -> float | None:
         return None
 
 
-def decode_image(
-    data: bytes, limits: ImageLimits, decode_file: DecodeFile, number: int | None = None
-) -> GreyImage:
+def decode_image(data: bytes, limits: ImageLimits, number: int | None = None) -> GreyImage:
     """Decode an image of a print, grey with 8 bits, of a file: the one of a number, from 1.
 
     Records without an image, of fingers that are amputated or bandaged, are passed over.
@@ -165,7 +192,7 @@ def decode_image(
         raise ImageReadError(f"ANSI/NIST file of {len(with_image)} images, not {number}")
     record = with_image[(number or 1) - 1]
     stored = _binary_image(record, first) if record.type == GREY_FINGER else _tagged_image(record)
-    image = decode_stored(stored, f"ANSI/NIST type {record.type}", limits, decode_file)
+    image = decode_stored(stored, f"ANSI/NIST type {record.type}", limits)
     if number is not None or len(with_image) == 1:
         return image
     several = f"the first of its {len(with_image)} images was read (--record chooses one)"
@@ -195,7 +222,7 @@ def _binary_image(record: Record, first: Record) -> StoredImage:
 
 def _tagged_image(record: Record) -> StoredImage:
     fields, images = record.fields(), record.images()
-    width, height, units, across, down = (_number(fields.get(n, b"0")) for n in range(6, 11))
+    width, height, units, across, down = (_whole(fields.get(n, b"0")) for n in range(6, 11))
     name = fields.get(11, b"NONE").decode("latin-1").strip().upper()
     data, note = images[0], ""
     if name == UNCOMPRESSED and len(fields[IMAGE_FIELD]) == width * height:
@@ -203,13 +230,173 @@ def _tagged_image(record: Record) -> StoredImage:
     elif len(images) > 1:
         same = "the same" if len(set(images)) == 1 else "different ones: the first was read"
         note = f"its record has {len(images)} images in fields {record.type}.{IMAGE_FIELD}, {same}"
-    depth = _number(fields.get(12, b"8"))
+    depth = _whole(fields.get(12, b"8"))
     across, down = across or down, down or across
     return StoredImage(data, name, width, height, units, across, down, depth, note)
 
 
-def _number(text: bytes) -> int:
+def _whole(text: bytes) -> int:
     digits = text.strip()
     if not digits.isdigit() or len(digits) > 12:
         raise _damaged("text where a number should be")
     return int(digits)
+
+
+class _Row(NamedTuple):
+    """A minutia: position in the unit of its block, ISO angle in degrees, kind, quality or NaN."""
+
+    x: float
+    y: float
+    degrees: float
+    kind: int
+    quality: float = nan
+
+
+class _Block(NamedTuple):
+    """A block of fields: its name, the field of the finger, how the items of a minutia are read."""
+
+    name: str
+    finger: int
+    row: Callable[[list[bytes]], _Row]
+    y_up: bool = False
+    pixels: bool = False
+
+
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the prints in the records of type 9, or raise TemplateError."""
+    first, *others = read_records(data, TemplateError)
+    images = {r.idc: r for r in reversed(others) if r.type in PRINT_TYPES}
+    views, notes = list[View](), list[str]()
+    for record in others:
+        if record.type != MINUTIAE_TYPE:
+            continue
+        fields = record.fields()
+        number = next((number for number in _BLOCKS if number in fields), None)
+        if number is None:
+            notes.append(f"a record of type 9 (IDC {record.idc}) without minutiae passed over")
+            continue
+        is_m1 = _BLOCKS[number].pixels
+        size, dpi = _frame(record, M1_FRAME) if is_m1 else _frame(images.get(record.idc))
+        views.append(_view(fields, number, (size, dpi or native_dpi(first)), options, notes))
+        options.limits.check_views(len(views))
+    if not views:
+        raise TemplateError("no minutiae in the file (no record of type 9 that has some)")
+    return TemplateRecord("an2", tuple(views), tuple(notes))
+
+
+def _view(
+    fields: dict[int, bytes],
+    number: int,
+    frame: tuple[tuple[int, int] | None, float | None],
+    options: ReadingOptions,
+    notes: list[str],
+) -> View:
+    """Return the minutiae in the block of a field, in a frame whose parts may be unknown."""
+    block, (known_size, known_dpi) = _BLOCKS[number], frame
+    dpi = known_dpi or options.assumed_dpi
+    scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
+    options.limits.check_minutiae(fields[number].count(RS) + 1)
+    try:
+        all_rows = [block.row([*items, *_ABSENT]) for items in table(fields[number])]
+    except (IndexError, ValueError) as error:
+        raise TemplateError(f"field 9.{number:03d} is malformed") from error
+    rows = [row for row in all_rows if not isnan(row.degrees)]
+    if undirected := len(all_rows) - len(rows):
+        notes.append(f"{count(undirected, 'minutia', 'minutiae')} without a direction passed over")
+    columns: Any = np.array(rows, np.float64).reshape(-1, len(_Row._fields))
+    x, y, degrees, kind, quality = columns.T
+    if REGION in fields and block.name == EFS:
+        left, top, right, bottom = _region(fields)
+        x, y = x + left, y + top
+        spanned = round(right * scale), round(bottom * scale)
+        known_size = known_size or (spanned if min(spanned) > 0 else None)
+    x, y, size = x * scale, y * scale, known_size or options.size
+    if block.y_up:
+        y = (size[1] if size else np.ceil(y.max(initial=1.0))) - y
+    known = ~np.isnan(quality)
+    grades = np.where(known, quality, 100.0)
+    minutiae = Minutiae(x, y, np.radians(degrees), kind, grades)
+    width, height = size or span(minutiae)
+    options.limits.check_size(width, height)
+    return View(
+        Template(minutiae, width, height, dpi, dpi_known=known_dpi is not None),
+        finger=_code(fields, block.finger),
+        impression=_code(fields, 3),
+        size_known=known_size is not None,
+        quality_known=bool(known.any()) or not rows,
+        fields=(("minutiae of", block.name),),
+    )
+
+
+def _region(fields: dict[int, bytes]) -> tuple[float, float, float, float]:
+    """Return the edges of the region of an extended feature set: left, top, right, bottom."""
+    items = [*table(fields[REGION])[0], *_ABSENT][:4]
+    try:
+        width, height, left, top = (_decimal(item) if item.strip() else 0.0 for item in items)
+    except ValueError as error:
+        raise TemplateError(f"field 9.{REGION} is malformed") from error
+    return left, top, left + width if width else 0.0, top + height if height else 0.0
+
+
+def _m1(items: list[bytes]) -> _Row:
+    x, y, angle, quality = (_decimal(items[k]) for k in (1, 2, 3, 5))
+    known = min(100.0, quality) if quality > 0 else nan
+    return _Row(x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known)
+
+
+def _efs(items: list[bytes]) -> _Row:
+    degrees = _decimal(items[2]) if items[2].strip() else nan
+    kind = KINDS.get(items[3], MinutiaKind.OTHER)
+    return _Row(_decimal(items[0]), _decimal(items[1]), degrees, kind)
+
+
+def _packed(items: list[bytes], turn: float) -> _Row:
+    """Return the minutia of items XXXXYYYYTTT, quality and kind, rotated by `turn` degrees."""
+    x, y, degrees = (_decimal(items[1][part]) for part in (slice(4), slice(4, 8), slice(8, 11)))
+    quality = nan
+    if items[2].strip() and (grade := _decimal(items[2])) >= BEST_QUALITY:
+        quality = 100 * max(0.0, WORST_QUALITY - grade) / (WORST_QUALITY - BEST_QUALITY)
+    return _Row(x, y, degrees + turn, KINDS.get(items[3], MinutiaKind.OTHER), quality)
+
+
+EFS: Final = "extended feature set"
+_BLOCKS: Final = {  # by the field of the minutiae; the first that a record has is read
+    137: _Block("ANSI/INCITS 378 block", 134, _m1, pixels=True),
+    331: _Block(EFS, 302, _efs),
+    23: _Block("FBI IAFIS block", 14, partial(_packed, turn=0.0)),
+    12: _Block("standard block", 6, partial(_packed, turn=180.0), y_up=True),
+}
+
+
+def _frame(
+    record: Record | None, first: int = IMAGE_FRAME
+) -> tuple[tuple[int, int] | None, float | None]:
+    """Return size and resolution in a record, by its fields from a `first` on, None if unknown."""
+    width = height = unit = pixels = 0
+    if record is not None and record.type == GREY_FINGER:
+        width, height = (int.from_bytes(record.data[k : k + 2], "big") for k in (13, 15))
+    elif record is not None:
+        fields = record.fields()
+        width, height, unit, pixels = (_code(fields, first + k) for k in range(4))
+    return (width, height) if width and height else None, dpi_in_units(unit, pixels)
+
+
+def _decimal(value: bytes) -> float:
+    """Return a number written as text, or raise ValueError."""
+    number = float(value)
+    if not abs(number) <= LARGEST:
+        raise ValueError("not finite")
+    return number
+
+
+def _code(fields: dict[int, bytes], number: int) -> int:
+    """Return the whole number in the first item of a field, 0 if there is none."""
+    first = table(fields.get(number, b""))[0][0].strip()
+    return int(first) if first.isdigit() and len(first) < 7 else 0
+
+
+def _recognises(data: bytes) -> bool:
+    return MINUTIAE_TYPE in types_of(data)
+
+
+CODECS: Final = {"an2": (_recognises, decode, None)}

@@ -14,8 +14,9 @@ import struct
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.base.plugins import FMR_SIGNATURE
 from fpmatch.formats import fmr
-from fpmatch.formats.fmr_header import MAGIC, Frame, product_fields
+from fpmatch.formats.fmr import Frame, product_fields
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
@@ -33,10 +34,8 @@ FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
 NO_DATE: Final = b"\xff" * 9
 QUALITY_BLOCK_BYTES: Final = 5
 CERTIFICATE_BYTES: Final = 3
-NO_ALGORITHM: Final = bytes(4)  # of quality
-UNKNOWN_QUALITY: Final = 254
-ISO: Final = fmr.Layout("iso2011", fmr.ISO_STEPS, zero_is_unknown=False)
-ANSI: Final = fmr.Layout("ansi2009", fmr.ANSI_STEPS, zero_is_unknown=False)
+ISO: Final = fmr.Layout("iso2011", fmr.ISO_STEPS, is_older=False)
+ANSI: Final = fmr.Layout("ansi2009", fmr.ANSI_STEPS, product_bytes=7, is_older=False)
 
 
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -54,7 +53,7 @@ def encode_iso(record: TemplateRecord) -> Encoded:
     views = fmr.numbered(record, MOST_ISO_VIEWS)
     body = b"".join(_write_iso_view(view, notes) for view in views)
     head = struct.pack(">IHB", ISO_HEADER_BYTES + len(body), len(views), 0)
-    return Encoded(MAGIC + VERSION + head + body, tuple(notes))
+    return Encoded(FMR_SIGNATURE + VERSION + head + body, tuple(notes))
 
 
 def _is_ansi(data: bytes) -> bool:
@@ -102,7 +101,7 @@ def _write_iso_view(view: View, notes: list[str]) -> bytes:
     frame = Frame.of(view.template, bits=14)
     quality = b"\x00"
     if view.quality is not None:
-        quality = bytes([1, fmr.quality_of(view)]) + NO_ALGORITHM
+        quality = bytes([1, fmr.quality_of(view)]) + fmr.NO_ALGORITHM
     size = 6 if view.quality_known else 5
     place = struct.pack(
         ">BBHHBHHB",
@@ -116,54 +115,20 @@ def _write_iso_view(view: View, notes: list[str]) -> bytes:
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in a record of the standard or the draft, or raise TemplateError."""
+    reader = fmr.RecordReader(data, options, ANSI, VERSION, AMENDED)
     draft = not fmr.fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES) and fmr.fills(
         data, DRAFT_HEADER_BYTES, ANSI_VIEW_BYTES
     )
-    return fmr.decode_ansi(partial(_decode, data, options, draft=draft), ANSI)
-
-
-def _decode(
-    data: bytes, options: ReadingOptions, layout: fmr.Layout, *, draft: bool
-) -> TemplateRecord:
-    reader = fmr.RecordReader(data, options, layout, VERSION, AMENDED)
     declared = reader.number(4)
     fields = product_fields(reader, certification=0 if draft else 1)
-    (count,) = reader.numbers("Bx")
     if draft:
         reader.notes.append("the layout is that of the draft of 2007")
-
-    def view() -> View:
-        finger, number, impression, quality = reader.numbers("4B4x")
-        about = {"finger": finger, "number": number, "impression": impression}
-        return reader.view(Frame(*reader.numbers("4H")), quality=quality, fields=fields, **about)
-
     name = AMENDED_NAME if data[4:8] == AMENDED else ANSI.name
-    return reader.record(name, declared, count, view)
-
-
-def encode_ansi(record: TemplateRecord, *, version: bytes) -> Encoded:
-    """Return a record as bytes, and notes on what they cannot hold."""
-    notes: list[str] = []
-    views = fmr.numbered(record)
-    body = b"".join(_write_ansi_view(view, notes) for view in views)
-    head = MAGIC + version + (ANSI_HEADER_BYTES + len(body)).to_bytes(4, "big")
-    head += bytes(7) + bytes([len(views), 0])  # owner, type, certification and device unknown
-    return Encoded(head + body, tuple(notes))
-
-
-def _write_ansi_view(view: View, notes: list[str]) -> bytes:
-    quality = UNKNOWN_QUALITY if view.quality is None else fmr.quality_of(view)
-    head = bytes([view.finger & 0xFF, view.number, view.impression & 0xFF, quality])
-    frame = Frame.of(view.template).to_bytes()
-    return head + NO_ALGORITHM + frame + fmr.write_view(view, ANSI, notes)
-
-
-def _is_iso(data: bytes) -> bool:
-    return not _is_ansi(data)
+    return fmr.decode_views(reader, declared, fields, name)
 
 
 CODECS: Final = {
-    ISO.name: (_is_iso, decode_iso, encode_iso),
-    ANSI.name: (_is_ansi, decode_ansi, partial(encode_ansi, version=VERSION)),
-    AMENDED_NAME: (bool, decode_ansi, partial(encode_ansi, version=AMENDED)),
+    ISO.name: (lambda data: not _is_ansi(data), decode_iso, encode_iso),
+    ANSI.name: (_is_ansi, decode_ansi, partial(fmr.encode, layout=ANSI, version=VERSION)),
+    AMENDED_NAME: (bool, decode_ansi, partial(fmr.encode, layout=ANSI, version=AMENDED)),
 }

@@ -69,9 +69,7 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
             decoder.read_block(body.number(), coded.replace(b"\xff\x00", b"\xff"))
         else:
             decoder.read_segment(marker, body)
-    matches = (_PPI.search(comment) for comment in decoder.comments)
-    ppi = next((match[1] for match in matches if match), None)
-    return GreyImage(decoder.pixels(), dpi=usable_dpi(ppi), format="WSQ")
+    return GreyImage(decoder.pixels(), dpi=usable_dpi(decoder.ppi), format="WSQ")
 
 
 def _damaged(reason: str) -> ImageReadError:
@@ -90,7 +88,7 @@ class _Decoder:
     bin_center: float = 0.0
     bins: Any = None  # shape (64, 2): width of a bin, of the zero bin
     tables: dict[int, tuple[bytes, bytes]] = field(default_factory=dict)
-    comments: list[bytes] = field(default_factory=list)
+    ppi: bytes | None = None
     values: list[int] = field(default_factory=list)
     symbols: int = MAX_SYMBOLS  # that may follow
     subband: int = 0  # the next one to be joined, and
@@ -114,7 +112,8 @@ class _Decoder:
         elif marker == _HUFFMAN:
             self.tables |= _read_tables(body)
         elif marker == _COMMENT:
-            self.comments.append(body.take(body.left))
+            match = _PPI.search(body.take(body.left))
+            self.ppi = self.ppi or (match and match[1])
         elif not 0xFFA0 < marker <= 0xFFAF:
             raise _damaged("a marker is missing")
 
@@ -214,19 +213,15 @@ def _synthesis_filters(body: ByteReader) -> tuple[Floats, Floats]:
     lengths = body.number(), body.number()
     if any(length % 2 == 0 for length in lengths):
         raise ImageReadError("WSQ image with filters of even length, which cannot be read")
-    high, low = (_alternating(body, length) for length in lengths)
+    filters = []
+    for length in lengths:  # half of a symmetric filter, from its middle on; its signs alternate
+        signs = ((-1) ** k * (-1 if body.number() else 1) for k in range((length + 1) // 2))
+        half = [sign * _decimal(body, 4) for sign in signs]
+        filters.append(np.array([*half[:0:-1], *half], np.float32))
+    high, low = filters
     if max(np.abs(high).max(), np.abs(low).max()) > _LARGEST_TAP:
         raise _damaged("a filter amplifies")
     return low, high
-
-
-def _alternating(body: ByteReader, length: int) -> Floats:
-    """Read half a symmetric filter, from its middle on; return all of it, signs alternating."""
-    half = []
-    for k in range((length + 1) // 2):
-        sign = -1 if body.number() else 1
-        half.append((-1) ** k * sign * _decimal(body, 4))
-    return np.array([*half[:0:-1], *half], np.float32)
 
 
 def _decode_values(

@@ -142,11 +142,6 @@ def with_square_pixels(
     return replace(image, pixels=np.asarray(pixels, np.uint8), dpi=dpi, notes=(*image.notes, note))
 
 
-def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
-    """Return an array of pixels as 8-bit grey values (H, W), as `grey_image` does."""
-    return grey_image(array, limits=limits).pixels
-
-
 def grey_image(
     array: ArrayLike,
     dpi: float | None = None,

@@ -4,35 +4,35 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.base.parsing import read_regular
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError, check_path
 from fpmatch.image.io.grey import (
     DEFAULT_LIMITS,
     FEWEST_RAW_BYTES,
     GreyImage,
     ImageLimits,
-    as_grey,
     decode_raw,
     grey_image,
     likely_raw_size,
 )
-from fpmatch.image.io.pillow_formats import convert_opened, error_text
+from fpmatch.image.io.pillow_formats import convert_opened
 from fpmatch.image.io.registry import find_reader, is_known
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterator, Sequence
 
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
-__all__ = ["GreyImage", "ImageLimits", "as_grey", "decode_image", "read_image"]
+__all__ = ["GreyImage", "ImageLimits", "decode_image", "read_image"]
+
+_NO_IMAGES: Final = ("a folder, not an image", "not a regular file, not an image")
 
 
 def read_image(
@@ -114,7 +114,8 @@ def read_image(
         return decode_image(image, "image", **how)
     check_path(image, ImageReadError)
     with name_errors(image):
-        data = _bytes_of(image, limits)
+        most = int(limits.max_file_megabytes * 1e6)
+        data = read_regular(image, most, ImageReadError, _NO_IMAGES)
     try:
         return decode_image(data, str(image), **how)
     except ImageReadError as error:
@@ -188,20 +189,6 @@ def _decode(
             raise
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
         raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
-    decode = reader.decode if record is None or reader.choose is None else reader.choose(record)
-    return decode(data, limits)
-
-
-def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:
-    """Return the bytes of the regular file at `path`, at most one more than the limit."""
-    file = Path(path)
-    try:
-        if not file.exists():
-            raise ImageReadError("no such file")
-        if not file.is_file():
-            kind = "a folder" if file.is_dir() else "not a regular file"
-            raise ImageReadError(f"is {kind}, not an image")
-        with file.open("rb") as stream:
-            return stream.read(int(limits.max_file_megabytes * 1e6) + 1)
-    except (OSError, ValueError) as error:
-        raise ImageReadError(error_text(error)) from error
+    if reader.holds_several:
+        return reader.decode(data, limits, record)
+    return reader.decode(data, limits)

@@ -33,10 +33,10 @@ UNREADABLE: Final = (
 ASSUMED_UNIT: Final = "its resolution has no unit; dots per inch assumed"
 
 
-def usable_dpi(horizontal: object, vertical: object = None) -> float | None:
-    """Return the resolution of both axes in dpi where they have one; see `usable_axes`."""
-    axes = usable_axes(horizontal, horizontal if vertical is None else vertical)
-    return axes[0] if axes is not None and axes[0] == axes[1] else None
+def usable_dpi(value: object) -> float | None:
+    """Return the resolution of both axes in dpi; see `usable_axes`."""
+    axes = usable_axes(value, value)
+    return axes and axes[0]
 
 
 def usable_axes(horizontal: object, vertical: object) -> tuple[float, float] | None:

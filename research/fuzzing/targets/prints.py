@@ -50,7 +50,7 @@ EXTRACT_LIMITS = ImageLimits(max_side_px=600, max_megapixels=0.1)
 WRITTEN_ONE_IN = 8  # of the templates that are read: writing takes longer
 MUTATORS_OF_CODECS: dict[str, tuple[Mutator, ...]] = {
     **{codec.name: (fmr_field,) for codec in CODECS if codec.name.startswith(("iso", "ansi"))},
-    **dict.fromkeys(("csv", "minutiae-csv", "xyt", "xyt-m1", "min", "numbers"), TABLE),
+    **dict.fromkeys(("csv", "minutiae-csv", "xyt", "xyt-m1", "numbers"), TABLE),
     "json": JSON,
     "an2": (an2_field,),
     "npy": (npy_header,),

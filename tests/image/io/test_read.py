@@ -12,7 +12,7 @@ from PIL import Image, TiffImagePlugin
 from fpmatch import verify
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.image.io.grey import ON_BLACK, ON_WHITE, grey_image
-from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
+from fpmatch.image.io.read import GreyImage, ImageLimits, decode_image, read_image
 
 SAMPLE = Path(__file__).resolve().parents[3] / "sample_data" / "101_1.tif"
 
@@ -143,9 +143,9 @@ def test_sizes_beyond_the_limits(tmp_path, width, height, reason):
 
 
 def test_limits_can_be_set(tmp_path, grey):
-    assert as_grey(grey[:10, :10], limits=ImageLimits(min_side_px=10)).shape == (10, 10)
+    assert grey_image(grey[:10, :10], limits=ImageLimits(min_side_px=10)).pixels.shape == (10, 10)
     with pytest.raises(ImageError, match="63 pixels"):
-        as_grey(grey, limits=ImageLimits(max_side_px=63))
+        grey_image(grey, limits=ImageLimits(max_side_px=63))
     path = tmp_path / "print.pgm"
     path.write_bytes(b"P5 60 72 255 " + bytes(2_000_000))
     with pytest.raises(ImageReadError, match=r"1\.5 MB"):
@@ -185,20 +185,20 @@ def test_arrays_of_every_type_mean_the_same(grey):
         "a view": np.repeat(grey, 2, axis=1)[:, ::2],
     }
     for name, array in same.items():
-        result = as_grey(array)
+        result = grey_image(array).pixels
         assert result.flags.c_contiguous, name
         assert result.dtype == np.uint8, name
         assert np.array_equal(result, grey), name
 
 
 def test_booleans_are_black_and_white_and_colours_count_by_brightness_over_white(grey):
-    assert np.array_equal(as_grey(np.eye(50, dtype=bool)), 255 * np.eye(50))
+    assert np.array_equal(grey_image(np.eye(50, dtype=bool)).pixels, 255 * np.eye(50))
     red_half = np.zeros((50, 50, 4), np.uint8)
     red_half[..., 0], red_half[..., 3] = 255, 128
-    assert as_grey(red_half[..., :3])[0, 0] == 76  # 0.299 * 255
-    assert as_grey(red_half)[0, 0] == round(76 * 128 / 255 + 127)
+    assert grey_image(red_half[..., :3]).pixels[0, 0] == 76  # 0.299 * 255
+    assert grey_image(red_half).pixels[0, 0] == round(76 * 128 / 255 + 127)
     grey.setflags(write=False)
-    assert as_grey(grey) is grey
+    assert grey_image(grey).pixels is grey
 
 
 @pytest.mark.parametrize(
@@ -223,7 +223,7 @@ def test_booleans_are_black_and_white_and_colours_count_by_brightness_over_white
 )
 def test_arrays_that_are_no_images(array, reason):
     with pytest.raises(ImageError, match=reason):
-        as_grey(array)
+        grey_image(array)
 
 
 def test_a_grey_image_checks_itself(grey):
@@ -273,7 +273,7 @@ def test_8_bits_in_a_container_of_16_are_8_bits(tmp_path):
 @pytest.mark.parametrize("offset", [-0.7, 0.0, 3.0])
 def test_floats_of_any_range_are_read(scale, offset):
     shallow = read_image(SAMPLE).pixels
-    found = as_grey((shallow / 255.0 + offset) * scale)
+    found = grey_image((shallow / 255.0 + offset) * scale).pixels
     assert np.corrcoef(found.ravel(), shallow.ravel())[0, 1] > 0.999
     assert found.max() - found.min() > 200
 

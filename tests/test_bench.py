@@ -1,6 +1,5 @@
 """The benchmarks: results become ratios and numbers, and an ablation replaces what it names."""
 
-import json
 import re
 import sys
 from pathlib import Path
@@ -14,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SPEED = ROOT / "research" / "benchmarks" / "speed"
 sys.path.append(str(SPEED))
 
-from measures import MEASURES, TIMES_AS_FAST, measured  # noqa: E402
+from measures import MEASURES, measured  # noqa: E402
 
 
 def timed(group, side, *seconds, calls=1, **extra):
@@ -63,14 +62,6 @@ def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure():
     marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'
     groups = re.findall(marks, sources, flags=re.MULTILINE)
     assert sorted(groups) == sorted(measure.name for measure in MEASURES)
-
-
-@pytest.mark.docs
-def test_the_figures_shown_are_those_of_today():
-    shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
-    relation = {True: ">=", False: "<="}
-    targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in MEASURES}
-    assert {measure["name"]: measure["target"] for measure in shown["figures"]} == targets
 
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)

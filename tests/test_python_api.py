@@ -3,6 +3,7 @@
 import dataclasses
 import importlib.util
 import shutil
+import socket
 import time
 from contextlib import suppress
 from html.parser import HTMLParser
@@ -366,3 +367,13 @@ def test_an_overlay_is_saved_in_the_format_of_its_suffix(tmp_path, template):
         with pytest.raises(OutputError, match=r"an overlay is written as \.png or \.svg"):
             overlay.save(tmp_path / name)
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.PNG", "a.svg", "new"]
+
+
+def test_a_comparison_opens_no_connection(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("a connection was opened")
+
+    for name in ("connect", "connect_ex", "bind", "sendto"):
+        monkeypatch.setattr(socket.socket, name, refuse)
+    monkeypatch.setattr(socket, "getaddrinfo", refuse)
+    assert fpmatch.verify(A, B).match

@@ -32,6 +32,7 @@ from fpmatch.image.extract import extract
 from fpmatch.matching import reference as method
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
+from fpmatch.matching.matchers.reference import ReferenceMatcher
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.parameters import PairMeshParameters
@@ -216,3 +217,11 @@ def test_the_page_names_every_step_and_its_kernel():
     assert {file for file, _, _ in steps} == {
         path.stem for path in Path(method.__file__).parent.glob("*.py")
     }
+
+
+def test_eq_3_enters_by_the_places_on_the_circle():
+    prints = [method.prepare(extract(path)) for path in SAMPLES[:3:2]]
+    _, before = method.match(*prints)
+    _, after = method.match(*prints, ReferenceMatcher(place_tolerance=0.15).parameters)
+    assert after.places < before.places
+    assert after.total != before.total

@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,15 +22,18 @@ from matching_prints import (
 )
 from matching_weights import print_for
 
+from fpmatch import extract, verify
 from fpmatch.matching.pipeline._kernels import _ridge_kernel
 from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.pipeline.ridge_map import ridge_map
 from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
+from fpmatch.matching.prints import prepare as preparation
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
+SAMPLES = Path(__file__).parents[2] / "sample_data"
 MOST_CELLS = 16384
 ROOM = 20  # for pairs
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -287,3 +291,16 @@ def test_too_large_a_region_is_not_compared(rows, columns):
     compares = (rows + 4) * (columns + 4) <= MOST_CELLS
     assert compared(large, large) == ((1.0, np.count_nonzero(mask)) if compares else (0.0, 0))
     assert compared(small_print([[1, 1], [1, 1]]), large)[1] == (4 if compares else 0)
+
+
+def test_ridges_are_ignored_where_the_area_or_the_template_has_none(monkeypatch):
+    pair = [extract(SAMPLES / f"101_{number}.tif") for number in (1, 3)]
+    assert verify(*pair).compared.ridge_agreement > 0
+    bare = [replace(one, field=replace(one.field, ridges=None)) for one in pair]
+    area_of_field = preparation.area_of_field
+    monkeypatch.setattr(
+        preparation, "area_of_field", lambda *given: replace(area_of_field(*given), ridges=None)
+    )
+    ignored, without = verify(*pair), verify(*bare)
+    assert ignored.compared.ridge_agreement is without.compared.ridge_agreement is None
+    assert ignored.score == without.score

@@ -1,0 +1,49 @@
+"""`scripts/check_pages`: what fails is named with page and line."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+RUNNER = Path(__file__).resolve().parents[1] / "scripts" / "check_pages.py"
+PAGE = """# A page
+
+<!-- sh
+cp probe.tif print.tif
+-->
+
+1. A list:
+
+   ```sh
+   fpmatch verify print.tif sample_data/102_1.tif    # no match, which is an answer
+   fpmatch inspect gone.tif
+   ```
+
+```python
+print(1 / 0)
+```
+
+```console
+docker run fpmatch
+```
+
+```sh
+fpmatch serve
+fpmatch serve --port 0 & kill $!
+```
+"""
+
+
+@pytest.mark.slow
+def test_a_command_that_fails_is_named_with_page_and_line(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(PAGE, encoding="utf-8")
+    command = [sys.executable, RUNNER, page]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert [line for line in done.stdout.splitlines() if str(tmp_path) in line] == [
+        f"{page}:11: exit status 2: fpmatch inspect gone.tif",
+        f"{page}:14: exit status 1: ```python",
+    ]
+    assert "ZeroDivisionError" in done.stderr

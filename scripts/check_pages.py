@@ -1,9 +1,9 @@
 """Run the commands of pages, and follow the links of those at the root: see `scripts/check_pages`.
 
-A page becomes one shell script, in which each command stands on the line that it has in the page.
-The page's folder has the sample prints, the examples, and what stands for a reader's own files:
-`INPUTS`, and a small database of synthetic prints, `DATABASE`. What else a page takes for granted
-stands in it as a comment that begins with ``<!-- sh``, which runs, too.
+A page becomes one shell script, in which each command stands on the line that it has in the page,
+and runs in a folder of its own with the sample prints and the examples. Blocks marked `sh` and
+`python` run. Those marked `bash` and `py` do not: they need a server, a cluster, a network or a
+clone.
 """
 
 from __future__ import annotations
@@ -25,58 +25,24 @@ from typing import Final
 ROOT: Final = Path(__file__).resolve().parents[1]
 PAGES: Final = ("README.md", "docs/tutorial/*.md", "docs/how-to/*.md")
 FOLDERS: Final = ("sample_data", "examples", "docs/how-to/one_file")
-INPUTS: Final = {
-    "probe.tif": "101_1.tif",
-    "reference.tif": "101_3.tif",
-    "a.tif": "101_1.tif",
-    "b.tif": "101_3.tif",
-}
-DATABASE: Final = "fvc/fvc2002/DB1_B"
-MADE: Final = (
-    "--fingers",
-    "16",
-    "--impressions",
-    "3",
-    "--seed",
-    "7",
-)  # the least to calibrate with
 SECONDS: Final = 300  # for one page
-BEGIN: Final = re.compile(r"(\s*)(?:```(sh|bash|shell|python)|<!-- (sh))\s*$")
+BEGIN: Final = re.compile(r"(\s*)```(sh|python)\s*$")
 LINK: Final = re.compile(r"\]\(([^)\s]+)\)")
 
-# `verify` answers "no match" and "inconclusive" by its exit status. A server runs until it is
-# stopped: one in the foreground ends once it has said where it listens.
 SHELL: Final = r"""
 set -uo pipefail
 trap 'echo "$LINENO $?" >>"$FAILURES"' ERR
-pip() { echo "pip: a page installs nothing here" >&2; return 1; }
-fpmatch() {
-    local status=0
-    if [[ $BASHPID != "$$" ]]; then exec fpmatch "$@"; fi # in the background, or in a pipe
-    if [[ ${1:-} == serve ]]; then
-        command fpmatch "$@" --port 0 >serve.log 2>&1 &
-        for _ in {1..300}; do
-            grep -q 'http://' serve.log && break
-            sleep .1
-        done
-        kill -INT $!
-        wait $! || status=$?
-        return $((status == 130 ? 0 : status))
-    fi
-    command fpmatch "$@" || status=$?
-    [[ ${1:-} == verify && ($status == 1 || $status == 3) ]] || return "$status"
-}
 """
 
 
 def script_of(text: str) -> str:
     """Return the commands of a page, each on its line, as one shell script."""
-    lines, language, end, indent = [], "", "", ""
+    lines, language, indent = [], "", ""
     for line in text.splitlines():
         if not language and (begin := BEGIN.match(line)):
-            indent, language, end = begin[1], begin[2] or begin[3], "```" if begin[2] else "-->"
+            indent, language = begin.groups()
             lines.append("python -W error - <<'PYTHON'" if language == "python" else "")
-        elif language and line.strip() == end:
+        elif language and line.strip() == "```":
             lines.append("PYTHON" if language == "python" else "")
             language = ""
         else:
@@ -131,16 +97,6 @@ def execute(command: list[str], folder: Path, given: dict[str, str]) -> tuple[st
         return printed.read().decode(errors="replace"), ended
 
 
-def make_inputs(folder: Path) -> None:
-    """Fill the folder that each page gets a copy of."""
-    for name in FOLDERS:
-        shutil.copytree(ROOT / name, folder / name)
-    for name, sample in INPUTS.items():
-        shutil.copy(ROOT / "sample_data" / sample, folder / name)
-    Path(folder, DATABASE).parent.mkdir(parents=True)
-    execute(["fpmatch", "synth", DATABASE, *MADE], folder, {})
-
-
 def dead_links(page: Path) -> list[str]:
     """Return the links of a page to files that are not there."""
     missing = []
@@ -158,7 +114,9 @@ def main(names: list[str]) -> int:
     pages = pages or [path for pattern in PAGES for path in sorted(ROOT.glob(pattern))]
     failed = [link for page in sorted(ROOT.glob("*.md")) for link in dead_links(page)]
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
-        make_inputs(common := Path(folder, "common"))
+        common = Path(folder, "common")
+        for name in FOLDERS:
+            shutil.copytree(ROOT / name, common / name)
         results = pool.map(partial(run, common=common), pages)
         for page, (failures, printed, seconds) in zip(pages, results, strict=True):
             print(f"{page.name}: {seconds:.1f} s", file=sys.stderr)

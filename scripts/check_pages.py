@@ -41,7 +41,7 @@ MADE: Final = (
     "7",
 )  # the least to calibrate with
 SECONDS: Final = 300  # for one page
-BEGIN: Final = re.compile(r"(\s*)(?:```(sh|bash|shell|python)|<!-- (sh))\s*$")
+BEGIN: Final = re.compile(r"(\s*)(?:```(sh|python)|<!-- (sh))\s*$")
 LINK: Final = re.compile(r"\]\(([^)\s]+)\)")
 
 # `verify` answers "no match" and "inconclusive" by its exit status. A server runs until it is

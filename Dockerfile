@@ -1,6 +1,6 @@
 # syntax=docker/dockerfile:1
-# The server of fpmatch: docs/how-to/deploy.md says how to run it, packaging/check_container tries it.
-# packaging/lock renews the digests, and the versions and hashes of the lock file. Not pinned is the
+# The server of fpmatch: docs/how-to/deploy.md says how to run it, the workflow `tests` tries it.
+# Dependabot renews the digests, packaging/lock the versions and hashes. Not pinned is the
 # compiler, Debian's current one: nothing of it enters the image but what it compiles.
 
 FROM python:3.13-slim@sha256:9662417aace5ae7b8e2609cce472b72a8958e134ba372808abe9cc1a0c0125e6 AS build

@@ -162,7 +162,6 @@ research.add_command(
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "rolled": ("checks.rolled", "Rolled prints against flat ones."),
             "points": ("experiments.point_targets", "Results on point sets that miss targets."),
-            "trace": ("checks.verify_trace", "What one verification loads and runs."),
         },
     )
 )

@@ -3,7 +3,6 @@
 import csv
 import importlib
 import importlib.util
-import os
 import re
 import shutil
 import subprocess
@@ -22,7 +21,6 @@ from PIL import Image
 import fpmatch
 from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.cli.wings import WINGS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
@@ -31,7 +29,6 @@ ROOT = Path(__file__).parents[1]
 sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 PACKAGE = Path(fpmatch.__file__).parent
-WITHOUT_WINGS = "FPMATCH_WITHOUT_WINGS" in os.environ  # scripts/test --core
 KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 IMPORT = re.compile(r"from (fpmatch[\w.]*) import (\([^)]*\)|.*)")
 
@@ -49,35 +46,6 @@ def pytest_configure():
 
     if note := outdated_kernels_note():
         raise pytest.UsageError(note)
-
-
-class NoWings:
-    """Refuses to import a wing, as where its folder is not there.
-
-    A test that imports one, or runs a command of one, is skipped; a module of the core fails.
-    """
-
-    @staticmethod
-    def find_spec(name, path=None, target=None):
-        if not name.startswith(tuple(f"fpmatch.{wing}" for wing in WINGS)):
-            return None
-        frame = sys._getframe(1)
-        while "importlib" in frame.f_code.co_filename:
-            frame = frame.f_back
-        importer = Path(frame.f_code.co_filename)
-        if importer.is_relative_to(PACKAGE) and importer.name != "wings.py":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-        pytest.skip("no wing can be imported", allow_module_level=True)
-
-
-if WITHOUT_WINGS:
-    sys.meta_path.insert(0, NoWings)
-
-
-def pytest_ignore_collect(collection_path):
-    """Leave out the tests of wings where these cannot be imported."""
-    folder = collection_path.relative_to(ROOT / "tests").parts[:1]
-    return True if WITHOUT_WINGS and folder in {(wing,) for wing in WINGS} else None
 
 
 @cache

@@ -24,7 +24,7 @@ cp probe.tif print.tif
 print(1 / 0)
 ```
 
-```console
+```bash
 docker run fpmatch
 ```
 

@@ -18,7 +18,6 @@ from research.markdown import marked_block, write_marked_block
 from research.points.plot import save_bench_plot
 from research.points.results import read_results
 from research.points.table import format_bench
-from research.rooms import format_rooms
 from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
 from research.tables.identification import (
     SEARCHED,
@@ -50,7 +49,6 @@ if TYPE_CHECKING:
 
 DOCS: Final = ROOT / "docs"
 README: Final = ROOT / "README.md"
-CONTRIBUTING: Final = ROOT / "CONTRIBUTING.md"
 
 
 def read_json(path: Path) -> Any:
@@ -133,7 +131,6 @@ PAGES: Final = {
         {"learned": _LEARNED, "paper": _PAPER, "figures": _BENCH},
         {(README, "headline"): format_headline},
     ),
-    "contributing": Page({}, {(CONTRIBUTING, "rooms"): lambda _: format_rooms()}),
     "accuracy": Page(
         {
             "learned": _LEARNED,

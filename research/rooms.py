@@ -1,17 +1,13 @@
-"""The rooms of the package: the import contract that the tests hold, and the table made from it."""
+"""The rooms of the package: the import contract that the tests hold."""
 
 from __future__ import annotations
 
-import ast
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.cli.wings import WINGS
-from research.commands import ROOT
-from research.markdown import markdown_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Set
-    from pathlib import Path
 
 # A room is a folder, without the folders in it, or a module beside the folders. Each may import the
 # rooms that stand here, and what these may import: so no two rooms import each other, and the core
@@ -102,35 +98,7 @@ def allowed(room: str) -> set[str]:
     return {room}.union(*map(allowed, MAY_IMPORT[room]))
 
 
-def part_of(room: str) -> str:
-    """Return the folder of the package, or the module, that a room is or lies in."""
-    return room.partition("/")[0]
-
-
 def wing_of(room: str) -> str:
     """Return the wing of a room, "core" for those of the core."""
-    return part_of(room) if part_of(room) in WINGS else "core"
-
-
-def _place(part: str) -> Path:
-    folder = ROOT / "fpmatch" / part
-    return folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
-
-
-def task_of(part: str) -> str:
-    """Return the first line of the docstring of a folder or module, without its full stop."""
-    text = ast.get_docstring(ast.parse(_place(part).read_text(encoding="utf-8"))) or ""
-    return text.partition("\n")[0].removesuffix(".").replace("``", "`")
-
-
-def format_rooms() -> str:
-    """Return the table of the folders of the package: what each does, and what it imports."""
-    rows = []
-    for part in dict.fromkeys(map(part_of, MAY_IMPORT)):
-        if not part.startswith("_"):
-            used = set().union(*(MAY_IMPORT[room] for room in MAY_IMPORT if part_of(room) == part))
-            named = sorted({f"`{part_of(room)}`" for room in used} - {f"`{part}`", "`_version`"})
-            is_folder = _place(part).stem == "__init__"
-            name = f"`{part}{'/' if is_folder else '.py'}`"
-            rows.append([name, wing_of(part), task_of(part), ", ".join(named)])
-    return markdown_table([["folder", "wing", "task", "imports"], *rows], left=4)
+    part = room.partition("/")[0]
+    return part if part in WINGS else "core"

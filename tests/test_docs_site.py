@@ -12,8 +12,6 @@ import pytest
 import fpmatch
 from fpmatch.cli.group import summaries
 from fpmatch.matching.registry import matcher_names
-from research.experiments.point_targets import missed_targets
-from research.points.results import read_results
 
 ROOT = Path(__file__).resolve().parent.parent
 pytestmark = pytest.mark.docs
@@ -165,7 +163,3 @@ def test_the_site_gives_its_examples_no_names():
 )
 def test_what_a_page_loads_from_another_host_is_found(html, loaded):
     assert (module_of(DOCS / "conf.py").LOADED.search(html) is not None) == loaded
-
-
-def test_the_kept_results_miss_no_target():
-    assert missed_targets(read_results(DOCS / "data" / "pointsets_bench.json")) == []

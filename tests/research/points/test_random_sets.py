@@ -11,8 +11,6 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset.geometry.point_match import share_of
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS, Condition, conditions, make_pair
 from research.points.random_sets import (
-    MAX_SCALE,
-    MIN_SCALE,
     POINT_MODELS,
     independent_pair,
     random_pair,
@@ -91,14 +89,6 @@ def test_a_patch_has_the_density_of_q_within_it():
     assert np.mean(inside) == pytest.approx(m, rel=0.1)
 
 
-def test_clutter_covers_all_of_q():
-    pair = random_pair(200, 800, 0.6, 0.0, 0.61, model="clutter", rng=1)
-    p = in_frame_of_q(pair)
-    outliers = np.setdiff1d(np.arange(200), pair.pairs[:, 0])
-    for part in (p, p[pair.pairs[:, 0]], p[outliers]):
-        assert (np.ptp(part, axis=0) > 0.9 * math.sqrt(800)).all()
-
-
 @given(seeds, models)
 def test_outliers_are_no_partners_and_points_stand_in_random_order(seed, model):
     pair = random_pair(50, 100, 0.5, 0.0, 0.61, model=model, rng=seed)
@@ -107,16 +97,6 @@ def test_outliers_are_no_partners_and_points_stand_in_random_order(seed, model):
     assert distances.min() > 1e-9
     for order, size in zip(pair.pairs.T, (50, 100), strict=True):
         assert order.min() < size / 2 < order.max()
-
-
-def test_transforms_are_of_every_kind():
-    moves = [random_pair(3, 6, 1.0, 0.0, 0.4, rng=seed).transform for seed in range(200)]
-    scales = np.array([move.scale for move in moves if move])
-    angles = np.array([math.remainder(move.rotation, 2 * math.pi) for move in moves if move])
-    assert scales.min() >= 1 / MAX_SCALE - 1e-12
-    assert scales.max() <= 1 / MIN_SCALE + 1e-12
-    assert (np.histogram(scales, bins=[0.5, 0.71, 1, 1.41, 2])[0] > 25).all()
-    assert (np.histogram(angles, bins=4, range=(-math.pi, math.pi))[0] > 25).all()
 
 
 def test_the_nearest_neighbour_of_a_point_of_q_is_half_a_unit_off_on_average():

@@ -120,7 +120,7 @@ def test_the_same_training_writes_the_same_file(tmp_path, words):
     files = tmp_path / "one", tmp_path / "two"
     for file in files:
         command = [sys.executable, "-m", "research", "train", *map(str, words), "--into", str(file)]
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         assert str(file) in done.stdout
     assert files[0].read_bytes() == files[1].read_bytes()

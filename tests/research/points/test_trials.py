@@ -8,7 +8,6 @@ import pytest
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.points import command as points
-from research.points import trials
 from research.points.conditions import Condition, make_pair
 from research.points.matchers import MATCHERS
 from research.points.trials import TrialPlan, is_recognised, run_cell
@@ -81,7 +80,3 @@ def test_a_run_is_continued_and_larger_sets_are_left_out(tmp_path, run_research,
     assert run_research(*QUICK, "--json", file).exit_code == 0
     assert len(ran) == 1
     assert run_research(*QUICK, "--seed", "1", "--json", file).exit_code == 2
-
-
-def test_the_quick_plan_bounds_the_work():
-    assert trials.QUICK_PLAN.genuine_steps < TrialPlan().genuine_steps

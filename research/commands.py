@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.output import atomic_write_bytes, check_writable
+from fpmatch.base.output import atomic_write_bytes, check_writable, reason
 from fpmatch.cli.notes import say_outdated_kernels
 from fpmatch.errors import FpmatchError
 
@@ -30,6 +30,16 @@ json_file = click.option(
 synthetic_folder = click.option(
     "--prints", metavar="FOLDER", type=PATH, help="Keep the synthetic prints in this folder."
 )
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FpmatchError(f"{path}: cannot be read: {reason(error)}") from error
+    except ValueError as error:
+        raise FpmatchError(f"{path}: not a JSON file") from error
 
 
 def write_json(path: Path, document: object) -> None:
@@ -84,7 +94,12 @@ class LazyGroup(click.Group):
         """Return a sub-command."""
         if cmd_name not in self._modules:
             return super().get_command(ctx, cmd_name)
-        module = import_module(f"research.{self._modules[cmd_name][0]}")
+        try:
+            module = import_module(f"research.{self._modules[cmd_name][0]}")
+        except ModuleNotFoundError as error:
+            needed = f"{cmd_name} needs {error.name}, of the extra `train` or `bench`"
+            click.echo(f"{ctx.command_path}: error: {needed}", err=True)
+            ctx.exit(EXIT_ERROR)
         command: click.Command = module.command
         command.name = cmd_name
         return command
@@ -103,23 +118,13 @@ research = LazyGroup(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Run from the repository's root. Exit status: 0 done, 1 a check failed, 2 bad input.",
     modules={
-        "tables": ("tables.command", "Write measured results into the pages of docs/."),
+        "tables": ("tables", "Write measured results into README and docs."),
         "outputs": ("outputs", "Write what commands print into README and docs."),
         "notebook": ("notebook", "Run the notebook of the examples, and store its outputs."),
         "figures": ("figures.documentation", "Draw the figures of the documentation."),
-        "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
         "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
-        "compare-prints": ("experiments.image_statistics", "Compare statistics of images."),
-        "compare-templates": (
-            "experiments.compare_templates",
-            "Compare templates made without images with others.",
-        ),
-        "error-vs-discard": ("experiments.error_vs_discard", "Measure what quality is worth."),
         "calibrate": ("training.calibrate", "Fit the package's calibrations."),
-        "scale": ("scale.command", "Plan galleries of ten million to a billion prints."),
         "fuzz": ("fuzzing.command", "Feed damaged files, requests and arrays to every reader."),
-        "attack-server": ("attacks.command", "Attack a server beside its ordinary clients."),
-        "promises": ("promises.command", "Attack each promise of docs/security.md."),
     },
 )
 research.add_command(
@@ -133,6 +138,7 @@ research.add_command(
             "enhancer": ("training.enhancer_net", "The network that enhances ridges."),
             "embedding": ("training.embedding_net", "The network that makes embeddings of prints."),
             "index": ("training.index", "The index of large galleries."),
+            "tail": ("training.impostor_pairs", "Pairs for the highest scores of calibrations."),
         },
     )
 )
@@ -141,13 +147,8 @@ research.add_command(
         name="measure",
         help="Measure what a table of the documentation shows.",
         modules={
-            "outcomes": ("experiments.outcomes", "The three outcomes of whole prints and parts."),
-            "wolves": ("wolves.command", "False match rates of fragments and adversaries."),
-            "fused-fingers": ("experiments.fused_fingers", "Stated rates of two fingers together."),
             "points": ("points.command", "The paper's experiment on random point sets."),
-            "paper-choices": ("experiments.point_choices", "Choices that the paper leaves open."),
-            "revocable": ("experiments.revocable", "Rates, and attacks on revocable templates."),
-            "joined": ("attacks.joined", "Two prints in one: matches of both, and notes on it."),
+            "decision": ("points.decision", "Prints that match by the paper's rule."),
         },
     )
 )
@@ -156,12 +157,9 @@ research.add_command(
         name="check",
         help="Check a property of the package on data.",
         modules={
-            "calibration": ("experiments.calibration_check", "False match rates at scores."),
-            "images": ("checks.images", "Detection of wrong resolutions."),
-            "resolution": ("checks.resolution", "Resolutions that no file states."),
             "polarity": ("checks.polarity", "Detection of inverted images."),
+            "resolution": ("checks.resolution", "Detection of wrong resolutions."),
             "rolled": ("checks.rolled", "Rolled prints against flat ones."),
-            "points": ("experiments.point_targets", "Results on point sets that miss targets."),
         },
     )
 )

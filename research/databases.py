@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -13,7 +12,7 @@ from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.lab.evaluation.databases.protocol import Impression
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
 TRAINING_SEED: Final = 601
 """First seed of the databases that the score is trained and calibrated on."""
-TEST_SEED: Final = 641
-"""First seed of databases that nothing was trained on."""
 FINGERS: Final = 30  # of each database
 IMPRESSIONS: Final = 8  # of each finger, as in the FVC sets
 KINDS: Final = (  # preset and sensor
@@ -37,14 +34,16 @@ KINDS: Final = (  # preset and sensor
 )
 
 
-def make_synthetic_sets(folder: Path, *, first_seed: int, workers: int | None = None) -> list[Path]:
+def make_synthetic_sets(
+    folder: Path, *, first_seed: int, workers: int | None = None, fingers: int = FINGERS
+) -> list[Path]:
     """Make a database of each of `KINDS`, or what is missing of it; return their folders."""
     made = []
     for seed, (preset, sensor) in enumerate(KINDS, first_seed):
         made.append(folder / f"{preset}-{seed}")
         make_database(
             made[-1],
-            fingers=FINGERS,
+            fingers=fingers,
             impressions=IMPRESSIONS,
             preset=preset,
             seed=seed,
@@ -54,23 +53,14 @@ def make_synthetic_sets(folder: Path, *, first_seed: int, workers: int | None = 
     return made
 
 
-@contextmanager
-def synthetic_sets(
-    first_seed: int, kept_in: Path | None, workers: int | None
-) -> Iterator[list[Path]]:
-    """Make the databases in a folder, or in a temporary one where it is None."""
-    with tempfile.TemporaryDirectory() as temporary:
-        yield make_synthetic_sets(
-            kept_in or Path(temporary), first_seed=first_seed, workers=workers
-        )
-
-
 def extract_synthetic_sets(
-    first_seed: int, kept_in: Path | None, workers: int | None
+    first_seed: int, kept_in: Path | None, workers: int | None, fingers: int = FINGERS
 ) -> list[ExtractedSet]:
-    """Return the databases with the templates of their prints."""
-    with synthetic_sets(first_seed, kept_in, workers) as folders:
-        return extract_folders(folders, workers)
+    """Make the databases, kept in a folder where it is given; return them with their templates."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = kept_in or Path(temporary)
+        made = make_synthetic_sets(folder, first_seed=first_seed, workers=workers, fingers=fingers)
+        return extract_folders(made, workers)
 
 
 def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[ExtractedSet]:

@@ -19,24 +19,19 @@ def markdown_table(rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, rule, *body))
 
 
-def marked_block(page: str, mark: str) -> str:
-    """Return what a page holds between its marks of a name."""
+def marked_block(page: str, mark: str) -> str | None:
+    """Return what a page holds between its marks of a name; None where it has no such marks."""
     _, start, rest = page.partition(f"<!-- {mark}:start -->")
     block, end, _ = rest.partition(f"<!-- {mark}:end -->")
-    if not start or not end:
-        raise FpmatchError(f"the page has no marks {mark}:start and {mark}:end")
-    return block.strip()
-
-
-def replace_marked_block(page: str, mark: str, block: str) -> str:
-    """Return the page with another block between its marks of that name."""
-    marked_block(page, mark)
-    start, end = f"<!-- {mark}:start -->", f"<!-- {mark}:end -->"
-    before, _, rest = page.partition(start)
-    return f"{before}{start}\n\n{block.strip()}\n\n{end}{rest.partition(end)[2]}"
+    return block.strip() if start and end else None
 
 
 def write_marked_block(path: Path, mark: str, block: str) -> None:
-    """Replace a block of a file."""
-    page = replace_marked_block(path.read_text(encoding="utf-8"), mark, block)
+    """Replace a block of a file, between its marks of that name."""
+    page = path.read_text(encoding="utf-8")
+    if marked_block(page, mark) is None:
+        raise FpmatchError(f"{path}: has no block {mark}")
+    start, end = f"<!-- {mark}:start -->", f"<!-- {mark}:end -->"
+    before, _, rest = page.partition(start)
+    page = f"{before}{start}\n\n{block.strip()}\n\n{end}{rest.partition(end)[2]}"
     atomic_write_bytes(path, page.encode("utf-8"), public=True)

@@ -41,7 +41,7 @@ class Output:
     @property
     def shown(self) -> str:
         """The output that the page shows."""
-        block = marked_block(self.page.read_text(encoding="utf-8"), self.mark)
+        block = marked_block(self.page.read_text(encoding="utf-8"), self.mark) or ""
         return block.removeprefix("```text\n").removesuffix("```")
 
     def printed(self) -> str:

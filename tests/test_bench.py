@@ -49,14 +49,6 @@ def test_a_number_stands_as_it_is():
     assert (measure["value"], measure["ours"], measure["ok"]) == (88.0, "88 MB", True)
 
 
-def test_what_the_machine_gains_by_two_processes_stands_beside():
-    sides = ("ours", 5.0, 1.9), ("yardstick", 8.0, 2.1)
-    group = [timed("two cores, enrol", *side[:2], **{"two processes": side[2]}) for side in sides]
-    (measure,) = measured(group)
-    assert measure["value"] == pytest.approx(1.6)
-    assert measure["yardstick"].endswith("2 times as fast; 80%)")
-
-
 def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure():
     sources = "\n".join(path.read_text(encoding="utf-8") for path in SPEED.glob("bench_*.py"))
     marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'

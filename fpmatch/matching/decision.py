@@ -36,7 +36,6 @@ TOO_LITTLE_SKIN: Final = "too little skin"
 TOO_FEW_MINUTIAE: Final = "too few minutiae"
 THRESHOLD_TOO_HIGH: Final = "threshold too high"
 
-# `python -m research measure outcomes` prints the extremes of real prints.
 MIN_SOLIDITY: Final = 0.55  # share of the ridges' convex hull; .67 is the least of 1,218 prints
 MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the most of those prints
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle

@@ -4,7 +4,6 @@ The directions of neighbouring minutiae follow the ridges, which bend smoothly, 
 template's own ridge field. Templates that are composed to match many prints often do neither. Or
 they give nearly all of the quality to a few minutiae, so that the others count for nothing where
 they have no partner.
-``python -m research measure joined`` counts how many ordinary prints are named.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The ridges of one print continue over its whole area, its minutiae lie along them, and neighbouring
 minutiae have similar directions. The limits are chosen so that at most one print in a thousand has
-a sign: ``python -m research measure joined`` measures them.
+a sign.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import numpy as np
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.image.extract import extract
+from fpmatch.image.io.grey import GreyImage
 from fpmatch.lab.evaluation.ground_truth.transform_error import (
     MIN_COMMON,
     common_minutiae,
@@ -86,7 +87,7 @@ def _prints_of(finger: int) -> dict[tuple[str, str], tuple[Shown, Shown]]:
         made = make_impression(master, number, PRESETS[preset], SENSORS[sensor])
         hidden = np.empty((0, 2))
         truth = ImpressionTruth(made.transform, made.minutiae, made.master, made.visible, hidden)
-        shown[preset, sensor].append(Shown(extract(made.image, made.dpi), truth))
+        shown[preset, sensor].append(Shown(extract(GreyImage(made.image), made.dpi), truth))
     return {kind: (one, other) for kind, (one, other) in shown.items()}
 
 

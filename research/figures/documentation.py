@@ -18,6 +18,7 @@ from fpmatch.lab.explain.paper_steps import explain_points
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from research.commands import PATH, ROOT, Command
 from research.figures.how_it_works import how_it_works
+from research.figures.synthesis import synthesis_figures
 from research.points.random_sets import random_pair
 
 if TYPE_CHECKING:
@@ -38,7 +39,9 @@ ETA, LAMBDA = 0.175, 0.428  # jitter and precision of the first rows of the pape
 @click.option(
     "--out", type=PATH, default=ROOT / "docs" / "figures", help="Folder.  [default: docs/figures]"
 )
-@click.option("--only", type=click.Choice(["prints", "points"]), help="Draw no others.")
+@click.option(
+    "--only", type=click.Choice(["prints", "points", "synthesis"]), help="Draw no others."
+)
 def command(out: Path, only: str | None) -> None:
     """Draw the figures of the documentation.
 
@@ -46,14 +49,16 @@ def command(out: Path, only: str | None) -> None:
     writes, ridges.png the same with ``--view ridges``, with a palette of fewer colours.
     how_it_works.png shows two prints at each step of the matcher "unit-circle". points/ holds the
     pictures that ``fpmatch explain`` draws of two random point sets: Q is P rotated, scaled,
-    shifted and jittered.
+    shifted and jittered. synthesis/ holds synthetic prints of all sensors, and of all presets.
     """
     out.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
-    if only != "points":
+    if only in {None, "prints"}:
         written += _draw_prints(out)
-    if only != "prints":
+    if only in {None, "points"}:
         written += write_files(_point_figures(), out / "points", public=True)
+    if only in {None, "synthesis"}:
+        written += write_files(synthesis_figures(), out / "synthesis", public=True)
     for path in written:
         click.echo(f"{path}: {path.stat().st_size // 1000} kB")
 

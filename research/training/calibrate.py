@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.base.parsing import parse_json
+from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.calibrate import calibrate_on
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
 from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
@@ -17,19 +16,20 @@ from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
 from research.all_pairs import impostors_among
-from research.commands import PATH, Command, synthetic_folder, workers
+from research.commands import PATH, Command, read_json, synthetic_folder, workers
 from research.databases import (
     TRAINING_SEED,
     extract_folders,
     extract_synthetic_sets,
     without_ridges,
 )
+from research.training.impostor_pairs import TAIL_FILE
 from research.training.tail import with_tail
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
-FILE: Final = click.Path(exists=True, dir_okay=False, path_type=Path)
 WITH_RIDGES: Final = 1 / 3
 """Weight of the real prints with their ridges, and the same of the synthetic ones."""
 ALONE: Final = 1 / 6
@@ -40,17 +40,13 @@ ALONE: Final = 1 / 6
     cls=Command,
     epilog="""\b
 Example:
-  python -m research calibrate fvc/*/* --synthetic --tail docs/data/impostor_tail.json
-  python -m research calibrate --tail docs/data/impostor_tail.json
-  FPMATCH_KEY=file:any.key python -m research calibrate fvc/*/* --synthetic \\
-      --matcher revocable --into examples/revocable/fpmatch_revocable
+  python -m research calibrate fvc/*/* --synthetic --tail
+  python -m research calibrate --tail
 """,
 )
 @click.argument("folders", metavar="[DIR...]", nargs=-1, type=PATH)
 @click.option("--synthetic", is_flag=True, help="Also use eight synthetic databases.")
-@click.option(
-    "--tail", metavar="FILE", type=FILE, help="Results of research/benchmarks/impostor_tail.py."
-)
+@click.option("--tail", is_flag=True, help="Also fit the highest scores of the default matcher.")
 @click.option("--matcher", "matchers", multiple=True, help="Only this matcher (repeatable).")
 @click.option("--into", type=PATH, default=CALIBRATION_FOLDER, help="Folder to write to.")
 @synthetic_folder
@@ -58,7 +54,7 @@ Example:
 def command(
     folders: tuple[Path, ...],
     synthetic: bool,
-    tail: Path | None,
+    tail: bool,
     matchers: tuple[str, ...],
     into: Path,
     prints: Path | None,
@@ -71,13 +67,13 @@ def command(
     compares all synthetic prints with one another, and all prints with their ridges as well as on
     minutiae alone; real and synthetic prints have half of the weight each, and two thirds of that
     belong to comparisons with ridges. The same prints give the same files to the last bit.
-    With --tail the highest scores of the default matcher are calibrated on pairs of synthetic
-    templates; without DIR, the other scores stay as they are.
+    With --tail the highest scores of the default matcher are calibrated on the pairs of synthetic
+    templates that `train tail` measured; without DIR, the other scores stay as they are.
     """
-    high = None if tail is None else parse_json(tail.read_bytes())
+    high = read_json(TAIL_FILE) if tail else None
     if not folders and not synthetic:
         if high is None:
-            raise click.UsageError("DIR, --synthetic or --tail is needed")
+            raise DatasetError("needs FVC-style databases DIR, --synthetic or --tail")
         file = into / f"{DEFAULT_MATCHER}.json"
         given = Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
         file.write_text(with_tail(given, high).as_json(), encoding="utf-8")

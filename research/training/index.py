@@ -77,11 +77,11 @@ def command(folders: tuple[Path, ...], into: Path, mates: int, others: int) -> N
     check_writable(into)
     if not 0 < others <= MAX_PRINTS:
         raise click.BadParameter(f"between 1 and {MAX_PRINTS} prints", param_hint="--others")
+    databases = extract_folders(folders)
     with click.progressbar(gallery_prints(others), length=others, label="prints") as counted:
         prints = list(counted)
     terms = np.concatenate([print_terms(print_)[0] for print_ in prints])
     model = model_of_edges(terms, len(prints))
-    databases = extract_folders(folders)
     probes = database_probes(databases) if databases else synthetic_probes(mates)
     of_all = None if databases else mates
     with click.progressbar(probes, length=of_all, label="mates") as counted_probes:

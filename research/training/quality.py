@@ -21,6 +21,7 @@ from scipy.optimize import Bounds, minimize
 from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.extract import QualityRecorder, extract
+from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.quality.measures import LinearWeights
 from fpmatch.image.quality.print_quality import (
     FEATURES,
@@ -95,7 +96,9 @@ def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], l
     sensors = list(SENSORS.values())
     master = make_master(seed, finger)
     good = [
-        MATCHER.prepare(extract(_pressed(master, k + 1, PRESETS["clean"], sensors[0])[0], dpi=500))
+        MATCHER.prepare(
+            extract(GreyImage(_pressed(master, k + 1, PRESETS["clean"], sensors[0])[0]), dpi=500)
+        )
         for k in range(GOOD_IMPRESSIONS)
     ]
     of_good = np.mean([MATCHER.compare(a, b).similarity for a, b in combinations(good, 2)])
@@ -108,7 +111,7 @@ def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], l
             else spoilt_impression(master, number, way, sensor, rng)
         )
         stages = QualityRecorder()
-        template = extract(image, dpi, recorder=stages)
+        template = extract(GreyImage(image), dpi, recorder=stages)
         found = stages.measures()
         if found.ridges_mm2 <= 0 or not np.isfinite(quality_features(found)).all():
             continue

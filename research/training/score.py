@@ -12,7 +12,7 @@ from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE
 from fpmatch.matching.pipeline.score_model import FEATURES
 from research.commands import PATH, Command, synthetic_folder, workers, write_json
-from research.databases import TRAINING_SEED, extract_folders, extract_synthetic_sets
+from research.databases import FINGERS, TRAINING_SEED, extract_folders, extract_synthetic_sets
 from research.training.evidence_quantiles import fit_amounts
 from research.training.score_fit import best_hypotheses, fit_model, fit_weights
 from research.training.score_samples import (
@@ -44,12 +44,14 @@ Example:
 @click.option(
     "--check", "checked", type=PATH, multiple=True, help="An FVC-style database (repeatable)."
 )
+@click.option("--fingers", default=FINGERS, show_default=True, help="Of each synthetic database.")
 @synthetic_folder
 @workers
 def command(
     into: Path,
     ablation: Path | None,
     checked: tuple[Path, ...],
+    fingers: int,
     prints: Path | None,
     workers: int | None,
 ) -> None:
@@ -67,7 +69,7 @@ def command(
     into.parent.mkdir(parents=True, exist_ok=True)
     for target in filter(None, (into, ablation)):
         check_writable(target)
-    sets = extract_synthetic_sets(TRAINING_SEED, prints, workers)
+    sets = extract_synthetic_sets(TRAINING_SEED, prints, workers, fingers)
     made, alone, small = samples_of(sets, workers=workers)
     weights = fit_weights(made, alone, small, command="python -m research train score")
     weights = fit_amounts(weights, sets, workers=workers)

@@ -5,7 +5,8 @@ pairs (with ridges, minutiae alone) that reaches a similarity most often, where 
 do; between the two scores it is a straight line, which states more false matches than there are.
 Beyond, a generalised Pareto tail begins as the pairs do. Its shape is the largest that calibrations
 have: synthetic fingers do not support an FMR of 1 in 10 billion.
-``research/benchmarks/impostor_tail.py`` measures the pairs.
+``python -m research train tail`` measures the pairs. Those that are kept were chosen by a search,
+whose loss they state.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ def similarity_of(calibration: Calibration, score: float) -> float:
 
 def with_tail(calibration: Calibration, results: Mapping[str, Any]) -> Calibration:
     """Return a calibration with high knots and a tail of the searches of a gallery."""
-    kinds = [kind for kind in kinds_of(results) if len(kind.compared)]
+    kinds = kinds_of(results)
     origin = calibration.provenance
     below = sum(score < KEPT for _, score in calibration.knots)
     kept = origin.tail_from if origin.tail else calibration.knots[: below + 1][-1][1]

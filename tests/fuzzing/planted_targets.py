@@ -5,7 +5,7 @@ import signal
 import time
 
 from fpmatch.errors import TemplateError
-from research.fuzzing.targets.target import Reader, Target
+from research.fuzzing.target import Reader, Target
 
 GOOD = b"good file"
 MEGABYTES = 1500

@@ -1,18 +1,20 @@
 """`python -m research fuzz`: planted bugs are found, and none in sound readers."""
 
-import json
-import re
+import random
+from io import BytesIO
 
 import pytest
+from PIL import Image
 
 from research.fuzzing import sanitizer
+from research.fuzzing.damage import damaged, with_right_sums
 from research.fuzzing.loop import Limits, run
 from tests.fuzzing.planted_targets import GOOD, planted
 
 
 def fed(name, extra=(), **limits):
     target, reader = planted()[name]
-    return list(run(target, reader, extra, limits=Limits(**limits)))[-1]
+    return run(target, reader, extra, limits=Limits(**limits))
 
 
 @pytest.mark.parametrize(
@@ -26,10 +28,11 @@ def fed(name, extra=(), **limits):
         ("large", "1000 MB"),
     ],
 )
-def test_a_planted_bug_is_found_once_and_its_input_kept(tmp_path, name, reason):
-    count = fed(name, seconds=5.0, hang_seconds=0.1 if name == "hangs" else 5.0, most_kinds=1)
+def test_a_planted_bug_is_found_and_its_input_kept(tmp_path, name, reason):
+    count = fed(name, files=3, hang_seconds=0.1 if name == "hangs" else 5.0)
     (finding,) = count.findings.values()
     assert reason in finding.reason
+    assert finding.times >= 1
     path = finding.save(tmp_path / "found")
     assert path.name.startswith(f"{name}-")
     assert path.read_bytes() == finding.data != GOOD
@@ -37,19 +40,20 @@ def test_a_planted_bug_is_found_once_and_its_input_kept(tmp_path, name, reason):
 
 
 def test_files_are_counted_and_equal_failures_are_one_kind():
-    count = fed("raises", files=5)
-    assert [finding.times for finding in count.findings.values()] == [5]
+    assert [finding.times for finding in fed("raises", files=6).findings.values()] == [5]
     count = fed("sound", [b"more"], files=25)
-    assert (count.damaged, count.inputs, count.findings) == (25, 27, {})
-    assert count.seconds > 0
-
-
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_sound_reader_has_no_findings(jobs):
-    target, reader = planted()["sound"]
-    count = list(run(target, reader, limits=Limits(files=40), jobs=jobs))[-1]
-    assert (count.damaged, count.findings) == (40, {})
+    assert (count.inputs, count.findings) == (25, {})
     assert count.inputs > count.refused > 0
+
+
+def test_damage_depends_on_the_seed_and_may_have_right_sums():
+    made = [damaged(random.Random(seed), [bytes(range(99))]) for seed in (1, 1, 2)]
+    assert made[0] == made[1] != made[2]
+    stream = BytesIO()
+    Image.linear_gradient("L").save(stream, "PNG")
+    png = bytearray(stream.getvalue())
+    png[23] ^= 1
+    assert Image.open(BytesIO(with_right_sums(png))).size != (256, 256)
 
 
 def test_the_command_ends_clean_and_counts(tmp_path, run_research):
@@ -63,19 +67,6 @@ def test_the_command_ends_clean_and_counts(tmp_path, run_research):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_log_adds_up_several_runs_with_other_seeds(tmp_path, run_research):
-    log, report = tmp_path / "log.jsonl", tmp_path / "report.json"
-    words = ["--files", "30", "--target", "image-raw", "--target", "prepared", "--log", log]
-    for number in range(2):
-        done = run_research("fuzz", *words, "--json", report)
-        assert done.exit_code == 0, done.output
-        document = json.loads(report.read_text())
-        assert document["seed"] == number
-        assert [one["damaged"] for one in document["targets"]] == [30, 30]
-    sums = re.findall(r": (\d+) inputs in (\d) runs", done.stdout)
-    assert {("126", "2"), ("62", "2")} <= {*sums}
-
-
 def test_a_saved_input_is_replayed_by_the_target_it_is_named_after(tmp_path, run_research):
     saved = tmp_path / "iso2005-0123456789ab.bin"
     saved.write_bytes(b"FMR\x00 20\x00")
@@ -84,16 +75,13 @@ def test_a_saved_input_is_replayed_by_the_target_it_is_named_after(tmp_path, run
 
 
 @pytest.mark.parametrize(
-    ("words", "library", "compiler", "named"),
+    ("words", "compiler", "named"),
     [
-        (("--target", "nothing"), None, None, "'nothing'"),
-        (("--sanitize",), "libnothing.so", None, "libnothing.so"),
-        (("--sanitize",), "libnothing.so", "/no/compiler -pthread", "/no/compiler"),
+        (("--target", "nothing"), None, "'nothing'"),
+        (("--sanitize",), "/no/compiler -pthread", "/no/compiler"),
     ],
 )
-def test_what_is_not_there_is_named(monkeypatch, run_research, words, library, compiler, named):
-    if library:
-        monkeypatch.setattr(sanitizer, "LIBRARIES", (library,))
+def test_what_is_not_there_is_named(monkeypatch, run_research, words, compiler, named):
     if compiler:
         monkeypatch.setattr(sanitizer.sysconfig, "get_config_var", lambda _: compiler)
     done = run_research("fuzz", *words)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.registry import find_reader
-from research.fuzzing.targets.good_images import an2_text, ihead, lossless_jpeg
+from research.fuzzing.good_images import an2_text, ihead, lossless_jpeg
 
 DATA = Path(__file__).parent / "data"
 

@@ -1,6 +1,6 @@
 """Wolves: templates that were found to match many prints at a score of 40 must not any more.
 
-`python -m research measure wolves` finds such templates. Those stored here were searched for on
+A search found such templates. Those stored here were searched for on
 synthetic prints, the small ones when the score did not yet depend on how much was compared, that of
 21 minutiae when pairs were not held against chance; they are tried on prints of other fingers.
 

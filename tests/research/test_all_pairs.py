@@ -52,9 +52,3 @@ def test_among_all_impressions_are_those_of_other_fingers(workers):
     assert (found.name, found.trials.fingers) == ("both", 4)
     assert found.trials.similarity.tolist() == similarities
     assert not found.trials.genuine.any()
-
-
-def test_among_no_impressions_there_are_no_impostors():
-    failed = extracted_set({(finger, 1): None for finger in (1, 2)})
-    assert impostors_among([failed], "none").trials.similarity.size == 0
-    assert impostors_among([], "none").trials.fingers == 0

@@ -1,6 +1,3 @@
-from dataclasses import replace
-
-import cv2
 import numpy as np
 import pytest
 
@@ -70,22 +67,3 @@ def test_a_clean_picture_is_dark_on_ridges_and_light_in_valleys(master, number):
     relief, inside = ridge_target(made, master)
     assert made.image[relief > 0.5].mean() + 60 < made.image[inside & (relief < -0.5)].mean()
     assert ((made.image < 128) == (relief > 0))[inside].mean() > 0.8
-
-
-def test_what_hides_ridges_in_the_picture_is_not_in_the_target(master):
-    made = impression_of(master, "hard")
-    blank = replace(made, image=np.full_like(made.image, 255))
-    for one, other in zip(ridge_target(made, master), ridge_target(blank, master), strict=True):
-        assert np.array_equal(one, other)
-    same = impression_of(master, "hard")
-    assert np.array_equal(ridge_target(same, master)[0], ridge_target(made, master)[0])
-
-
-def test_the_target_is_the_relief_at_the_places_that_the_warp_tells(master):
-    made = impression_of(master, "normal", 2)
-    relief, inside = ridge_target(made, master)
-    spots = np.argwhere(inside)[::97]
-    x, y = made.warp.to_master(spots[:, ::-1].astype(float)).astype(np.float32).T
-    there = cv2.remap(master.relief, x[:, None], y[:, None], cv2.INTER_LINEAR).ravel()
-    np.testing.assert_allclose(relief[tuple(spots.T)], there, atol=1e-5)
-    assert master.silhouette[np.rint(y).astype(int), np.rint(x).astype(int)].mean() > 0.95

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.matching.pipeline.parameters import AlignmentParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, MODELS, ScoreWeights
 from research.training.score import rates_of
 from research.training.score_fit import OF_RIDGES, FitParameters, _prefilter, fit_model, fit_weights
@@ -59,13 +58,6 @@ def test_the_weights_are_those_of_the_likelihood_ratio(impostor_weight, toleranc
     assert found == pytest.approx([2.0, *[0.0] * (N - 1), -2.0], abs=tolerance)
 
 
-def test_lost_comparisons_do_not_pull_the_fit_where_they_are_allowed_for():
-    samples = [sample(k, lost=400) for k in (1, 2)]
-    pulled = raw_weights(samples, EVEN)
-    kept = raw_weights(samples, replace(EVEN, lost_share=0.09))
-    assert pulled[0] < 1.8 < kept[0] < 2.2
-
-
 def test_features_left_out_have_no_weight():
     model = fit_model([sample(1)], without=(FEATURES[0], FEATURES[3]))
     assert (model.standard[2] == 0).nonzero()[0].tolist() == [0, 3]
@@ -97,33 +89,6 @@ def test_rates_are_those_of_the_weighted_sums():
     # a fifth of the genuine comparisons found nothing
     assert rates["sets"]["set 4"]["fmr1000"] == pytest.approx(20.0)
     assert rates["pooled"]["fmr1000"] == pytest.approx(100 * 1000 / 9000, abs=0.01)
-
-
-def test_rates_count_what_was_found_by_the_ridges_alone():
-    """Where no local match led to an alignment, and whatever the refine threshold is."""
-    plain = sample(3, count=2000, apart=10.0)
-    model = replace(fit_model([plain]), refine_threshold=1e9)
-    nothing = np.full((len(plain.features), AlignmentParameters().hypotheses, N), np.nan)
-    features = np.concatenate([nothing, plain.features], axis=1)
-    by_ridges = replace(plain, features=features, coarse=nothing)
-    assert rates_of([by_ridges], [model])["mean"] == {"eer": 0.0, "fmr1000": 0.0}
-    lost = features.copy()
-    lost[-200:] = np.nan  # a tenth of the genuine ones
-    rates = rates_of([replace(by_ridges, features=lost)], [model])
-    assert rates["mean"]["fmr1000"] == pytest.approx(10.0)
-
-
-def test_impostor_means_are_the_means_of_impostors():
-    """Every database counts as much, however many its comparisons."""
-    small, large = sample(1, count=200), sample(2, count=4000)
-    small.features[~small.genuine] += 3.0
-    middle, _, _, impostor_mean = fit_model([small, large]).standard
-    impostors, genuine = (
-        np.mean([one.features[one.genuine == kind, 0].mean(axis=0) for one in (small, large)], 0)
-        for kind in (False, True)
-    )
-    assert impostor_mean == pytest.approx(impostors, rel=1e-5)
-    assert middle == pytest.approx((impostor_mean + genuine) / 2, rel=1e-4)
 
 
 @pytest.mark.parametrize("refined", [0.01, 0.06, 0.25, 1.0])
@@ -181,16 +146,3 @@ def test_of_several_hypotheses_that_of_the_greatest_sum_counts():
     assert again.limits.tolist() == expected.limits.tolist()
     assert fit_model([either], parameters=FitParameters(turns=8)).standard[2, 0] > 0
     assert rates_of([either], [expected]) == rates_of([plain], [expected])
-
-
-def test_ridges_count_in_the_choice_of_a_refined_hypothesis():
-    """Not so in coarse alignment, where they are not compared."""
-    plain = sample(1, count=500)
-    model = fit_model([plain])
-    gain = 1e3 * np.sign(model.standard[2, RIDGES]) * (np.arange(N) == RIDGES)
-    better = np.where(plain.genuine[:, None, None], plain.features + gain, np.nan)
-    either = with_hypotheses(plain, better, plain.coarse + gain)
-    all_pass, none_passes = (replace(model, refine_threshold=x) for x in (-np.inf, np.inf))
-    assert rates_of([plain], [all_pass])["mean"]["eer"] > 5.0
-    assert rates_of([either], [all_pass])["mean"]["eer"] == 0.0
-    assert rates_of([either], [none_passes]) == rates_of([plain], [none_passes])

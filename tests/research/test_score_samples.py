@@ -9,7 +9,6 @@ from fpmatch.matching.pipeline.evidence import evidence_scorer
 from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
-from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
 from research.training.score_samples import (
@@ -83,21 +82,6 @@ def test_windows_are_compared_with_whole_prints(two_fingers):
     np.testing.assert_array_equal(again.features, windows[0].features)
 
 
-def test_small_prints_are_looked_for_by_their_ridges_as_well(two_fingers):
-    """So that they have more hypotheses than the local matches give."""
-    small = sample_of(two_fingers, EVERY_PAIR, window_px=140).features[:, OF_MATCHES:, 0]
-    assert not np.isnan(small).all()
-    large = sample_of(two_fingers, EVERY_PAIR).features[:, OF_MATCHES:, 0]
-    assert np.isnan(large[:, 1:]).all()  # by the best of the candidates at most
-
-
-@pytest.mark.parametrize("template", [None, Template(Minutiae.empty(), 99, 99)])
-def test_prints_without_minutiae_have_no_features(two_fingers, template):
-    found = sample_of(of_templates(two_fingers, lambda _: template), EVERY_PAIR)
-    assert len(found.features) == 0
-    assert found.nothing == (6, 9)
-
-
 def test_ridges_are_compared_whatever_the_minutiae_are(two_fingers):
     """Otherwise nothing could be learned of them."""
     found = sample_of(two_fingers)
@@ -149,15 +133,3 @@ def test_features_are_those_that_the_matcher_weighs(two_fingers, ridges, refine)
     weight = weights.models[0 if ridges else 1].standard[2]
     sums = 2.0 + np.concatenate([features, by_ridges], axis=1) @ weight
     assert sorted(np.nanmax(sums, axis=1)) == pytest.approx(sorted(totals))
-
-
-def test_descriptors_and_strength_are_those_of_the_prints(two_fingers):
-    found = sample_of(two_fingers, EVERY_PAIR)
-    expected = [
-        [score_descriptors(prefilter_of(a.bit_descriptors), b.bit_descriptors), min(len(a), len(b))]
-        for a, b in ordered_pairs(two_fingers)
-    ]
-    assert sum(found.nothing) == 0
-    assert sorted(found.descriptors.tolist()) == sorted(expected)
-    assert (found.strength >= 0).all()
-    assert found.strength[found.genuine].mean() > found.strength[~found.genuine].mean()

@@ -1,13 +1,14 @@
 """The tail of a calibration, of synthetic pairs: knots below stay, those above are their shares."""
 
+import json
 from unittest.mock import ANY
 
 import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.matching.calibration import Calibration, Provenance
-from research.tables.identification import format_tail
+from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration, Provenance
+from research.training.impostor_pairs import TAIL_FILE
 from research.training.tail import kinds_of, with_tail
 
 OWN = Calibration(((0.0, 0.0), (4.0, 30.0)), 2.0, 0.2, Provenance(("FVC",), 1000))
@@ -60,6 +61,7 @@ def test_too_few_pairs_make_no_tail() -> None:
         with_tail(OWN, results(mean=0.01))
 
 
-def test_the_table_states_what_a_search_would_observe() -> None:
-    table = format_tail(results(mean=1.0))
-    assert "| 1,000,000 | 0.1 | 70 |" in table
+def test_the_tail_of_the_package_is_that_of_its_file() -> None:
+    file = CALIBRATION_FOLDER / "unit-circle.json"
+    shipped = Calibration.from_json(file.read_text(), file.name)
+    assert with_tail(shipped, json.loads(TAIL_FILE.read_text())) == shipped

@@ -1,4 +1,7 @@
 import json
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +19,10 @@ from fpmatch.image.quality.print_quality import (
 )
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.sensor import Sensor
+from fpmatch.matching.calibration import CALIBRATION_FOLDER
+from research.commands import ROOT
 from research.training.index import document_of, model_of_edges
-from research.training.polarity import cues_of_finger, fit_polarity
+from research.training.polarity import fit_polarity
 from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
 
 SENSOR = Sensor("small", 160, 180)
@@ -78,14 +83,6 @@ def test_the_cue_that_tells_has_the_weight(rng):
     assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)
 
 
-@pytest.mark.slow
-def test_one_finger():
-    once, again = cues_of_finger(5, 1, impressions=2), cues_of_finger(5, 1, impressions=2)
-    assert 1 <= len(once) <= 2
-    assert np.array_equal(once, again)
-    assert np.isfinite(once).all()
-
-
 def test_a_model_has_the_shares_of_lengths_and_of_directions_from_either_end(rng):
     terms = rng.integers(0, TERMS, 500).astype(np.uint16)
     model = model_of_edges(terms, 9)
@@ -103,3 +100,52 @@ def test_the_model_of_the_package_is_written_as_it_is():
     assert document_of(index_model(), loss_table()) == {
         name: document[name] for name in ("lengths", "directions", "edges", "loss")
     }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("quality", "--fingers", 1, "--workers", 1),
+        ("polarity", "--fingers", 1, "--workers", 1),
+        ("tail", "--prints", 9, "--probes", 3),
+        ("enhancer", "--fingers", 1, "--steps", 2, "--workers", 1),
+        ("embedding", "--fingers", 4, "--steps", 2, "--workers", 1),
+    ],
+    ids=lambda words: words[0],
+)
+def test_the_same_training_writes_the_same_file(tmp_path, words):
+    if words[0] in {"enhancer", "embedding"}:
+        pytest.importorskip("torch", reason="the extra train is not installed")
+    files = tmp_path / "one", tmp_path / "two"
+    for file in files:
+        command = [sys.executable, "-m", "research", "train", *map(str, words), "--into", str(file)]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert str(file) in done.stdout
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_the_same_calibration_is_fitted_again(tmp_path, run_research):
+    shipped = CALIBRATION_FOLDER / "unit-circle.json"
+    shutil.copy(shipped, tmp_path)
+    done = run_research("calibrate", "--tail", "--into", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / shipped.name).read_bytes() == shipped.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "needed"),
+    [
+        (["calibrate"], "needs FVC-style databases DIR, --synthetic or --tail"),
+        (["calibrate", "nowhere"], "nowhere"),
+        (["train", "index", "nowhere"], "nowhere"),
+        (["check", "polarity", "nowhere"], "nowhere"),
+        (["measure", "decision", "nowhere"], "nowhere"),
+    ],
+)
+def test_data_that_is_missing_is_named_in_one_line(run_research, words, needed):
+    done = run_research(*words)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert needed in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -5,16 +5,14 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 from in_turn import OURS, cpu, in_turn, wall
 
 from fpmatch.image.extract import extract
-
-if TYPE_CHECKING:
-    from fpmatch.image.io.read import GreyImage
+from fpmatch.image.io.grey import GreyImage
 
 # The peak of the process's own memory; that of `resource` includes its parent process.
 PEAK = """
@@ -44,7 +42,7 @@ def test_extraction_of_four_times_the_foreground(
 ) -> None:
     """Extract four prints in one image; the yardstick is the one print."""
     pixels = np.tile(image.pixels, (2, 2)) if side == OURS else image.pixels
-    benchmark.pedantic(lambda: extract(pixels, 500), rounds=5, warmup_rounds=1)
+    benchmark.pedantic(lambda: extract(GreyImage(pixels), 500), rounds=5, warmup_rounds=1)
 
 
 @wall("extraction, peak memory")

@@ -50,9 +50,6 @@ MEASURES: Final = (
     Measure("cold start of verify", 3, TIMES_THE_TIME, 'python -c "import numpy, cv2"'),
     Measure("cold start of help", 1.5, TIMES_THE_TIME, 'python -c "import click"'),
     Measure("heavy modules after import", 0, "modules", "scipy, cv2 and skimage"),
-    Measure("two cores, evaluate", 1.8, TIMES_AS_FAST, "one core"),
-    Measure("two cores, enrol", 1.8, TIMES_AS_FAST, "one core"),
-    Measure("evaluate, kernels interpreted", 15, TIMES_THE_TIME, "kernels compiled"),
 )
 
 
@@ -70,7 +67,7 @@ def measured(benchmarks: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
                 "name": measure.name,
                 "value": value,
                 "unit": measure.unit,
-                "yardstick": f"{measure.yardstick}: {yardstick}{_limit(group, value)}",
+                "yardstick": f"{measure.yardstick}: {yardstick}",
                 "target": f"{'>=' if at_least else '<='} {measure.target:g}",
                 "ok": value >= measure.target if at_least else value <= measure.target,
                 "ours": ours,
@@ -97,15 +94,6 @@ def _measure(measure: Measure, group: Sequence[Mapping[str, Any]]) -> tuple[str,
     ratio = ours / (measure.parts * yardstick)
     value = 1 / ratio if measure.unit == TIMES_AS_FAST else ratio
     return in_words(ours), in_words(yardstick), round(value, 3)
-
-
-def _limit(group: Sequence[Mapping[str, Any]], value: float) -> str:
-    """Return, in words, the gain of a second process on the machine, where it was measured."""
-    gains = [b["extra_info"]["two processes"] for b in group if "two processes" in b["extra_info"]]
-    if not gains:
-        return ""
-    gain = median(gains)
-    return f" (two processes of plain arithmetic: {gain:.3g} times as fast; {value / gain:.0%})"
 
 
 def in_words(seconds: float) -> str:

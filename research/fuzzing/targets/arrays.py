@@ -15,10 +15,8 @@ from fpmatch.errors import FpmatchError
 from fpmatch.lab.points.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
-from research.fuzzing.mutators.containers import doubles, npy_header, zip_member
+from research.fuzzing.target import SAMPLES, Reader, Target
 from research.fuzzing.targets.stores import PROBE, templates
-from research.fuzzing.targets.tables import SAMPLES
-from research.fuzzing.targets.target import Reader, Target
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,9 +29,9 @@ SIDE = 160  # of the pictures that are damaged
 def array_targets() -> list[Target]:
     """Return the targets of arrays: points, templates, pictures."""
     return [
-        Target("array-points", _points, (doubles,), kernels=True),
-        Target("array-template", _template, (zip_member,), kernels=True),
-        Target("array-picture", _picture, (npy_header,), kernels=True),
+        Target("array-points", _points, kernels=True),
+        Target("array-template", _template, kernels=True),
+        Target("array-picture", _picture, kernels=True),
     ]
 
 

@@ -24,44 +24,19 @@ from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
-from research.fuzzing.mutators.containers import npy_header
-from research.fuzzing.mutators.records import (
-    an2_field,
-    fmr_field,
-    png_chunk,
-    png_sums,
-    resealed,
-    tiff_tag,
-    use_key,
-)
-from research.fuzzing.mutators.text import JSON, TABLE
-from research.fuzzing.targets.good_images import IMAGE_KINDS, RAW_SIZES, an2_text, image_files
+from research.fuzzing.damage import with_right_length, with_right_sums
+from research.fuzzing.good_images import IMAGE_KINDS, RAW_SIZES, an2_text, image_files
+from research.fuzzing.target import SAMPLES, Read, Reader, Target, use_key
 from research.fuzzing.targets.stores import PROBE, templates
-from research.fuzzing.targets.tables import SAMPLES
-from research.fuzzing.targets.target import Read, Reader, Target
 
 if TYPE_CHECKING:
     from fpmatch.formats.codec import Codec
-    from research.fuzzing.mutators import Mutator
 
 # Smaller than those of the commands: large images would only be slow.
 IMAGE_LIMITS = ImageLimits(max_side_px=4000, max_megapixels=4.0)
 EXTRACT_LIMITS = ImageLimits(max_side_px=600, max_megapixels=0.1)
 WRITTEN_ONE_IN = 8  # of the templates that are read: writing takes longer
-MUTATORS_OF_CODECS: dict[str, tuple[Mutator, ...]] = {
-    **{codec.name: (fmr_field,) for codec in CODECS if codec.name.startswith(("iso", "ansi"))},
-    **dict.fromkeys(("csv", "minutiae-csv", "xyt", "xyt-m1", "numbers"), TABLE),
-    "json": JSON,
-    "an2": (an2_field,),
-    "npy": (npy_header,),
-    "sealed": (resealed,),
-}
-MUTATORS_OF_IMAGES: dict[str, tuple[Mutator, ...]] = {
-    "png": (png_chunk, png_sums),
-    "tiff": (tiff_tag,),
-    "an2": (an2_field,),
-    "fir": (fmr_field,),
-}
+REPAIRED_IMAGES = {"png": with_right_sums, "fir": with_right_length}
 AN2_BLOCKS = {
     "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB")],
     "iafis": [(14, "07"), (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fC")],
@@ -78,26 +53,12 @@ AN2_BLOCKS = {
 
 def print_targets() -> list[Target]:
     """Return a target for every template format, and one for each kind of picture."""
-    targets = [
-        Target(
-            codec.name,
-            partial(_template, codec),
-            MUTATORS_OF_CODECS.get(codec.name, ()),
-            (b"nan", b"1e400"),
-        )
-        for codec in CODECS
+    return [
+        *(Target(codec.name, partial(_template, codec), (b"nan", b"1e400")) for codec in CODECS),
+        *(Target(f"image-{kind}", partial(_pictures, kind)) for kind in IMAGE_KINDS),
+        Target("compare", _compared, kernels=True),
+        Target("extract", _extracted, kernels=True),
     ]
-    return (
-        targets
-        + [
-            Target(f"image-{kind}", partial(_pictures, kind), MUTATORS_OF_IMAGES.get(kind, ()))
-            for kind in IMAGE_KINDS
-        ]
-        + [
-            Target("compare", _compared, (*JSON, fmr_field), kernels=True),
-            Target("extract", _extracted, (png_chunk, tiff_tag, png_sums), kernels=True),
-        ]
-    )
 
 
 def read_picture(data: bytes) -> None:
@@ -107,11 +68,12 @@ def read_picture(data: bytes) -> None:
 
 def _template(codec: Codec) -> Reader:
     use_key()
-    return Reader(_template_files(codec), _template_reader(codec))
+    repair = with_right_length if codec.name.startswith(("iso", "ansi")) else None
+    return Reader(_template_files(codec), _template_reader(codec), repair)
 
 
 def _pictures(kind: str) -> Reader:
-    return Reader(image_files()[kind], read_picture)
+    return Reader(image_files()[kind], read_picture, REPAIRED_IMAGES.get(kind))
 
 
 def _compared() -> Reader:

@@ -15,92 +15,36 @@ from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import CODECS
 from fpmatch.server import app as web
 from fpmatch.server.settings import Limits, Settings
-from research.attacks.requests import BOUNDARY, FORM, form_of
-from research.fuzzing.mutators.text import CELLS, NUMBERS, json_value
+from research.fuzzing.target import Reader, Target, scratch
 from research.fuzzing.targets.stores import PROBE, gallery_file, templates
-from research.fuzzing.targets.target import Reader, Target, scratch
 
 if TYPE_CHECKING:
-    import random
     from collections.abc import Callable
 
-_PATHS = (
-    *("/verify", "/compare", "/overlay", "/views", "/case-report", "/extract", "/stages"),
-    *("/identify", "/enrol", "/gallery/verify", "/gallery/1/compare", "/gallery/1/overlay"),
-    *("/gallery", "/gallery/prints", "/about", "/health", "/metrics", "/%2e%2e/x", "//", "/é"),
-)
-_HEADERS = (
-    *("host: localhost", "host: evil", "origin: http://evil", "content-length: 5", "x: \x1b[31m"),
-    *(
-        "content-length: -1",
-        "transfer-encoding: chunked",
-        "expect: 100-continue",
-        "range: bytes=0-5",
-    ),
-    *("authorization: Bearer x", "content-type: application/json", "content-type: multipart/x"),
-    *("content-type: application/x-www-form-urlencoded", "accept-encoding: gzip", "cookie: a=b"),
+BOUNDARY = "fpmatch-fuzz"
+FORM = f"content-type: multipart/form-data; boundary={BOUNDARY}"
+_WORDS = (
+    *(b"GET ", b"DELETE ", b"/gallery/1/overlay", b"/%2e%2e/x", b"//", b"%00", b"%ff", b"?limit="),
+    *(b"\r\ncontent-length: -1", b"\r\ntransfer-encoding: chunked", b"\r\nrange: bytes=0-5"),
+    *(b"\r\nauthorization: Bearer x", b"\r\nhost: evil", b"multipart/form-data", b"\r\n\r\n"),
+    *(f"--{BOUNDARY}--".encode(), b'name="probe"', b'name="threshold"', b'filename="'),
 )
 
 
 def server_targets() -> list[Target]:
-    """Return the targets of the server."""
-    end = f"--{BOUNDARY}--".encode()
-    words = (b"multipart/form-data", b"\r\n\r\n", end, b'name="probe"', b"%00", b"%ff")
-    return [Target("http", _http, (request_line, request_header, form_value, form_value), words)]
+    """Return the target of the server."""
+    return [Target("http", _http, _WORDS)]
 
 
-def request_line(rng: random.Random, data: bytes) -> bytes:
-    """Change method, path or query of a request."""
-    first, newline, rest = data.partition(b"\r\n")
-    method, path, *_ = first.decode("latin-1").split(" ")
-    way = rng.randrange(4)
-    if way == 0:
-        method = rng.choice(("GET", "POST", "DELETE", "HEAD", "OPTIONS", "PUT", "PATCH", "X", ""))
-    elif way == 1:
-        path = rng.choice(_PATHS)
-    elif way == 2:
-        path = re.sub(r"\d+", lambda _: rng.choice(NUMBERS)[:50], path)
-    else:
-        cell = rng.choice(CELLS).encode("utf-8", "surrogatepass")
-        quoted = "".join(f"%{octet:02x}" for octet in cell[:300])
-        path = f"{path.partition('?')[0]}?{rng.choice(('subject', 'limit', 'a'))}={quoted}"
-    return f"{method} {path}".encode("latin-1", "replace") + newline + rest
-
-
-def request_header(rng: random.Random, data: bytes) -> bytes:
-    """Add, remove or exchange a header of a request."""
-    head, blank, body = data.partition(b"\r\n\r\n")
-    lines = head.split(b"\r\n")
-    at = rng.randrange(1, len(lines) + 1)
-    if rng.random() < 0.3:
-        del lines[at:][:1]
-    lines.insert(at, rng.choice(_HEADERS).encode("latin-1"))
-    return b"\r\n".join(lines) + blank + body
-
-
-def form_value(rng: random.Random, data: bytes) -> bytes:
-    """Exchange, add, double or rename a field of a form."""
-    head, blank, body = data.partition(b"\r\n\r\n")
-    mark = f"--{BOUNDARY}".encode()
-    parts = body.split(mark)
-    at = rng.randrange(1, len(parts) - 1)
-    heading, separator, value = parts[at].partition(b"\r\n\r\n")
-    way = rng.randrange(6)
-    cell = rng.choice(CELLS).encode("utf-8", "surrogatepass")
-    if way <= 1:
-        document = value.removesuffix(b"\r\n")
-        value = (json_value(rng, document) if document[:1] in {b"{", b"["} else cell) + b"\r\n"
-    elif way == 2:
-        heading = re.sub(rb'name="[^"]*"', b'name="' + cell[:200] + b'"', heading)
-    elif way == 3:
-        heading = heading.replace(b'filename="', b'filename="' + cell[:200])
-    elif way == 4:
-        parts.insert(at, parts[at])
-    else:
-        del parts[at]
-    if way <= 3:
-        parts[at] = heading + separator + value
-    return head + blank + mark.join(parts)
+def form_of(values: dict[str, str], files: dict[str, bytes]) -> bytes:
+    """Return the body of a form."""
+    parts = [(f'name="{name}"', value.encode()) for name, value in values.items()]
+    parts += [(f'name="{name}"; filename="{name}.x"', data) for name, data in files.items()]
+    body = b"".join(
+        f"--{BOUNDARY}\r\ncontent-disposition: form-data; {head}\r\n\r\n".encode() + data + b"\r\n"
+        for head, data in parts
+    )
+    return body + f"--{BOUNDARY}--\r\n".encode()
 
 
 class _InThisProcess:
@@ -183,7 +127,7 @@ def _request(
     values: dict[str, str] | None = None,
 ) -> bytes:
     """Return a request as bytes: a line, headers, and the body of a form."""
-    body = form_of({**(values or {}), **{k: (f"{k}.x", v) for k, v in (files or {}).items()}})
+    body = form_of(values or {}, files or {})
     head = [f"{method} {path}", "host: localhost:8000", *([FORM] if values or files else [])]
     return "\r\n".join([*head, "", ""]).encode() + (body if values or files else b"")
 

@@ -1,8 +1,6 @@
-"""Targets: galleries, their prepared files, and runs that are resumed, with the searches of them.
+"""Targets: galleries, the files beside them, and runs that are resumed, with the searches of them.
 
 Damage must be noticed: the candidates are the same to the last bit, or there is an error or a note.
-Where checksums of prepared files were corrected, other candidates are right; the search must only
-end well.
 """
 
 from __future__ import annotations
@@ -27,13 +25,6 @@ from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import load_prepared
-from fpmatch.gallery.index.prints.compact_template import (
-    CompactTemplates,
-    compact,
-    expand,
-    prepare_compact,
-)
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import opening
@@ -45,11 +36,8 @@ from fpmatch.image.io.read import read_image
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
-from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
-from research.fuzzing.mutators.galleries import GALLERY
-from research.fuzzing.mutators.records import stored_template, use_key
-from research.fuzzing.targets.tables import SAMPLES
-from research.fuzzing.targets.target import Reader, Target, scratch, written
+from research.fuzzing.damage import with_right_sum
+from research.fuzzing.target import SAMPLES, Reader, Target, scratch, use_key, written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -68,25 +56,23 @@ RESULTS = "other candidates than before the damage, without an error or a note"
 
 def store_targets() -> list[Target]:
     """Return the targets of galleries, prepared files and unfinished runs."""
-    stores: dict[str, Any] = {"group": "stores", "kernels": True}
     return [
         *(
             Target(
                 f"gallery{'-sealed' * encrypt}{'-' * bool(kept)}{kept}",
                 partial(_gallery, kept, encrypt=encrypt),
-                (*SQLITE, *GALLERY),
-                **stores,
+                kernels=True,
             )
             for encrypt in (False, True)
             for kept in get_args(Kept)
         ),
-        Target("prepared", lambda: _prepared(strict=True), **stores),
-        Target("prepared-forged", lambda: _prepared(strict=False), ARRAYS, **stores),
-        Target("packed-template", _packed, (stored_template,), kernels=True),
-        Target("compact-template", _compact, (stored_template,), kernels=True),
-        Target("packed-descriptors", _descriptors, ARRAYS, kernels=True),
-        Target("stored-template", _stored, (zip_member,), kernels=True),
-        Target("unfinished-run", _unfinished, SQLITE),
+        Target("prepared", _prepared, kernels=True),
+        Target("index-list", partial(_index, "index"), kernels=True),
+        Target("index-segment", partial(_index, "segment"), kernels=True),
+        Target("packed-template", _packed, kernels=True),
+        Target("packed-descriptors", _descriptors, kernels=True),
+        Target("stored-template", _stored, kernels=True),
+        Target("unfinished-run", _unfinished),
     ]
 
 
@@ -185,7 +171,7 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
     return Reader([made.read_bytes()], read)
 
 
-def _prepared(*, strict: bool) -> Reader:
+def _prepared() -> Reader:
     """Damage the prepared file of a gallery, and search with it, or with what replaces it."""
     made = gallery_file()
     with open_gallery(made) as gallery:
@@ -203,10 +189,8 @@ def _prepared(*, strict: bool) -> Reader:
         if zlib.crc32(data) % RENEWED_ONE_IN:
             load_prepared(path, matcher)
         found, notes = candidates(gallery)
-        if strict and found != expected:
+        if found != expected:
             raise AssertionError(RESULTS)
-        if not np.isfinite([one[2:] for one in found]).all():
-            raise AssertionError("candidates without a score")
         return notes
 
     return Reader([good.read_bytes()], read)
@@ -236,23 +220,33 @@ def _packed() -> Reader:
         pack_template(template)
         _compare(template)
 
-    return Reader([pack_template(template) for template in templates().values()], read)
+    packed = [pack_template(template) for template in templates().values()]
+    return Reader(packed, read, with_right_sum)
 
 
-def _compact() -> Reader:
-    good = compact(templates()[PROBE])
+def _index(kind: str) -> Reader:
+    """Damage a file of a gallery's index, and search with it, or with what replaces it."""
+    place = scratch() / f"indexed-{kind}" / "prints.db"
+    place.parent.mkdir()
+    shutil.copyfile(gallery_file(), place)
+    with open_gallery(place) as gallery:
+        expected, _ = candidates(gallery, indexed=True)
+    beside = place.with_name(f"{place.name}.prepared")
+    good = {path.name: path.read_bytes() for path in sorted(beside.iterdir())}
+    (damaged,) = (name for name in good if name.endswith(f".{kind}"))
 
-    def read(data: bytes) -> None:
-        among = prepare_compact(CompactTemplates.of_bytes([good, data]), np.arange(2))
-        template = expand(data)
-        alone = PreparedPrints.pack([prepare(expand(good)), prepare(template)])
-        if any(getattr(among, k).tobytes() != a.tobytes() for k, a in alone.arrays().items()):
-            raise AssertionError("another print among others than alone")
-        if compact(expand(compact(template))) != compact(template):
-            raise AssertionError("an expanded template gives other bytes")
-        _compare(template)
+    def read(data: bytes) -> list[str]:
+        shutil.rmtree(beside, ignore_errors=True)
+        beside.mkdir()
+        for name, content in good.items():
+            (beside / name).write_bytes(data if name == damaged else content)
+        with open_gallery(place) as gallery:
+            found, notes = candidates(gallery, indexed=True)
+        if found != expected:
+            raise AssertionError(RESULTS)
+        return notes
 
-    return Reader([compact(template) for template in templates().values()], read)
+    return Reader([good[damaged]], read)
 
 
 def _descriptors() -> Reader:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import zlib
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -20,21 +18,18 @@ from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.report.score_reports import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
-from fpmatch.lab.synthesis.database import FIRST_FINGER, fault, make_database
+from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
+from fpmatch.lab.synthesis.plan import Plan, plain_sensor, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.server.settings import load_settings
-from research.fuzzing.mutators.containers import npy_header
-from research.fuzzing.mutators.text import JSON, TABLE, TOML, json_line, table_cell, toml_line
-from research.fuzzing.targets.target import Reader, Target, scratch, written
+from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
 EVALUATED_ONE_IN = 20  # of the files of scores: it takes longer
-ROOT = Path(__file__).resolve().parents[3]
-SAMPLES = ROOT / "sample_data"
 _SERVER = b"""[reception]
 role = "verify"
 token = "WNfOYJvW3B3A0nUqVYxw"
@@ -66,19 +61,17 @@ _POINTS = (
 def text_targets() -> list[Target]:
     """Return the targets of text: tables, JSON, TOML."""
     return [
-        Target("points", _points, (*TABLE, npy_header), (b"x,y\n", b"\x93NUMPY")),
-        Target("manifest", _manifest, TABLE, (b"path", b"subject", b"finger", b"101_1.tif")),
-        Target("pairs", _pairs, TABLE, (b"probe", b"reference", b"genuine", b"1", b"0")),
-        Target("scores", _scores, TABLE, (b"similarity", b"distance", b"genuine", b"1_1", b"nan")),
-        Target("scores-of-one-kind", _one_kind, TABLE, (b"similarity", b"impostor", b"genuine")),
-        Target("dataset-info", _dataset_info, TOML, (b"dpi", b"polarity", b'"""', b"inf")),
-        Target("settings", lambda: _of_file("c.toml", load_settings, [_SERVER]), (toml_line,)),
-        Target("truth", _truth, JSON, (b'"visible"', b'"displacement"')),
-        Target("truth-check", _truth_check, JSON),
-        Target("calibration", _calibration, JSON),
-        Target("audit-log", _audit_log, (json_line,)),
-        Target("keys", _keys, (table_cell,), (b"=", b"#", b"A" * 44)),
-        *([Target("scores-parquet", _parquet)] if importlib.util.find_spec("pyarrow") else []),
+        Target("points", _points, (b"x,y\n", b"\x93NUMPY")),
+        Target("manifest", _manifest, (b"path", b"subject", b"finger", b"101_1.tif")),
+        Target("pairs", _pairs, (b"probe", b"reference", b"genuine", b"1", b"0")),
+        Target("scores", _scores, (b"similarity", b"distance", b"genuine", b"1_1", b"nan")),
+        Target("scores-of-one-kind", _one_kind, (b"similarity", b"impostor", b"genuine")),
+        Target("dataset-info", _dataset_info, (b"dpi", b"polarity", b'"""', b"inf")),
+        Target("settings", lambda: _of_file("c.toml", load_settings, [_SERVER])),
+        Target("truth", _truth, (b'"visible"', b'"displacement"')),
+        Target("calibration", _calibration),
+        Target("audit-log", _audit_log),
+        Target("keys", _keys, (b"=", b"#", b"A" * 44)),
     ]
 
 
@@ -137,57 +130,19 @@ def _evaluated(path: Path, *, distances: bool) -> None:
     evaluate_scores([path], distances=distances)
 
 
-def _parquet() -> Reader:
-    from pyarrow import csv, parquet  # noqa: PLC0415
-
-    made = scratch() / "made.parquet"
-    parquet.write_table(csv.read_csv(written("scores.csv", _SCORES[0])), made)
-    return _of_file("scores.parquet", read_scores, [made.read_bytes()])
-
-
 def _dataset_info() -> Reader:
-    plan = Plan(1, "normal", sensors_named(["optical-388x374"]), 2)
-
     def read(data: bytes) -> list[str]:
-        path = written("dataset.toml", data)
-        found = read_dataset_info(path.parent)
-        if b"preset" in data:
-            check_same_plan(path, plan)
+        found = read_dataset_info(written("dataset.toml", data).parent)
         return [text for text in (found.name, found.sensor) if text]
 
-    corpus = [_DATASET, plan.description().encode()]
-    return Reader(corpus, read)
-
-
-def _synthetic() -> tuple[Path, Plan]:
-    """Make a database of two small prints; return its folder and its plan."""
-    folder = scratch() / "synthetic"
-    plan = Plan(0, "normal", (plain_sensor(64, 64),), 2, MasterParameters(shape=(96, 96)))
-    make_database(
-        folder,
-        fingers=1,
-        impressions=plan.impressions,
-        master=plan.master,
-        sensors=plan.sensors,
-        workers=1,
-    )
-    return folder, plan
-
-
-def _truth_check() -> Reader:
-    folder, plan = _synthetic()
-    images = sorted(folder.glob("*.tif"))
-    (made,) = (folder / "truth").iterdir()
-
-    def read(data: bytes) -> list[str]:
-        found = fault([*images, written("truth.json", data)], FIRST_FINGER, plan)
-        return [found] if found else []
-
-    return Reader([made.read_bytes()], read)
+    plan = Plan(1, "normal", sensors_named(["optical-388x374"]), 2)
+    return Reader([_DATASET, plan.description().encode()], read)
 
 
 def _truth() -> Reader:
-    folder, _ = _synthetic()
+    folder = scratch() / "synthetic"
+    master, sensors = MasterParameters(shape=(96, 96)), (plain_sensor(64, 64),)
+    make_database(folder, fingers=1, impressions=2, master=master, sensors=sensors, workers=1)
     (made,) = (folder / "truth").iterdir()
     document = json.loads(made.read_text())
     for one in document["impressions"].values():  # fewer nodes: a smaller file

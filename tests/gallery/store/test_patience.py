@@ -11,7 +11,7 @@ from fpmatch.errors import GalleryError
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store import postgresql as module
 from fpmatch.gallery.tasks.space import free_space
-from research.attacks.hanging import HangingDatabase, HangingFile
+from tests.gallery.store.hanging import HangingDatabase, HangingFile
 
 PATIENCE_S = 0.3
 LONGEST_S = 4.0  # of a call: the connection is tried, then made anew, for two seconds at least

@@ -1,67 +1,29 @@
-import gc
+"""The experiment on random point sets: what counts as right, cells, tables, runs continued."""
+
+import json
 from dataclasses import replace
 
 import pytest
 
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
-from research.points import trials as point_trials
+from research.points import command as points
 from research.points.conditions import Condition, make_pair
-from research.points.matchers import BenchMatcher, StoppedError
-from research.points.trials import QUICK_PLAN, TrialPlan, is_recognised, run_cell
+from research.points.matchers import MATCHERS
+from research.points.trials import TrialPlan, is_recognised, run_cell
 
 CONDITION = Condition("patch", 0, 2)
-PLAN = TrialPlan(trials=20, budget_s=10.0, fewest_trials=5)
 PAIR = make_pair(CONDITION, 0, 0, genuine=True)
-NO_MATCH = PointMatch.none()
+QUICK = ("measure", "points", "--quick", "--model", "patch", "--trials", "1")
 
 
 def found(transform, pairs):
     return PointMatch(transform, pairs, 1.0, 0.0, 1)
 
 
-class World:
-    """A clock, the truth about the pair on trial, and a record of events."""
-
-    def __init__(self, monkeypatch):
-        self.now, self.pair, self.events, self.made = 0.0, None, [], []
-
-        def made(condition, seed, trial, *, genuine):
-            self.pair = make_pair(condition, seed, trial, genuine=genuine)
-            self.made.append((trial, genuine))
-            return self.pair
-
-        def triangulated(_):
-            self.now += 0.001
-            self.events.append("scipy")
-
-        monkeypatch.setattr(point_trials, "make_pair", made)
-        monkeypatch.setattr(point_trials, "_triangulate_both", triangulated)
-
-    def truth(self):
-        return NO_MATCH if self.pair is None else found(self.pair.transform, self.pair.pairs)
-
-    def run(self, seconds=0.1, answer=None, *, plan=PLAN, complete=False):
-        """Run a cell of a matcher that takes so long and gives an answer, the truth by default."""
-        times = iter(seconds) if isinstance(seconds, list) else iter(lambda: seconds, None)
-
-        def find(case):
-            if self.made:  # not while warming up
-                self.now += next(times)
-                self.events.append("match")
-            return answer(case) if answer else self.truth()
-
-        return run_cell(CONDITION, BenchMatcher("fake", find, complete), plan, lambda: self.now)
-
-
-@pytest.fixture
-def world(monkeypatch):
-    return World(monkeypatch)
-
-
 def test_the_truth_is_recognised_but_no_match_and_no_other_transform():
     assert is_recognised(found(PAIR.transform, PAIR.pairs), PAIR)
-    for match in (None, NO_MATCH, found(Similarity(), PAIR.pairs)):
+    for match in (PointMatch.none(), found(Similarity(), PAIR.pairs)):
         assert not is_recognised(match, PAIR)
 
 
@@ -79,82 +41,42 @@ def test_four_fifths_of_the_true_pairs_have_to_be_found(missing, recognised):
     assert is_recognised(found(PAIR.transform, pairs), PAIR) is recognised
 
 
-def test_a_cell_counts_and_takes_medians_and_means(world):
-    cell = world.run([0.1, 0.1, 0.4] * 2, plan=replace(PLAN, trials=3))
-    assert (cell.outcomes, cell.false_positives, cell.independent_trials) == ("111", 0, 3)
-    assert (cell.condition, cell.matcher, cell.stopped) == (CONDITION, "fake", 0)
-    assert (cell.time_ms, cell.mean_ms, cell.first_ms) == pytest.approx((100, 200, 100))
-    assert (cell.independent_time_ms, cell.independent_mean_ms) == pytest.approx((100, 200))
-    assert cell.scipy_delaunay_ms == pytest.approx(1)
-    # scipy has the genuine pairs in a batch of its own
-    assert world.made == [(k, genuine) for genuine in (True, True, False) for k in range(3)]
-    assert world.events == ["scipy", *["match"] * 3, *["scipy"] * 3, *["match"] * 3]
+@pytest.mark.parametrize("matcher", ["triangles", "van-wamelen"])
+def test_a_cell_counts_what_a_matcher_finds(matcher):
+    cell = run_cell(CONDITION, matcher, TrialPlan(trials=3, independent_trials=2, budget_s=60))
+    assert (cell["trials"], cell["true_positives"]) == (3, 3)
+    assert (cell["independent_trials"], cell["false_positives"]) == (2, 0)
+    assert cell["mean_ms"] > 0
 
 
-def test_outcomes_are_in_the_order_of_the_trials(world):
-    cell = world.run(answer=lambda _: NO_MATCH if len(world.made) % 2 else world.truth())
-    assert (cell.outcomes, cell.true_positive_rate) == ("01" * 10, 0.5)
+def test_a_cell_ends_when_its_budget_is_spent():
+    plan = TrialPlan(trials=9, independent_trials=9, budget_s=1e-9, fewest_trials=2)
+    assert run_cell(CONDITION, "paper", plan)["trials"] <= 2
 
 
-def test_any_match_of_an_independent_pair_is_a_false_positive(world):
-    cell = world.run(answer=lambda _: found(Similarity(), PAIR.pairs[:1]))
-    assert (cell.true_positive_rate, cell.false_positive_rate) == (0.0, 1.0)
+def test_a_run_is_continued_and_larger_sets_are_left_out(tmp_path, run_research, monkeypatch):
+    ran = []
 
+    def cell(condition, matcher, plan):
+        ran.append(matcher)
+        slow = 1e6 if matcher == "van-wamelen" else 1.0
+        counts = {"trials": 1, "true_positives": 1, "independent_trials": 1, "false_positives": 0}
+        where = {**condition._asdict(), "matcher": matcher}
+        return {**where, **counts, "mean_ms": 1.5, "first_ms": slow}
 
-@pytest.mark.parametrize(
-    ("seconds", "trials"),
-    [
-        (1.0, 10),  # until the budget is spent
-        (3.0, 5),  # five all the same
-        (10.5, 5),
-        (25.0, 4),  # but no longer than ten budgets
-        (0.1, 20),
-    ],
-)
-def test_a_cell_ends_when_its_budget_is_spent(world, seconds, trials):
-    cell = world.run(seconds)
-    assert (cell.trials, cell.independent_trials) == (trials, trials)
-
-
-def test_a_complete_matcher_goes_on(world):
-    cell = world.run(11.0, complete=True)
-    assert (cell.trials, cell.independent_trials) == (20, 20)
-    quick = world.run(11.0, plan=replace(QUICK_PLAN, budget_s=10.0), complete=True)
-    assert (quick.trials, quick.independent_trials) == (1, 1)
-
-
-@pytest.mark.parametrize("stopped_from", [1, 0])
-def test_a_match_that_is_stopped_counts_as_none_and_the_first_leaves_no_cell(world, stopped_from):
-    def answer(_):
-        if len(world.made) > stopped_from:
-            raise StoppedError
-        return world.truth()
-
-    if stopped_from:
-        cell = world.run(2.0, answer)
-        assert (cell.outcomes, cell.false_positives, cell.stopped) == ("10000", 0, 9)
-    else:
-        with pytest.raises(StoppedError):
-            world.run(11.0, answer)
-
-
-def test_a_case_has_t_rho_lambda_and_bounds_and_no_garbage_is_collected(world):
-    cases = []
-
-    def noted(case):
-        if world.made:
-            cases.append((case, gc.isenabled()))
-        return NO_MATCH
-
-    world.run(answer=noted, plan=replace(PLAN, trials=1))
-    assert gc.isenabled()
-    for (case, on), steps in zip(cases, (PLAN.genuine_steps, PLAN.independent_steps), strict=True):
-        assert not on
-        assert (case.rho, case.lambda_) == (0.95, 0.428)
-        assert case.tolerance == pytest.approx(0.214)
-        assert (case.max_steps, case.limit_s) == (steps, PLAN.budget_s)
-
-
-def test_independent_pairs_may_be_fewer(world):
-    cell = world.run(plan=replace(PLAN, trials=6, independent_trials=2))
-    assert (cell.trials, cell.independent_trials) == (6, 2)
+    monkeypatch.setattr(points, "run_cell", cell)
+    file = tmp_path / "points.json"
+    done = run_research(*QUICK, "--json", file)
+    assert done.exit_code == 0, done.output
+    # of each of three settings, the smallest sets alone
+    assert [ran.count(name) for name in MATCHERS] == [18, 18, 3]
+    titles = [line for line in done.stdout.splitlines() if line.startswith("### ")]
+    assert [title.split(",")[0] for title in titles] == [f"### {name}" for name in MATCHERS]
+    assert "| 50 | 0.95 | 1.50 | 0.62 | 1/1 | 0/1 |" in done.stdout
+    document = json.loads(file.read_text())
+    del document["cells"][-1]
+    file.write_text(json.dumps(document))
+    ran.clear()
+    assert run_research(*QUICK, "--json", file).exit_code == 0
+    assert len(ran) == 1
+    assert run_research(*QUICK, "--seed", "1", "--json", file).exit_code == 2

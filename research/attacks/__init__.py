@@ -1,1 +1,0 @@
-"""Attacks: on a server over HTTP, on revocable templates, and by two prints joined into one."""

@@ -1,1 +1,0 @@
-"""Measurements for the documentation: what is compared, and the results as values or text."""

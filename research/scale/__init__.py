@@ -1,1 +1,0 @@
-"""Galleries beyond one machine, planned on paper and by simulation, from measured constants."""

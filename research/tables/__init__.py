@@ -1,1 +1,0 @@
-"""The generated blocks of the documentation, from the results in ``docs/data``."""

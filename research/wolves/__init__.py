@@ -1,1 +1,0 @@
-"""False match rates of parts of prints, random templates, and templates made to match."""

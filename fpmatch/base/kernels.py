@@ -12,10 +12,6 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Final
 
-# Times the CPU time of `fpmatch evaluate` if no kernel is compiled; docs/data/performance.json has
-# it as measured.
-SLOWER: Final = 15
-
 _PACKAGE: Final = Path(__file__).parents[1]
 _KERNEL: Final = re.compile(r"_.*_kernel\.py")
 
@@ -85,9 +81,8 @@ def slow_kernels_note() -> str | None:
     if not slow:
         return None
     return (
-        f"{slow} of {len(kernels)} kernels are not compiled: batches take up to {SLOWER} times as "
-        f"long, with the same results; `{build_command()}` compiles them where there is a C "
-        "compiler"
+        f"{slow} of {len(kernels)} kernels are not compiled: batches take many times as long, with "
+        f"the same results; `{build_command()}` compiles them where there is a C compiler"
     )
 
 

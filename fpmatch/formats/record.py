@@ -88,16 +88,12 @@ class ReadingOptions:
         How angles are measured where the file does not define it.
     limits : ReadLimits
         Files beyond them are refused.
-    unseal : bool
-        Whether sealed templates are opened; not those that clients of a server send, who would
-        see the content.
     """
 
     dpi: float | None = None
     size: tuple[int, int] | None = None
     angles: AngleConvention | None = None
     limits: ReadLimits = ReadLimits()
-    unseal: bool = True
 
     @property
     def assumed_dpi(self) -> float:

@@ -113,10 +113,8 @@ def decode_print(
     if content_of(data) != "template":
         return decode_image(data, name, limits=limits, dpi=dpi)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
-    from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
-    # a sealed template is not opened: whoever sent it would see what it contains
-    return decode_record(data, name, options=ReadingOptions(unseal=False))
+    return decode_record(data, name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.base.encryption.keys import Key
+    from fpmatch.gallery.encryption.keys import Key
     from fpmatch.templates.minutiae import Template
 
 

@@ -14,7 +14,7 @@ import click
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fpmatch.base.encryption.keys import Key
+from fpmatch.gallery.encryption.keys import Key
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch_revocable.command import DEFAULT_FMR

@@ -21,10 +21,9 @@ _PICTURES = tuple(
     f"image-{kind}"
     for kind in ("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "ihead", "raw")
 )
-_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "xyt", "sealed")
+_TEMPLATES = ("csv", "json", "iso2005", "iso2011", "ansi2004", "an2", "xyt")
 
 READERS: dict[str, tuple[str, ...] | str] = {
-    "base/encryption/keys.py": ("keys",),
     "base/kernels.py": _OWN,
     "base/network.py": _OWN,
     "base/npy.py": ("npy", "points", "array-picture"),
@@ -45,6 +44,7 @@ READERS: dict[str, tuple[str, ...] | str] = {
     "gallery/batch/run.py": ("unfinished-run",),
     "gallery/batch/sources.py": ("stored-template",),
     "gallery/batch/store.py": ("unfinished-run",),
+    "gallery/encryption/keys.py": ("keys",),
     "gallery/engine/cluster.py": "a Dask scheduler is trusted; see docs/security.md",
     "gallery/engine/folder_lock.py": "opens a folder to lock it",
     "gallery/engine/local.py": "reads the script that was started",

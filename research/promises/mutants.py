@@ -38,7 +38,7 @@ _PICTURES: Final[dict[str, dict[str, Any]]] = {
     "fax.tif": {"compression": "group4"},
 }
 _TEMPLATES: Final = (
-    *("json", "sealed", "csv", "minutiae-csv", "iso2005", "iso2011", "ansi2004", "ansi2009"),
+    *("json", "csv", "minutiae-csv", "iso2005", "iso2011", "ansi2004", "ansi2009"),
     *("ansi2009am1", "xyt", "xyt-m1"),
 )
 _EXTREMES: Final = (b"\0", b"\xff", b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff", b"\x80\0\0\0")

@@ -371,26 +371,6 @@ def unknown_requests(place: Place) -> Tries:
                 yield answer.refused is True or f"{one} {headers}: {answer}"
 
 
-@attack("A server opens no encrypted template")
-def sealed_uploads(place: Place) -> Tries:
-    """Send templates that are sealed with the server's own key; look for keys in all answers."""
-    place.gallery(kind="sealed")
-    place.done("convert", PROBE, "probe.sealed")
-    secret = (place.folder / "keys.txt").read_text().split()[-1]
-    file = ("a.sealed", (place.folder / "probe.sealed").read_bytes())
-    with served(place, "--key", KEY) as web:
-        for what, (_, form) in ROUTES.items():
-            sealed = {
-                name: file if isinstance(value, tuple) else value for name, value in form.items()
-            }
-            for sent in (sealed, form):
-                answer = web.ask(what, sent)
-                text = f"{answer.headers}{answer.body!r}"
-                told = [word for word in (secret, "keys.txt", "file:") if word in text]
-                opened = sent is sealed and form and answer.status in (200, 201)
-                yield not (told or opened) or f"{what}: {told} {answer}"
-
-
 @attack("A key file that is replaced while a server runs")
 def replaced_keys(place: Place) -> Tries:
     """Put another key into the file of a running server, request the gallery, put it back."""

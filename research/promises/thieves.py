@@ -22,7 +22,6 @@ from research.promises.program import (
     templates,
     traces,
 )
-from research.promises.reader import read_files
 from research.promises.web import descendants
 
 if TYPE_CHECKING:
@@ -127,7 +126,6 @@ def readable_templates(place: Place) -> Tries:
     commands: tuple[Words, ...] = (
         ("enrol", "sealed.db", SAMPLES, "--encrypt"),
         ("identify", "sealed.db", PROBE),
-        ("extract", "--gallery", "sealed.db", "-o", "out", "--format", "sealed"),
         ("score", "--references", "sealed.db", "--probes", "sealed.db", "-o", "s.csv"),
         ("gallery", "remove", "sealed.db", 3),
         ("key", "keys.txt", "--add"),
@@ -182,12 +180,6 @@ def changed_ciphertexts(place: Place) -> Tries:
         path.write_bytes(flipped(content, place.random.randrange(len(content))))
         have, run = place.search(gallery)
         yield (have == want and "note" in run.err) or str(run)
-    place.done("convert", PROBE, "probe.sealed")
-    sealed = (place.folder / "probe.sealed").read_bytes()
-    paths = [place.write(f"{k}.sealed", flipped(sealed, k)) for k in range(len(sealed))]
-    yield from (
-        one["kind"] == "refused" or str(one) for one in read_files(place, "template", paths)
-    )
 
 
 @attack("An encrypted gallery gives the same results")

@@ -11,7 +11,6 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import FpmatchError
-from fpmatch.formats.files import decode_record
 from fpmatch.gallery.store.stored_template import unpack_template
 from research.fuzzing.mutators import containers, records, text
 from research.fuzzing.mutators.octets import damaged
@@ -67,22 +66,14 @@ def test_records_keep_their_lengths(corpus):
             assert int.from_bytes(record[8:12], "big") == len(record)
 
 
-@pytest.mark.parametrize(
-    ("name", "mutator", "read", "refusal"),
-    [
-        ("packed-template", records.stored_template, unpack_template, "template is damaged"),
-        ("sealed", records.resealed, lambda data: decode_record(data, "it"), "authentication"),
-    ],
-    ids=["packed", "sealed"],
-)
-def test_damage_gets_behind_a_checksum_and_a_seal(corpus, name, mutator, read, refusal):
+def test_damage_gets_behind_a_checksum(corpus):
     rng, stopped = random.Random(1), 0
     for _ in range(100):
         try:
-            read(mutator(rng, corpus(name)[0]))
+            unpack_template(records.stored_template(rng, corpus("packed-template")[0]))
         except FpmatchError as error:
-            stopped += refusal in str(error)
-    assert stopped < (50 if name == "packed-template" else 1)
+            stopped += "template is damaged" in str(error)
+    assert stopped < 50
 
 
 def test_sqlite_cells_leave_a_whole_database(corpus):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import research  # noqa: F401  (puts the example on the path)
-from fpmatch.base.encryption.keys import Key
+from fpmatch.gallery.encryption.keys import Key
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.templates import make_templates

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
+from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch_revocable.matcher import CALIBRATION
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
@@ -65,13 +65,14 @@ def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path):
     assert not (tmp_path / "x.rev").exists()
 
 
-def test_the_matcher_takes_its_key_from_the_command(run):
+def test_the_matcher_takes_its_key_from_the_environment(run, monkeypatch):
     words = "--matcher", "revocable", "--calibration", CALIBRATION, "--json", "--fmr", 0.01
     words = "verify", SAMPLES / "101_1.tif", SAMPLES / "101_3.tif", *words
     done = run(*words)
     assert (done.exit_code, "no key" in done.output) == (2, True)
     for key in ("file:a.key", "file:b.key"):
-        assert json.loads(run(*words, "--key", key).output)["match"] is True
+        monkeypatch.setenv("FPMATCH_KEY", key)
+        assert json.loads(run(*words).output)["match"] is True
 
 
 def test_its_command_is_listed_with_its_package(run, installed):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.base.encryption.keys import Key
 from fpmatch.errors import MatcherError, OutputError, TemplateError
+from fpmatch.gallery.encryption.keys import Key
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch_revocable.cells import GRIDS, MINUTIAE, PAIRS, pair_cells

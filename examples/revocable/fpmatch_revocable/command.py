@@ -13,10 +13,10 @@ from fpmatch.cli.options import (
     angles_option,
     enhance_option,
     json_option,
-    key_option,
     output_option,
     reading_options,
 )
+from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ def protect(
     angles: AngleConvention | None,
 ) -> None:
     """Write the revocable template of PRINT, an image or a template, under the current key."""
-    from fpmatch.base.encryption.keys import load_keys
     from fpmatch.base.output import check_writable
+    from fpmatch.gallery.encryption.keys import load_keys
     from fpmatch.prints.reading import PrintReader, read_given_print
     from fpmatch_revocable import template
 

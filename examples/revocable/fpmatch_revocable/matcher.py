@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.encryption.keys import load_keys
+from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.matching.result import Comparison, nothing_found
 from fpmatch_revocable.compare import compare
 from fpmatch_revocable.template import RevocableTemplate, protect

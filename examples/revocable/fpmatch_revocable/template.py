@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.base.encryption.keys import Key
+    from fpmatch.gallery.encryption.keys import Key
     from fpmatch.templates.minutiae import Template
 
 WORDS: Final = PAIRS * GRIDS  # of a minutia
@@ -87,7 +87,7 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     template : Template
         Of a print; its ridges have no part.
     key : Key
-        Secret of the system, or of the person, as `fpmatch.base.encryption.keys.load_keys` reads
+        Secret of the system, or of the person, as `fpmatch.gallery.encryption.keys.load_keys` reads
         it.
 
     Raises
@@ -98,7 +98,7 @@ def protect(template: Template, key: Key) -> RevocableTemplate:
     Examples
     --------
     >>> import fpmatch
-    >>> from fpmatch.base.encryption.keys import new_key
+    >>> from fpmatch.gallery.encryption.keys import new_key
     >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> one = Template(Minutiae([50, 90, 70], [50, 60, 95], [0.1, 1.4, 2.2]), 200, 200, 500)
     >>> protect(one, new_key()).words.shape

@@ -1,18 +1,13 @@
-"""Mutators of binary records: templates, sealed ones and pictures, with right lengths and sums."""
+"""Mutators of binary records: templates and pictures, with right lengths and sums."""
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
-from functools import cache
 from typing import TYPE_CHECKING
 
-from fpmatch.base.encryption.keys import KEY_VARIABLE, Key, load_keys
-from fpmatch.base.encryption.records import seal, unseal
-from fpmatch.formats.sealed import _PURPOSE as TEMPLATE
-from research.fuzzing.mutators.octets import EXTREMES, any_bytes
-from research.fuzzing.mutators.text import CELLS, json_number, json_value
+from research.fuzzing.mutators.octets import EXTREMES
+from research.fuzzing.mutators.text import CELLS
 
 if TYPE_CHECKING:
     import random
@@ -176,21 +171,3 @@ def _an2_record(fields: list[bytes]) -> bytes:
 def chunk(name: bytes, body: bytes | bytearray) -> bytes:
     """Return a chunk of a PNG file."""
     return struct.pack(">L", len(body)) + name + body + struct.pack(">L", zlib.crc32(name + body))
-
-
-_VARIABLE = "FPMATCH_FUZZING_KEY"
-
-
-@cache
-def use_key() -> None:
-    """Set the key of encrypted files, always the same: a finding is replayed with it."""
-    os.environ |= {KEY_VARIABLE: f"env:{_VARIABLE}", _VARIABLE: Key(bytes(range(32))).as_line()}
-
-
-def resealed(rng: random.Random, data: bytes) -> bytes:
-    """Change the template in a sealed file, and seal it again."""
-    keys = load_keys()
-    content = unseal(keys, data, purpose=TEMPLATE)
-    change = rng.choice((json_value, json_number, None))
-    changed = change(rng, content) if change else any_bytes(rng, content, [content])
-    return seal(keys.current, changed, purpose=TEMPLATE)

@@ -24,6 +24,7 @@ import numpy as np
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
+from fpmatch.gallery.encryption.keys import KEY_VARIABLE, Key
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import load_prepared
@@ -47,7 +48,7 @@ from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
 from research.fuzzing.mutators.containers import ARRAYS, SQLITE, zip_member
 from research.fuzzing.mutators.galleries import GALLERY
-from research.fuzzing.mutators.records import stored_template, use_key
+from research.fuzzing.mutators.records import stored_template
 from research.fuzzing.targets.tables import SAMPLES
 from research.fuzzing.targets.target import Reader, Target, scratch, written
 
@@ -111,7 +112,8 @@ def gallery_file(*, encrypt: bool = False) -> Path:
 
 @cache
 def _made_gallery(encrypt: bool) -> Path:
-    use_key()
+    # always the same key: a finding is replayed with it
+    os.environ |= {KEY_VARIABLE: "env:FUZZING_KEY", "FUZZING_KEY": Key(bytes(range(32))).as_line()}
     path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()
     new = [_entry(name, template) for name, template in templates().items() if name != PROBE]

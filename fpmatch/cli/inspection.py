@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import load_record
 from fpmatch.formats.fmr import extended_kinds
-from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
@@ -26,6 +25,25 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import View
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.print_quality import PrintQuality
+
+# Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
+IMPRESSIONS: Final = {
+    0: "live plain",
+    1: "live rolled",
+    2: "nonlive plain",
+    3: "nonlive rolled",
+    4: "latent impression",
+    5: "latent tracing",
+    6: "latent photo",
+    7: "latent lift",
+    8: "swipe",
+    9: "vertical roll",
+}
+_FINGERS: Final = ("thumb", "index", "middle", "ring", "little")
+FINGERS: Final = (
+    "unknown finger",
+    *(f"{hand} {finger}" for hand in ("right", "left") for finger in _FINGERS),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
+import click
 import numpy as np
 
+from fpmatch.cli.wings import from_wing
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import load_record
 from fpmatch.formats.fmr import extended_kinds
@@ -15,8 +17,8 @@ from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
 from fpmatch.prints.reading import content_of
+from fpmatch.templates import plausibility
 from fpmatch.templates.minutiae import STANDARD_DPI, MinutiaKind
-from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     import os
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import View
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.templates.minutiae import Template
 
 # Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
 IMPRESSIONS: Final = {
@@ -111,7 +114,7 @@ def inspect_file(
         image = image_reader(Path(path))
         return Inspection(str(path), image.format, f"{image.format} image", _image(image, dpi))
     record = load_record(path)
-    doubts = dict.fromkeys(each for view in record.views for each in find_doubts(view.template))
+    doubts = dict.fromkeys(each for view in record.views for each in _doubts(view.template))
     picture, notes = None, (*record.notes, *doubts)
     if content == "both":
         try:
@@ -136,13 +139,22 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
     try:
         assessed = assess(image, dpi)
         quality = assessed.quality
-        notes += find_doubts(assessed.template)
+        notes += _doubts(assessed.template)
         likely = None if known or assessed.template.dpi == STANDARD_DPI else assessed.template.dpi
         quality = quality if likely is None else quality.at_found_resolution()
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {without_path(str(error), image.source)}",)
     return InspectedImage(width, height, known, notes, quality, likely)
+
+
+def _doubts(template: Template) -> tuple[str, ...]:
+    """Return doubts about a template; that it is two prints in one, the wing of galleries finds."""
+    try:
+        find = from_wing("gallery", "listing.two_prints", "find_doubts", used_by="inspect")
+    except click.UsageError:  # the wing is missing
+        return plausibility.find_doubts(template)
+    return cast("tuple[str, ...]", find(template))
 
 
 def _print(view: View) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
-from fpmatch.templates.two_prints import count_prints
+from fpmatch.templates.separate_prints import count_prints
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

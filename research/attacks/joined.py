@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
+from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.templates.plausibility import find_doubts
 from research.attacks.joining import IMAGE_KINDS, KINDS, Joint
 from research.commands import Command, folders, json_file, print_and_write, workers
 from research.databases import extract_folders, prints_of, without_ridges

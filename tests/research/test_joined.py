@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fpmatch.gallery.listing.two_prints import why_two_prints
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.templates.two_prints import why_two_prints
 from research.attacks.joined import ALONE, FORMS, Source, measure_joined
 from research.attacks.joining import ALTERNATING, CUT, KINDS, ON_TOP, SIDE_BY_SIDE, TOUCHING, Joint
 from research.tables.joined import format_joined, joined_kept

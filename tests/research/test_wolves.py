@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.formats.files import load_template
+from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import COMPILED
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-from fpmatch.templates.plausibility import find_doubts
 from research.wolves import candidates, scores, search, templates
 from research.wolves.table import factors_kept, format_wolves, share_kept
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -12,7 +13,6 @@ import numpy as np
 from fpmatch.cli.wings import from_wing
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import load_record
-from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
-    from fpmatch.formats.record import View
+    from fpmatch.formats.record import ExtendedData, View
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template
@@ -47,6 +47,8 @@ FINGERS: Final = (
     "unknown finger",
     *(f"{hand} {finger}" for hand in ("right", "left") for finger in _FINGERS),
 )
+EXTENDED_HEADER: Final = 4  # bytes of type and length before a block of extended data
+EXTENDED_KINDS: Final = {1: "ridge counts", 2: "cores and deltas", 3: "zonal quality"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +184,25 @@ def _print(view: View) -> dict[str, Any]:
         "extended": tuple(extended_kinds(view.extended)),
         "fields": dict(view.fields),
     }
+
+
+def extended_kinds(extended: ExtendedData | None) -> list[str]:
+    """Return descriptions of the blocks of extended data.
+
+    The formats of 2005 leave open whether a block's length includes its own header; the
+    interpretation under which the blocks fill the area is taken.
+    """
+    data = b"" if extended is None else extended.data
+    for uncounted in (0, EXTENDED_HEADER):
+        kinds, at, size = list[str](), 0, EXTENDED_HEADER
+        while size >= EXTENDED_HEADER and at + EXTENDED_HEADER <= len(data):
+            code, length = struct.unpack_from(">2H", data, at)
+            kinds.append(EXTENDED_KINDS.get(code, f"maker's own 0x{code:04x}"))
+            size = length + uncounted
+            at += size
+        if size >= EXTENDED_HEADER and at == len(data):
+            return kinds
+    return ["blocks that do not fill their area"]
 
 
 def _prints_as_text(prints: tuple[dict[str, Any], ...]) -> list[str]:

@@ -15,7 +15,6 @@ from fpmatch.cli.options import (
     FormatChoice,
     angles_option,
     image_size,
-    key_option,
     reading_options,
 )
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     details="""\b
 Formats, with their suffixes:
   json .json       fpmatch's own, complete and exact
-  sealed .sealed   the same encrypted, with --key
   csv .csv         fpmatch's own, to be read by people and spreadsheets
   minutiae-csv     x, y, theta, type, quality and no comments, for other programs
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
@@ -93,7 +91,6 @@ Examples:
     help="Size of IN in pixels, where the file does not contain it.",
 )
 @angles_option
-@key_option
 def convert(
     source: Path,
     target: Path,

@@ -20,7 +20,6 @@ from fpmatch.cli.options import (
     files_argument,
     files_of,
     json_option,
-    key_option,
     output_option,
     reading_options,
 )
@@ -104,7 +103,7 @@ when an image failed; the others are kept.
     metavar="GALLERY",
     hidden=True,
     help="Write the templates of this gallery, instead of images, named by subject, finger and "
-    "impression: 101_3.json.",
+    "impression: 101_3.json. The variable FPMATCH_KEY names the keys of an encrypted one.",
 )
 @click.option("--subject", metavar="ID", hidden=True, help="With --gallery: of this subject only.")
 @reading_options
@@ -113,7 +112,6 @@ when an image failed; the others are kept.
 @enhance_option
 @angles_option
 @json_option
-@key_option
 def extract(
     images: tuple[Path, ...],
     output: Path,
@@ -139,14 +137,12 @@ def extract(
     """
     from fpmatch.base.folders import make_folder
     from fpmatch.base.output import check_writable
-    from fpmatch.formats.sealed import require_key
     from fpmatch.image.dataset_folder import resolution_of
     from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
     from fpmatch.templates.minutiae import check_dpi
 
-    require_key(file_format)
     if gallery is not None:
         _refuse_options_of_images(file_format)
         export = from_wing("gallery", "cli.export", "export_gallery", used_by="extract --gallery")

@@ -22,7 +22,6 @@ CORE: Final = {
     "extract": "Write templates of images, or each stage as a picture.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
     "inspect": "Show what files contain: format, size, minutiae, quality.",
-    "key": "List and make the keys of encrypted galleries and templates.",
     "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
 }
 

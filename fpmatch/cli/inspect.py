@@ -15,7 +15,6 @@ from fpmatch.cli.options import (
     files_argument,
     files_of,
     json_array_option,
-    key_option,
     reading_options,
 )
 from fpmatch.cli.progress import ProgressBars
@@ -46,7 +45,6 @@ Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 w
 @reading_options
 @RECORD
 @json_array_option
-@key_option
 def inspect(
     places: tuple[Path, ...],
     dpi: float | None,

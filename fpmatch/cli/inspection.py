@@ -2,30 +2,53 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, cast
 
+import click
 import numpy as np
 
+from fpmatch.cli.wings import from_wing
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import load_record
-from fpmatch.formats.fmr import extended_kinds
-from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.io.read import read_image
 from fpmatch.printable import count
 from fpmatch.prints.reading import content_of
+from fpmatch.templates import plausibility
 from fpmatch.templates.minutiae import STANDARD_DPI, MinutiaKind
-from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
-    from fpmatch.formats.record import View
+    from fpmatch.formats.record import ExtendedData, View
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.templates.minutiae import Template
+
+# Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
+IMPRESSIONS: Final = {
+    0: "live plain",
+    1: "live rolled",
+    2: "nonlive plain",
+    3: "nonlive rolled",
+    4: "latent impression",
+    5: "latent tracing",
+    6: "latent photo",
+    7: "latent lift",
+    8: "swipe",
+    9: "vertical roll",
+}
+_FINGERS: Final = ("thumb", "index", "middle", "ring", "little")
+FINGERS: Final = (
+    "unknown finger",
+    *(f"{hand} {finger}" for hand in ("right", "left") for finger in _FINGERS),
+)
+EXTENDED_HEADER: Final = 4  # bytes of type and length before a block of extended data
+EXTENDED_KINDS: Final = {1: "ridge counts", 2: "cores and deltas", 3: "zonal quality"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +116,7 @@ def inspect_file(
         image = image_reader(Path(path))
         return Inspection(str(path), image.format, f"{image.format} image", _image(image, dpi))
     record = load_record(path)
-    doubts = dict.fromkeys(each for view in record.views for each in find_doubts(view.template))
+    doubts = dict.fromkeys(each for view in record.views for each in _doubts(view.template))
     picture, notes = None, (*record.notes, *doubts)
     if content == "both":
         try:
@@ -118,13 +141,22 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
     try:
         assessed = assess(image, dpi)
         quality = assessed.quality
-        notes += find_doubts(assessed.template)
+        notes += _doubts(assessed.template)
         likely = None if known or assessed.template.dpi == STANDARD_DPI else assessed.template.dpi
         quality = quality if likely is None else quality.at_found_resolution()
     except ImageError as error:  # too small or too large for a print at its resolution
         quality = None
         notes += (f"no print: {without_path(str(error), image.source)}",)
     return InspectedImage(width, height, known, notes, quality, likely)
+
+
+def _doubts(template: Template) -> tuple[str, ...]:
+    """Return doubts about a template; that it is two prints in one, the wing of galleries finds."""
+    try:
+        find = from_wing("gallery", "listing.two_prints", "find_doubts", used_by="inspect")
+    except click.UsageError:  # the wing is missing
+        return plausibility.find_doubts(template)
+    return cast("tuple[str, ...]", find(template))
 
 
 def _print(view: View) -> dict[str, Any]:
@@ -152,6 +184,25 @@ def _print(view: View) -> dict[str, Any]:
         "extended": tuple(extended_kinds(view.extended)),
         "fields": dict(view.fields),
     }
+
+
+def extended_kinds(extended: ExtendedData | None) -> list[str]:
+    """Return descriptions of the blocks of extended data.
+
+    The formats of 2005 leave open whether a block's length includes its own header; the
+    interpretation under which the blocks fill the area is taken.
+    """
+    data = b"" if extended is None else extended.data
+    for uncounted in (0, EXTENDED_HEADER):
+        kinds, at, size = list[str](), 0, EXTENDED_HEADER
+        while size >= EXTENDED_HEADER and at + EXTENDED_HEADER <= len(data):
+            code, length = struct.unpack_from(">2H", data, at)
+            kinds.append(EXTENDED_KINDS.get(code, f"maker's own 0x{code:04x}"))
+            size = length + uncounted
+            at += size
+        if size >= EXTENDED_HEADER and at == len(data):
+            return kinds
+    return ["blocks that do not fill their area"]
 
 
 def _prints_as_text(prints: tuple[dict[str, Any], ...]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from functools import partial
 from pathlib import Path
@@ -105,31 +104,6 @@ class FormatChoice(Name):
         return self._with_plugins().convert(value, param, ctx)
 
 
-def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
-    """Set the source of the keys in the environment, which worker processes inherit."""
-    if value is None:
-        return
-    from fpmatch.base.encryption.keys import KEY_VARIABLE, split_source
-    from fpmatch.errors import EncryptionError
-
-    try:
-        split_source(value)
-    except EncryptionError as error:
-        raise click.BadParameter(str(error)) from error
-    before = os.environ.get(KEY_VARIABLE)
-    os.environ[KEY_VARIABLE] = value
-    ctx.call_on_close(partial(_restore_key, before))
-
-
-def _restore_key(before: str | None) -> None:
-    from fpmatch.base.encryption.keys import KEY_VARIABLE
-
-    if before is None:
-        os.environ.pop(KEY_VARIABLE, None)
-    else:
-        os.environ[KEY_VARIABLE] = before
-
-
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
 PRINT: Final = PrintFile()
@@ -192,15 +166,6 @@ angles_option: Final = click.option(
     hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
-)
-key_option: Final = click.option(
-    "--key",
-    metavar="SOURCE",
-    expose_value=False,
-    callback=_use_key,
-    hidden=True,
-    help="Keys of encrypted galleries and templates: file:PATH, env:NAME or keyring:NAME; see "
-    "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )
 
 

@@ -16,7 +16,6 @@ from fpmatch.cli.options import (
     angles_option,
     enhance_option,
     file_option,
-    key_option,
     matcher_option,
     reading_options,
 )
@@ -52,7 +51,6 @@ _OPTIONS: Final = (
     ),
     enhance_option,
     angles_option,
-    key_option,
 )
 
 

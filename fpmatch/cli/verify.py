@@ -71,7 +71,8 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
 @click.option(
     "--gallery",
     metavar="GALLERY",
-    help="Compare with the impressions of --subject in this gallery, instead of REFERENCE.",
+    help="Compare with the impressions of --subject in this gallery, instead of REFERENCE; the "
+    "variable FPMATCH_KEY names the keys of an encrypted one.",
 )
 @click.option("--subject", metavar="ID", help="The claimed identity.")
 @click.option(

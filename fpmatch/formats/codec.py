@@ -39,8 +39,7 @@ class Codec:
         Converts bytes to a TemplateRecord under `ReadingOptions`; raises an `FpmatchError` that
         names the reason (and the line, in text formats) but not the file.
     encode : callable or None
-        Converts a TemplateRecord to bytes, always the same for the same record unless
-        they are encrypted. None for formats
+        Converts a TemplateRecord to bytes, always the same for the same record. None for formats
         that are only read.
     """
 

@@ -49,8 +49,6 @@ COORDINATE_MASK: Final = 0x3FFF
 KIND_SHIFT: Final = 14
 _COLUMNS: Final = [("x", ">u2"), ("y", ">u2"), ("angle", "u1"), ("quality", "u1")]
 MINUTIA: Final = {5: np.dtype(_COLUMNS[:3]), 6: np.dtype(_COLUMNS)}  # by its bytes
-EXTENDED_HEADER: Final = 4  # bytes of type and length before a block of extended data
-EXTENDED_KINDS: Final = {1: "ridge counts", 2: "cores and deltas", 3: "zonal quality"}
 WITHOUT_EXTENDED: Final = "its views end without the length of extended data"
 IN_ISO_STEPS: Final = "angles are beyond 179, so all are read in the steps of ISO, 256 to a turn"
 ISO_STEPS: Final = 256
@@ -324,25 +322,6 @@ def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
     return [
         replace(view, number=fingers[:k].count(view.finger)) for k, view in enumerate(record.views)
     ]
-
-
-def extended_kinds(extended: ExtendedData | None) -> list[str]:
-    """Return descriptions of the blocks of extended data.
-
-    The formats of 2005 leave open whether a block's length includes its own header; the
-    interpretation under which the blocks fill the area is taken.
-    """
-    data = b"" if extended is None else extended.data
-    for uncounted in (0, EXTENDED_HEADER):
-        kinds, at, size = list[str](), 0, EXTENDED_HEADER
-        while size >= EXTENDED_HEADER and at + EXTENDED_HEADER <= len(data):
-            code, length = struct.unpack_from(">2H", data, at)
-            kinds.append(EXTENDED_KINDS.get(code, f"maker's own 0x{code:04x}"))
-            size = length + uncounted
-            at += size
-        if size >= EXTENDED_HEADER and at == len(data):
-            return kinds
-    return ["blocks that do not fill their area"]
 
 
 def of_text(data: bytes) -> bytes | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import TemplateError
 from fpmatch.printable import count
@@ -14,25 +14,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from fpmatch.formats.angles import AngleConvention
-
-# Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
-IMPRESSIONS: Final = {
-    0: "live plain",
-    1: "live rolled",
-    2: "nonlive plain",
-    3: "nonlive rolled",
-    4: "latent impression",
-    5: "latent tracing",
-    6: "latent photo",
-    7: "latent lift",
-    8: "swipe",
-    9: "vertical roll",
-}
-_FINGERS: Final = ("thumb", "index", "middle", "ring", "little")
-FINGERS: Final = (
-    "unknown finger",
-    *(f"{hand} {finger}" for hand in ("right", "left") for finger in _FINGERS),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,16 +69,12 @@ class ReadingOptions:
         How angles are measured where the file does not define it.
     limits : ReadLimits
         Files beyond them are refused.
-    unseal : bool
-        Whether sealed templates are opened; not those that clients of a server send, who would
-        see the content.
     """
 
     dpi: float | None = None
     size: tuple[int, int] | None = None
     angles: AngleConvention | None = None
     limits: ReadLimits = ReadLimits()
-    unseal: bool = True
 
     @property
     def assumed_dpi(self) -> float:
@@ -126,7 +103,7 @@ class View:
     number : int
         Number of the view among those of the finger, from 0.
     impression : int
-        Impression type, a key of `IMPRESSIONS`.
+        Code of the impression type: 0 live plain, 1 live rolled, and so on.
     quality : int or None
         Quality of the whole print, 0 to 100; None if unknown.
     size_known, quality_known : bool

@@ -19,13 +19,7 @@ from fpmatch.base.plugins import (
     plugin_names,
 )
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
-from fpmatch.formats import (
-    fmr,
-    json_format,
-    sealed,
-    tables,
-    xyt,
-)
+from fpmatch.formats import fmr, json_format, tables, xyt
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.record import Encoded, TemplateRecord
 
@@ -76,7 +70,6 @@ CODECS: Final = (
     AN2,
     xyt.M1_CODEC,
     xyt.CODEC,
-    sealed.CODEC,
     tables.NPY_CODEC,
     tables.PLAIN_CODEC,
     tables.TEXT_CODEC,

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
     from pathlib import Path
 
-    from fpmatch.base.encryption.keys import KeyRing
+    from fpmatch.gallery.encryption.keys import KeyRing
     from fpmatch.gallery.listing.entry import NewEntry
 
 
@@ -55,8 +55,8 @@ def open_gallery(
         Whether to make it where it is missing.
     key : KeyRing or str, optional
         Keys of an encrypted gallery, or their source, as for
-        `fpmatch.base.encryption.keys.load_keys` (default: that in the environment). They are read
-        when they are needed first.
+        `fpmatch.gallery.encryption.keys.load_keys` (default: that in the environment). They are
+        read when they are needed first.
     encrypt : bool
         Whether one that is made is encrypted with the current key, and another must be encrypted.
     patience : float, optional

@@ -26,7 +26,7 @@ from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
-from fpmatch.templates.two_prints import count_prints
+from fpmatch.templates.separate_prints import count_prints
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -113,10 +113,8 @@ def decode_print(
     if content_of(data) != "template":
         return decode_image(data, name, limits=limits, dpi=dpi)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
-    from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
-    # a sealed template is not opened: whoever sent it would see what it contains
-    return decode_record(data, name, options=ReadingOptions(unseal=False))
+    return decode_record(data, name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord
+from fpmatch.gallery.listing.prints import with_note_on_two_prints
 from fpmatch.image.io.grey import ImageLimits
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.image.quality.ridge_scale import likely_dpi
@@ -83,7 +84,7 @@ def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPri
     if not len(given.template.minutiae):
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=given.name, code="no minutiae")
-    return given
+    return with_note_on_two_prints(given)
 
 
 def _check_size(name: str, width: int, height: int, dpi: float, limits: Limits) -> None:

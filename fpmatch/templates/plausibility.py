@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
-from fpmatch.templates.two_prints import best_minutiae, why_two_prints
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,6 +33,7 @@ LEAST_EVEN_OF_FEW: Final = 0.55  # and where there are fewer minutiae than
 FEW_MINUTIAE: Final = 16
 USUAL_DPI: Final = (500, 508, 512, 569, 600, 1000)
 CLOSE_MM: Final = 0.7  # median distance of nearest minutiae, mostly above 0.73 of an extractor
+MOST_COMPARED: Final = 400  # minutiae with each other; of more, the best
 CM_PER_INCH: Final = MM_PER_INCH / 10
 
 NO_FINGER: Final = "no finger can have this template"
@@ -43,13 +43,13 @@ UNEVEN: Final = "a few of its minutiae have nearly all of the quality"
 
 
 def find_doubts(template: Template) -> tuple[str, ...]:
-    """Return why one finger does not have a template, or probably not; none for most prints.
+    """Return why no finger has a template, or not at its resolution; none for most prints.
 
     Where its resolution was probably confused, the template is judged at the one that is meant.
     """
     meant = dpi_meant(template)
     if meant is None:
-        return tuple(filter(None, (why_no_finger(template), why_two_prints(template))))
+        return tuple(filter(None, [why_no_finger(template)]))
     why = f"probably {meant} dpi, written as {meant} pixels a cm: its minutiae are too close"
     return f"{why} for {template.dpi:g}", *find_doubts(replace(template, dpi=float(meant)))
 
@@ -97,6 +97,14 @@ def evenness(minutiae: Minutiae) -> float:
 def least_evenness(count: int) -> float:
     """Return the evenness of the qualities of so many minutiae, below which no finger has them."""
     return LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
+
+
+def best_minutiae(m: Minutiae) -> Minutiae:
+    """Return the minutiae that are compared with each other: the best of very many."""
+    if len(m) <= MOST_COMPARED:
+        return m
+    best = np.argsort(-m.quality.astype(np.int64), kind="stable")[:MOST_COMPARED]
+    return m.take(np.sort(best))
 
 
 def _is_off(minutiae: Minutiae, field: RidgeField) -> bool:

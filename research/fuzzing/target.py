@@ -11,13 +11,10 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from fpmatch.base.encryption.keys import KEY_VARIABLE, Key
-
 Read = Callable[[bytes], "Iterable[str] | None"]
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 MEMORY_FOLDER = Path("/dev/shm")
-_VARIABLE = "FPMATCH_FUZZING_KEY"
 
 
 class Reader(NamedTuple):
@@ -59,11 +56,6 @@ def written(name: str, data: bytes) -> Path:
 
 
 @cache
-def use_key() -> None:
-    """Set the key of encrypted files, always the same: a finding is replayed with it."""
-    os.environ |= {KEY_VARIABLE: f"env:{_VARIABLE}", _VARIABLE: Key(bytes(range(32))).as_line()}
-
-
 @cache
 def _scratch_of(pid: int) -> Path:
     path = _all_scratch() / str(pid)

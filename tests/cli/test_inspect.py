@@ -7,6 +7,7 @@ import pytest
 from PIL import Image
 
 from fpmatch import assess
+from fpmatch.cli.inspection import extended_kinds
 from fpmatch.formats.files import save_record, save_template
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -93,3 +94,16 @@ def test_folders_are_taken_as_enrol_takes_them(run, prints, tmp_path):
     nothing = run("inspect", tmp_path / "none")
     assert (nothing.exit_code, nothing.stdout) == (2, "")
     assert "is a folder, not an image" in nothing.stderr
+
+
+@pytest.mark.parametrize(
+    ("data", "kinds"),
+    [
+        (b"\x01\x44\x00\x05\x97", ["maker's own 0x0144"]),
+        (b"\x00\x01\x00\x06\x12\x34\x00\x02\x00\x05\x00", ["ridge counts", "cores and deltas"]),
+        (b"\x00\x02\x00\x02\x12\x34", ["cores and deltas"]),  # length without its header
+        (b"\x00\x02\x00\xff", ["blocks that do not fill their area"]),
+    ],
+)
+def test_extended_data_are_named(data, kinds):
+    assert extended_kinds(ExtendedData("iso2005", data)) == kinds

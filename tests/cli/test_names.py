@@ -103,7 +103,7 @@ def stored(place, images):
 # What each command is run with: names of fixtures and of files in `out`; expected exit statuses.
 CASES = {
     "verify": [
-        ("{0} {1} --key file:{key}", {0, 1}),
+        ("{0} {1}", {0, 1}),
         ("{0} {1} --overlay {out}/o.png --case-report {out}/c.html", {0, 1}),
         ("{0} {1} --json --overlay {out}/o.svg --view side-by-side", {0, 1}),
         ("{template} {1} --ridge-map --json", {0, 1}),
@@ -124,7 +124,6 @@ CASES = {
         ("{all} -o {out}/t --json", {0}),
         ("{0} -o {out}/t --format stages", {0}),
         ("{all} {missing} {scores} -o {out}/t --format iso2005", {2}),
-        ("--gallery {gallery} -o {out}/e --key file:{key}", {0}),
         ("--gallery {gallery} -o {out}/e", {0}),
         ("--gallery {gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
     ],

@@ -12,7 +12,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.files import load_record
 from fpmatch.formats.fmr import dpi_of, per_cm
-from fpmatch.formats.record import ExtendedData, TemplateRecord
+from fpmatch.formats.record import TemplateRecord
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
@@ -203,19 +203,6 @@ def test_a_damaged_text_of_a_record_is_refused(form):
 def test_different_resolutions_across_and_down_are_refused():
     with pytest.raises(TemplateError, match="resolution differ"):
         read(ISO_2005[:20] + b"\x00\x62" + ISO_2005[22:])
-
-
-@pytest.mark.parametrize(
-    ("data", "kinds"),
-    [
-        (b"\x01\x44\x00\x05\x97", ["maker's own 0x0144"]),
-        (b"\x00\x01\x00\x06\x12\x34\x00\x02\x00\x05\x00", ["ridge counts", "cores and deltas"]),
-        (b"\x00\x02\x00\x02\x12\x34", ["cores and deltas"]),  # length without its header
-        (b"\x00\x02\x00\xff", ["blocks that do not fill their area"]),
-    ],
-)
-def test_extended_data_are_named(data, kinds):
-    assert fmr.extended_kinds(ExtendedData("iso2005", data)) == kinds
 
 
 @given(st.integers(round(MIN_DPI), round(MAX_DPI)))

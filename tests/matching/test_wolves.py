@@ -18,9 +18,9 @@ import pytest
 from matching_prints import COMPILED
 
 from fpmatch.formats.files import load_template
+from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.matching.verify import verify
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-from fpmatch.templates.plausibility import find_doubts
 
 WOLVES = sorted((Path(__file__).parent / "data" / "wolves").glob("*.json"))
 PRINTS = Path(__file__).with_name("data") / "synthetic_prints.npz"

@@ -21,10 +21,10 @@ from fpmatch.templates.plausibility import (
     NO_FINGER,
     OFF_RIDGES,
     UNEVEN,
+    best_minutiae,
     find_doubts,
     why_no_finger,
 )
-from fpmatch.templates.two_prints import best_minutiae
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 SEEDS = st.integers(0, 2**32 - 1)

@@ -17,12 +17,12 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from zlib import crc32
 
-from fpmatch.base.encryption.keys import given_source, keys_for, load_keys
-from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.base.folders import create_private, make_private
 from fpmatch.base.output import make_missing, reason
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
+from fpmatch.gallery.encryption.keys import given_source, keys_for, load_keys
+from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence

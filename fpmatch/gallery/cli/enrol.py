@@ -13,12 +13,13 @@ import click
 from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import MIRROR, RECORD, json_option, key_option, reading_options
+from fpmatch.cli.options import MIRROR, RECORD, json_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.notes import notes_as_json, say_failures
 from fpmatch.gallery.cli.options import (
     by_folder_option,
     check_where,
+    key_option,
     places_argument,
     scheduler_option,
     workers_option,
@@ -165,7 +166,7 @@ def enrol(
     if scheduler is None:
         start_fork_server(workers, *_WORKERS_NEED)
     with fast_imports():
-        from fpmatch.base.encryption.keys import load_keys
+        from fpmatch.gallery.encryption.keys import load_keys
         from fpmatch.gallery.engine.engine import make_engine
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern

@@ -10,11 +10,12 @@ import click
 
 from fpmatch.cli.command import Group
 from fpmatch.cli.notes import say_note, show, show_line
-from fpmatch.cli.options import json_array_option, key_option
+from fpmatch.cli.options import json_array_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.gallery_rewrite import rewrite
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
+from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show, show_line
-from fpmatch.cli.options import json_option, key_option
+from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:

@@ -15,11 +15,16 @@ from fpmatch.cli.options import (
     file_option,
     files_argument,
     json_option,
-    key_option,
     matcher_option,
     reading_options,
 )
-from fpmatch.gallery.cli.options import FROM_1, check_where, loss_option, scheduler_option
+from fpmatch.gallery.cli.options import (
+    FROM_1,
+    check_where,
+    key_option,
+    loss_option,
+    scheduler_option,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

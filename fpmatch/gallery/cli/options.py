@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from functools import partial
 from typing import Final
@@ -17,6 +18,31 @@ def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
     if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None:
         raise click.BadParameter(f"{value!r} is not a percentage from 0 to under 100")
     return float(value.strip(" %")) / 100
+
+
+def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    """Set the source of the keys in the environment, which worker processes inherit."""
+    if value is None:
+        return
+    from fpmatch.errors import EncryptionError
+    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, split_source
+
+    try:
+        split_source(value)
+    except EncryptionError as error:
+        raise click.BadParameter(str(error)) from error
+    before = os.environ.get(KEY_VARIABLE)
+    os.environ[KEY_VARIABLE] = value
+    ctx.call_on_close(partial(_restore_key, before))
+
+
+def _restore_key(before: str | None) -> None:
+    from fpmatch.gallery.encryption.keys import KEY_VARIABLE
+
+    if before is None:
+        os.environ.pop(KEY_VARIABLE, None)
+    else:
+        os.environ[KEY_VARIABLE] = before
 
 
 def check_where(workers: int | None, scheduler: str | None) -> None:
@@ -53,4 +79,13 @@ scheduler_option: Final = click.option(
     metavar="URL",
     hidden=True,
     help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
+)
+key_option: Final = click.option(
+    "--key",
+    metavar="SOURCE",
+    expose_value=False,
+    callback=_use_key,
+    hidden=True,
+    help="Keys of encrypted galleries: file:PATH, env:NAME or keyring:NAME; see "
+    "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )

@@ -13,7 +13,6 @@ from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     file_option,
     json_option,
-    key_option,
     matcher_option,
     output_option,
     reading_options,
@@ -23,6 +22,7 @@ from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed, say_failur
 from fpmatch.gallery.cli.options import (
     by_folder_option,
     check_where,
+    key_option,
     pattern_option,
     scheduler_option,
     workers_option,

@@ -14,6 +14,7 @@ from fpmatch.gallery.listing.folders import prints_below, prints_by_folder, prin
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import PrintFile
+from fpmatch.gallery.listing.two_prints import why_two_prints
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.prints.reading import ASSUMED_DPI, PrintReader, make_given_print
@@ -159,7 +160,13 @@ def read_one_print(
     if not len(given.template.minutiae):
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=file.path, code="no minutiae")
-    return given
+    return with_note_on_two_prints(given)
+
+
+def with_note_on_two_prints(given: GivenPrint) -> GivenPrint:
+    """Return a print with a note where it probably has the prints of two fingers."""
+    why = why_two_prints(given.template)
+    return replace(given, notes=(*given.notes, why)) if why else given
 
 
 def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:

@@ -17,15 +17,15 @@ import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
-from fpmatch.base.encryption.records import NONCE_BYTES, TAG_BYTES, associated
 from fpmatch.errors import EncryptionError
+from fpmatch.gallery.encryption.records import NONCE_BYTES, TAG_BYTES, associated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from typing_extensions import Buffer
 
-    from fpmatch.base.encryption.keys import Key, KeyRing
+    from fpmatch.gallery.encryption.keys import Key, KeyRing
 
 MAGIC: Final = b"\x89FPB\r\n\x1a\x01"
 SALT_BYTES: Final = 16
@@ -107,7 +107,7 @@ def sealed_blocks(
     Examples
     --------
     >>> import io
-    >>> from fpmatch.base.encryption.keys import KeyRing, new_key
+    >>> from fpmatch.gallery.encryption.keys import KeyRing, new_key
     >>> key, file = new_key(), io.BytesIO()
     >>> with sealed_blocks(file, key, purpose=b"example") as stream:
     ...     _ = stream.write(b"prints")

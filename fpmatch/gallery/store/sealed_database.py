@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from fpmatch.base.encryption.keys import KeyRing, load_keys
-from fpmatch.base.encryption.records import is_sealed
 from fpmatch.errors import EncryptionError
+from fpmatch.gallery.encryption.keys import KeyRing, load_keys
+from fpmatch.gallery.encryption.records import is_sealed
 from fpmatch.gallery.store.database import DamagedRowError, Database, mark_overwritten
 from fpmatch.gallery.store.digests import check_row, is_torn, row_digest
 from fpmatch.gallery.store.history import keep_history

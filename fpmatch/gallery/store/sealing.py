@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import sqlalchemy as sa
 
-from fpmatch.base.encryption.keys import ID_DIGITS, KeyRing, keys_for
-from fpmatch.base.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError, FpmatchError
+from fpmatch.gallery.encryption.keys import ID_DIGITS, KeyRing, keys_for
+from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
 from fpmatch.gallery.store.blocks import sealed_blocks, unseal_blocks
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import GALLERY, VERSION
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from typing import BinaryIO
 
-    from fpmatch.base.encryption.keys import Key
+    from fpmatch.gallery.encryption.keys import Key
     from fpmatch.gallery.store.blocks import BlockWriter
 
 ENCRYPTED_VERSION: Final = VERSION + 1

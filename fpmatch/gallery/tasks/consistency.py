@@ -11,12 +11,12 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.consolidate import link_impressions, linked_groups
 from fpmatch.gallery.fingers.finger import MOST_IMPRESSIONS, choose_impressions
 from fpmatch.gallery.listing.entry import Failure
+from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.tables import parts
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.templates.plausibility import find_doubts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
-from fpmatch.base.encryption.records import MAGIC, record_head
+from fpmatch.gallery.encryption.records import MAGIC, record_head
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.store import audit, digests
 from fpmatch.gallery.store.database import DamagedRowError

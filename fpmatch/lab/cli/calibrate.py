@@ -10,7 +10,6 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_slow_kernels, show
 from fpmatch.cli.options import (
     json_option,
-    key_option,
     matcher_option,
     output_option,
     reading_options,
@@ -18,6 +17,7 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import (
     by_folder_option,
+    key_option,
     pattern_option,
     places_argument,
     workers_option,

@@ -10,13 +10,14 @@ from fpmatch.base.kernels import build_command, outdated_kernels
 from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
-from fpmatch.cli.options import enhance_option, file_option, key_option, reading_options
+from fpmatch.cli.options import enhance_option, file_option, reading_options
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     FROM_0,
     by_folder_option,
+    key_option,
     pattern_option,
     places_argument,
     workers_option,

@@ -11,11 +11,11 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_slow_kernels, show_line
-from fpmatch.cli.options import file_option, key_option
+from fpmatch.cli.options import file_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.cli.notes import say_damaged
-from fpmatch.gallery.cli.options import workers_option
+from fpmatch.gallery.cli.options import key_option, workers_option
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,6 +22,7 @@ import numpy as np
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
+from fpmatch.gallery.encryption.keys import KEY_VARIABLE, Key
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prepared import load_prepared
@@ -37,7 +38,7 @@ from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
 from research.fuzzing.damage import with_right_sum
-from research.fuzzing.target import SAMPLES, Reader, Target, scratch, use_key, written
+from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -97,7 +98,8 @@ def gallery_file(*, encrypt: bool = False) -> Path:
 
 @cache
 def _made_gallery(encrypt: bool) -> Path:
-    use_key()
+    # always the same key: a finding is replayed with it
+    os.environ |= {KEY_VARIABLE: "env:FUZZING_KEY", "FUZZING_KEY": Key(bytes(range(32))).as_line()}
     path = scratch() / ("sealed" if encrypt else "made") / "prints.db"
     path.parent.mkdir()
     new = [_entry(name, template) for name, template in templates().items() if name != PROBE]

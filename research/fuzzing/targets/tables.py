@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.base.encryption.keys import load_keys, new_key
 from fpmatch.gallery.batch.pair_list import read_pairs
+from fpmatch.gallery.encryption.keys import load_keys, new_key
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
 from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
 from fpmatch.image.dataset_folder import read_dataset_info

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from made_prints import entries_of, print_of
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.gallery.batch.sources import pack
+from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.listing.entry import Label
@@ -130,7 +130,6 @@ COMMANDS = [
     "enrol GALLERY probes --workers 2",
     "gallery check GALLERY",
     "gallery rewrite GALLERY --encrypt",
-    "extract --gallery GALLERY --format sealed -o OUT",
     "verify probes/101_1.tif --gallery GALLERY --subject 1",
     "serve --gallery GALLERY --port 0",
 ]

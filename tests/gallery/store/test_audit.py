@@ -278,7 +278,7 @@ def test_it_is_whole_after_a_compaction(audited):
 
 
 def test_a_rotation_of_keys_is_an_event(audited, where, source):
-    from fpmatch.base.encryption.keys import load_keys
+    from fpmatch.gallery.encryption.keys import load_keys
     from fpmatch.gallery.tasks.rotation import rotate
 
     audited.add([entry("101")])

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_prints import flipped
 
-from fpmatch.base.encryption.keys import Key, KeyRing, new_key
 from fpmatch.errors import EncryptionError
+from fpmatch.gallery.encryption.keys import Key, KeyRing, new_key
 from fpmatch.gallery.store import blocks
 from fpmatch.gallery.store.blocks import BLOCK_BYTES, sealed_blocks, unseal_blocks
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from made_prints import changed, entries_of, entry_of, flipped, readable, refused, scattered
 
-from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
-from fpmatch.base.encryption.keys import load_keys
 from fpmatch.errors import EncryptionError, GalleryError
+from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
@@ -22,7 +22,6 @@ from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.tables import ENTRY, PACKED
-from fpmatch.gallery.tasks.export import export_templates
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")
@@ -207,12 +206,6 @@ def test_a_changed_or_alien_prepared_file_is_made_again_with_a_word(encrypted, t
     path.write_bytes(other.read_bytes())
     with pytest.warns(RuntimeWarning, match="prepared again"):
         assert searched(encrypted) == before
-
-
-def test_exported_templates_are_sealed_too(encrypted, tmp_path):
-    with open_gallery(encrypted) as gallery:
-        assert export_templates(gallery, tmp_path / "out", suffixes=(".sealed",)) == len(PRINTS)
-    assert not any(readable(tmp_path, template) for template in PRINTS)
 
 
 def test_a_search_in_another_process_gets_the_source_and_never_the_key(encrypted, source):

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from made_prints import changed, entries_of, entry_of, readable, scattered
 
-from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
-from fpmatch.base.encryption.keys import load_keys
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.search.opening import open_search

@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 from made_prints import changed, entries_of, entry_of, print_of, refused, scattered
 
-from fpmatch.base.encryption.key_text import make_keys
 from fpmatch.cli.group import fpmatch
+from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.audit import audit_lines, turn_on

@@ -6,7 +6,9 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.encryption.keys import (
+from fpmatch.base.output import atomic_write
+from fpmatch.errors import EncryptionError, OutputError, without_path
+from fpmatch.gallery.encryption.keys import (
     Key,
     KeyRing,
     load_keys,
@@ -15,8 +17,6 @@ from fpmatch.base.encryption.keys import (
     split_source,
     write_keyring,
 )
-from fpmatch.base.output import atomic_write
-from fpmatch.errors import EncryptionError, OutputError, without_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -9,10 +9,10 @@ from typing import ClassVar
 
 import pytest
 
-from fpmatch.base.encryption import keys as module
-from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
-from fpmatch.base.encryption.keys import Key, KeyRing, load_keys, new_key, parse_keys
 from fpmatch.errors import EncryptionError
+from fpmatch.gallery.encryption import keys as module
+from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.keys import Key, KeyRing, load_keys, new_key, parse_keys
 
 
 @pytest.fixture

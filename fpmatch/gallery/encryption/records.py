@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 
-    from fpmatch.base.encryption.keys import Key, KeyRing
+    from fpmatch.gallery.encryption.keys import Key, KeyRing
 
 MAGIC: Final = b"\x89FPS\r\n\x1a\x01"
 HEAD_BYTES: Final = 16  # of magic and key id, the same for all records of a key
@@ -60,7 +60,7 @@ def seal(
 
     Examples
     --------
-    >>> from fpmatch.base.encryption.keys import KeyRing, new_key
+    >>> from fpmatch.gallery.encryption.keys import KeyRing, new_key
     >>> key = new_key()
     >>> record = seal(key, b"a template", purpose=b"example", bound=[b"ada"])
     >>> unseal(KeyRing([key]), record, purpose=b"example", bound=[b"ada"])

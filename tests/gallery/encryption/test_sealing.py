@@ -4,9 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.base.encryption.keys import Key, KeyRing
-from fpmatch.base.encryption.records import HEAD_BYTES, OVERHEAD, is_sealed, key_id_of, seal, unseal
 from fpmatch.errors import EncryptionError
+from fpmatch.gallery.encryption.keys import Key, KeyRing
+from fpmatch.gallery.encryption.records import (
+    HEAD_BYTES,
+    OVERHEAD,
+    is_sealed,
+    key_id_of,
+    seal,
+    unseal,
+)
 
 KEY, OTHER = Key(bytes(range(32))), Key(bytes(32))
 RING = KeyRing([KEY, OTHER])

@@ -1,12 +1,9 @@
-"""`fpmatch key`, and the option --key with templates."""
+"""`fpmatch key`, and the option --key."""
 
 import json
-import os
 from pathlib import Path
 
 import pytest
-
-from fpmatch import load_template
 
 
 @pytest.fixture(autouse=True)
@@ -68,35 +65,9 @@ def test_changes_exclude_each_other(run, words):
     assert "--new, --add and --remove exclude each other" in result.stderr
 
 
-def test_templates_are_written_and_read_sealed(run, prints):
-    run("key", "k", "--new")
-    made = run("extract", prints / "1_1.png", "-o", "t", "--format", "sealed", "--key", "file:k")
-    assert (made.exit_code, "FPMATCH_KEY" in os.environ) == (0, False)
-    refused = run("convert", "t/1_1.sealed", "plain.json")
-    assert refused.exit_code == 2
-    assert "give it with --key" in refused.stderr
-    assert run("convert", "t/1_1.sealed", "plain.json", "--key", "file:k").exit_code == 0
-    run("extract", prints / "1_1.png", "-o", "t")
-    assert load_template("plain.json") == load_template("t/1_1.json")
-    pair = ("t/1_1.sealed", prints / "1_2.png")
-    verified = run("verify", *pair, "--json", "--key", "file:k")
-    assert (
-        json.loads(verified.stdout)["score"]
-        == (json.loads(run("verify", "t/1_1.json", pair[1], "--json").stdout)["score"])
-    )
-    assert "file:k" not in verified.stdout
-
-
-def test_nothing_is_extracted_where_there_is_no_key(run, prints):
-    result = run("extract", prints / "1_1.png", "-o", "t", "--format", "sealed")
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert result.stderr.count("\n") == 1
-
-
-def test_what_is_no_source_is_refused_without_repeating_it(run, prints):
+def test_what_is_no_source_is_refused_without_repeating_it(run):
     for text in ("k", "QUJD", "file:", "x:y"):
-        result = run("inspect", prints / "1_1.png", "--key", text)
+        result = run("gallery", "list", "g.db", "--key", text)
         assert result.exit_code == 2
         assert "expected file:PATH, env:NAME or keyring:NAME" in result.stderr
         assert "QUJD" not in result.stderr

@@ -92,7 +92,7 @@ class KeyRing:
 
     Examples
     --------
-    >>> from fpmatch.base.encryption.keys import Key, KeyRing
+    >>> from fpmatch.gallery.encryption.keys import Key, KeyRing
     >>> KeyRing([Key(bytes(32))])
     KeyRing('4290bd01905d96eb')
     """
@@ -168,7 +168,7 @@ def load_keys(source: str | None = None) -> KeyRing:
     Examples
     --------
     >>> import os
-    >>> from fpmatch.base.encryption.keys import load_keys
+    >>> from fpmatch.gallery.encryption.keys import load_keys
     >>> os.environ["MY_KEY"] = "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="
     >>> load_keys("env:MY_KEY").current
     Key('4290bd01905d96eb')

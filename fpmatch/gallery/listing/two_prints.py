@@ -7,19 +7,20 @@ a sign.
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates import plausibility
+from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.templates.plausibility import best_minutiae, dpi_meant
+from fpmatch.templates.separate_prints import coarse, count_loops, count_prints, doubled_orientation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.templates.minutiae import Minutiae, Template
+    from fpmatch.templates.ridge_field import RidgeField
 
     Floats = NDArray[np.float64]
 
@@ -31,11 +32,6 @@ MIN_ACROSS: Final = 5  # minutiae across the ridges, and
 MIN_ACROSS_SHARE: Final = 0.08
 MIN_CONTRARY_SHARE: Final = 0.52  # of minutiae, with a neighbour of a contrary direction
 MIN_GAP_PX: Final = 110.0  # strip between two groups of minutiae, where no ridges are known
-
-# Of prints that lie apart on an image, without the outermost cells of each:
-LEAST_PRINT_MM2: Final = 30.0
-STRAIGHT: Final = 0.6  # length of the mean orientation of an area that may be a lower phalanx,
-CROSSWISE: Final = -0.7  # and cosine of twice the angle between it and the way to the finger's tip
 
 DIRECTIONS: Final = 24  # of lines
 _PER_CELL: Final = 2  # lines of one direction
@@ -51,8 +47,6 @@ _ACROSS: Final = 0.2  # squared sine of the angle between a minutia and the ridg
 _CONTRARY: Final = 0.6  # of the angle between two minutiae
 _NEIGHBOUR_PX: Final = 48.0
 _MIN_GROUP: Final = 8  # minutiae
-_MOST_CELLS: Final = 8192  # of a field; of more, some are left out
-MOST_COMPARED: Final = 400  # minutiae with each other; of more, the best
 
 
 class _Bits(NamedTuple):
@@ -75,8 +69,8 @@ def why_two_prints(template: Template) -> str:
 
     Minutiae alone show it less often than minutiae with ridges.
     """
-    px = STANDARD_DPI / template.dpi
-    m, field = template.minutiae, _coarse(template.field)
+    px = STANDARD_DPI / (dpi_meant(template) or template.dpi)
+    m, field = template.minutiae, coarse(template.field)
     signs, number = [], count_prints(template)
     if field is not None and field.mask.any():
         neck, most = neck_and_break(field)
@@ -97,30 +91,12 @@ def why_two_prints(template: Template) -> str:
     return f"probably {many} prints in one: {', '.join(signs)}; cut them into one image each"
 
 
-def count_prints(template: Template) -> int:
-    """Return how many prints lie apart in a template; 1 where it may be one, or has no ridges.
+def find_doubts(template: Template) -> tuple[str, ...]:
+    """Return the doubts of `fpmatch.templates.plausibility`, and why there are probably two prints.
 
-    Two areas may be one finger, where the ridges of one run straight, without a loop or delta, and
-    across the way to the other: those of a lower phalanx do.
+    There are none for most prints.
     """
-    field = _coarse(template.field)
-    if field is None or not field.mask.any():
-        return 1
-    import cv2  # noqa: PLC0415  (which templates alone do not need)
-
-    inner = cv2.erode(np.pad(field.mask, 1).view(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
-    _, labels, stats, middles = cv2.connectedComponentsWithStats(inner, connectivity=4)
-    sides = np.sqrt(stats[:, cv2.CC_STAT_AREA]) * field.step * MM_PER_INCH / template.dpi
-    large = [k for k in range(1, len(stats)) if sides[k] >= math.sqrt(LEAST_PRINT_MM2)]
-    if len(large) == 2:
-        x, y = middles[large[1]] - middles[large[0]]
-        along = complex(x, -y) ** 2 / (x * x + y * y)
-        for area in (replace(field, mask=labels == k) for k in large):
-            mean = _doubled(area)[area.mask].mean()
-            across = (mean / along).real < CROSSWISE * abs(mean)
-            if across and abs(mean) > STRAIGHT and not any(count_loops(area)):
-                return 1
-    return max(1, len(large))
+    return tuple(filter(None, (*plausibility.find_doubts(template), why_two_prints(template))))
 
 
 def neck_and_break(field: RidgeField) -> tuple[float, float]:
@@ -156,45 +132,22 @@ def neck_and_break(field: RidgeField) -> tuple[float, float]:
     return float(neck), float((broken[wide] / (crossed[wide] + _EVEN_PAIRS)).max(initial=0.0))
 
 
-def count_loops(field: RidgeField) -> tuple[int, int]:
-    """Return the numbers of loops and of deltas, by the Poincare index about four cells."""
-    doubled = np.pad(_doubled(field), 1)
-    rows, columns = field.mask.shape
-    near = [np.s_[i : i + rows, j : j + columns] for i in range(3) for j in range(3)]
-    angle = np.angle(np.sum([doubled[part] for part in near], axis=0))
-    inside = np.min([doubled[part] != 0 for part in near], axis=0)
-    corners = np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, 1:], np.s_[1:, :-1]
-    turn = np.zeros((rows - 1, columns - 1))
-    for one, other in zip(corners, (*corners[1:], corners[0]), strict=True):
-        turn += (angle[other] - angle[one] + np.pi) % (2 * np.pi) - np.pi
-    index = np.round(turn / (2 * np.pi)) * np.min([inside[one] for one in corners], axis=0)
-    return int(np.count_nonzero(index == -1)), int(np.count_nonzero(index == 1))
-
-
 def minutiae_across(m: Minutiae, field: RidgeField) -> tuple[int, float]:
     """Return how many minutiae lie across the ridges, and their share where these are certain."""
-    doubled = np.pad(_doubled(field), ((0, 1), (0, 1)))
+    vectors = np.pad(doubled_orientation(field), ((0, 1), (0, 1)))
     y, x = (
         np.clip(np.clip(place, 0, side * field.step) / field.step - 0.5, 0, side - 1)
         for place, side in zip(np.array([m.y, m.x], float), field.mask.shape, strict=True)
     )
     i, j = y.astype(np.intp), x.astype(np.intp)
     u, v = y - i, x - j
-    mean = (1 - u) * ((1 - v) * doubled[i, j] + v * doubled[i, j + 1])
-    mean += u * ((1 - v) * doubled[i + 1, j] + v * doubled[i + 1, j + 1])
+    mean = (1 - u) * ((1 - v) * vectors[i, j] + v * vectors[i, j + 1])
+    mean += u * ((1 - v) * vectors[i + 1, j] + v * vectors[i + 1, j + 1])
     length = np.abs(mean)
     certain = length > _CERTAIN
     along = (mean * np.exp(-2j * m.angle)).real[certain] / length[certain]
     count = int(np.count_nonzero((1 - along) / 2 > _ACROSS))
     return count, count / (len(along) + _ADDED)
-
-
-def best_minutiae(m: Minutiae) -> Minutiae:
-    """Return the minutiae that are compared with each other: the best of very many."""
-    if len(m) <= MOST_COMPARED:
-        return m
-    best = np.argsort(-m.quality.astype(np.int64), kind="stable")[:MOST_COMPARED]
-    return m.take(np.sort(best))
 
 
 def contrary_share(m: Minutiae, px: float) -> float:
@@ -218,15 +171,6 @@ def widest_gap(m: Minutiae, px: float) -> float:
     return float(np.diff(place, axis=1).max()) * px
 
 
-def _coarse(field: RidgeField | None) -> RidgeField | None:
-    """Return a field with every second cell or fewer where there are more than of any finger."""
-    if field is None or field.mask.size <= _MOST_CELLS:
-        return field
-    every = math.ceil(math.sqrt(field.mask.size / _MOST_CELLS))
-    part = np.s_[::every, ::every]
-    return RidgeField(every * field.step, field.orientation[part], field.mask[part])
-
-
 def _directions() -> tuple[Floats, Floats]:
     """Return sine and cosine of the directions of lines, (24, 1) each."""
     turn = np.arange(DIRECTIONS)[:, None] * (np.pi / DIRECTIONS)
@@ -242,10 +186,10 @@ def _lines_beyond(cells: NDArray[np.intp]) -> NDArray[np.intp]:
 
 def _breaks(field: RidgeField) -> tuple[NDArray[np.intp], Floats]:
     """Return the cells of each pair of neighbours, (2, P, 2), and how far its ridges break off."""
-    mask, doubled = field.mask, _doubled(field)
+    mask, vectors = field.mask, doubled_orientation(field)
     pictures = np.zeros(mask.shape, np.uint64) if field.ridges is None else field.ridges
-    upper, *below = _breaks_below(mask, doubled, pictures, _ROWS)
-    left, *beside = _breaks_below(mask.T, doubled.T, pictures.T, _COLUMNS)
+    upper, *below = _breaks_below(mask, vectors, pictures, _ROWS)
+    left, *beside = _breaks_below(mask.T, vectors.T, pictures.T, _COLUMNS)
     left = left[:, ::-1]
     ends = np.stack([np.concatenate([upper, left]), np.concatenate([upper + _DOWN, left + _RIGHT])])
     turn, difference = (np.concatenate(both) for both in zip(below, beside, strict=True))
@@ -255,7 +199,7 @@ def _breaks(field: RidgeField) -> tuple[NDArray[np.intp], Floats]:
 
 def _breaks_below(
     mask: NDArray[np.bool_],
-    doubled: NDArray[np.complex128],
+    vectors: NDArray[np.complex128],
     pictures: NDArray[np.uint64],
     bits: _Bits,
 ) -> tuple[NDArray[np.intp], Floats, Floats]:
@@ -265,7 +209,7 @@ def _breaks_below(
     difference is the share of bits that differ across the border, less that within both cells.
     """
     both = mask[1:] & mask[:-1]
-    step = doubled[1:] * doubled[:-1].conj()
+    step = vectors[1:] * vectors[:-1].conj()
     none = np.zeros_like(step[:1])
     mean = np.concatenate([none, step[:-1]]) + np.concatenate([step[1:], none])
     length = np.abs(mean)
@@ -280,9 +224,3 @@ def _count(pictures: NDArray[np.uint64]) -> Floats:
     """Return how many bits of each picture are set."""
     in_bytes = np.ascontiguousarray(pictures).view(np.uint8).reshape(*pictures.shape, 8)
     return np.asarray(_ONES[in_bytes].sum(axis=-1, dtype=np.float64))
-
-
-def _doubled(field: RidgeField) -> NDArray[np.complex128]:
-    """Return the orientations as unit vectors of twice the angle, 0 outside the print."""
-    vectors = np.exp(2j * np.where(field.mask, field.orientation, 0).astype(np.float64))
-    return np.asarray(vectors * field.mask)

@@ -1,4 +1,4 @@
-"""`fpmatch key`: list, make and remove the keys of encrypted galleries and templates."""
+"""`fpmatch key`: list, make and remove the keys of encrypted galleries."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fpmatch.printable import json_text, printable
 
 def _full_source(text: str | None) -> str:
     """Return the source that an argument means: without file:, env: or keyring: a file."""
-    from fpmatch.base.encryption.keys import KEY_VARIABLE, KINDS, given_source
+    from fpmatch.gallery.encryption.keys import KEY_VARIABLE, KINDS, given_source
 
     if text is None and not given_source():
         raise click.UsageError(f"give a FILE or SOURCE, or set {KEY_VARIABLE}")
@@ -29,8 +29,8 @@ Sources:
   env:NAME      an environment variable with the text; it is not changed
 
 A source has one key a line: its id and 32 bytes in base64. The first is the current key, with which
-new galleries and templates are encrypted. The option --key of other commands, or the environment
-variable FPMATCH_KEY, names a source.
+new galleries are encrypted. The option --key of other commands, or the environment variable
+FPMATCH_KEY, names a source.
 
 \b
 Examples:
@@ -56,11 +56,11 @@ Examples:
 def key(source: str | None, new: bool, add: bool, remove: str | None, as_json: bool) -> None:
     """List the ids of the keys in FILE or SOURCE, the current one first, or change its keys.
 
-    The keys are of encrypted galleries and templates, which are lost without them: keep a copy
+    The keys are of encrypted galleries, which are lost without them: keep a copy
     elsewhere.
     """
-    from fpmatch.base.encryption.key_text import add_key, make_keys, remove_key
-    from fpmatch.base.encryption.keys import load_keys
+    from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+    from fpmatch.gallery.encryption.keys import load_keys
 
     if new + add + (remove is not None) > 1:
         raise click.UsageError("--new, --add and --remove exclude each other")

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.index.loss import SearchPlan
     from fpmatch.gallery.index.print_segment import PrintSegment
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
     Rounds = Sequence[tuple[SearchPlan, float]]

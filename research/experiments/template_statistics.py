@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)

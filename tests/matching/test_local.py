@@ -11,11 +11,9 @@ from matching_prints import COMPILED, jittered, moved, seeds, similarity_of, spr
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.pipeline.alignment import local_similarity
 from fpmatch.matching.pipeline.parameters import LocalParameters
-from fpmatch.matching.prints.neighbourhood import (
-    NeighbourhoodParameters,
-    Neighbourhoods,
-    neighbourhoods,
-)
+from fpmatch.matching.prints.neighbourhood import neighbourhoods
+from fpmatch.matching.prints.parameters import NeighbourhoodParameters
+from fpmatch.matching.prints.prepared import Neighbourhoods
 
 P = LocalParameters()
 TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)

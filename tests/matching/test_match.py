@@ -21,11 +21,16 @@ from matching_weights import (
 )
 
 from fpmatch.matching import reference
+from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
 from fpmatch.matching.pipeline._kernels import _pipeline_kernel
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import LEAST_CAPACITY, Workspace, match, workspace_for
+from fpmatch.matching.pipeline.match import (
+    LEAST_CAPACITY,
+    Workspace,
+    evidence_scorer,
+    match,
+    workspace_for,
+)
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.reference import transform_of
 from fpmatch.matching.reference.alignment import Pairing

@@ -14,7 +14,6 @@ from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import aligner_of, local_similarity
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.templates.minutiae import RidgeField
@@ -33,7 +32,7 @@ def searched(a, b, parameters=P):
     search = RidgeSearch(parameters)
     return pairs_of(
         search,
-        search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM, SMALL_AREA_PX2)),
+        search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM)),
     )
 
 
@@ -86,7 +85,7 @@ def test_interpreted_is_compiled(plain, seed):
     a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
     search = plain.ridge_search.RidgeSearch(P)
     sides = (print_for(plain, side) for side in (a, b))
-    count = search.search(*sides, plain.ridge.RidgeCorrelator(ROOM, SMALL_AREA_PX2))
+    count = search.search(*sides, plain.ridge.RidgeCorrelator(ROOM))
     assert pairs_of(search, count) == searched(a, b)
 
 
@@ -151,7 +150,7 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed):
     aligner, count = relaxed(a, b)
     found = aligner.relaxation
     candidates = np.array(found.first[:count]), np.array(found.second[:count])
-    search, correlator = RidgeSearch(p), RidgeCorrelator(ROOM, SMALL_AREA_PX2)
+    search, correlator = RidgeSearch(p), RidgeCorrelator(ROOM)
     sides = a.for_kernels(), b.for_kernels()
     count = search.search_candidates(*sides, aligner.relaxation, correlator)
     expected = search_by_ridges(a, b, candidates, p)

@@ -21,10 +21,10 @@ from matching_prints import (
 )
 from matching_weights import print_for
 
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.pipeline._kernels import _ridge_kernel
 from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.pipeline.ridge_map import ridge_map
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
@@ -65,7 +65,7 @@ def bare(field):
 
 def compared_interpreted(plain, a, b, transform):
     """Return correlation and cells as the interpreted kernel finds them."""
-    correlator = plain.ridge.RidgeCorrelator(ROOM, SMALL_AREA_PX2)
+    correlator = plain.ridge.RidgeCorrelator(ROOM)
     mesh = mesh_of(a, b, np.empty(0, np.int32), transform)
     cells = correlator.compare(print_for(plain, a), print_for(plain, b), mesh, *transform)
     assert cells == correlator.cells
@@ -147,9 +147,7 @@ def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
 @given(seeds)
 @settings(max_examples=20)
 def test_correlators_used_before_and_interpreted_agree(plain, seed):
-    correlator, interpreted = (
-        one.RidgeCorrelator(ROOM, SMALL_AREA_PX2) for one in (_ridge_kernel, plain.ridge)
-    )
+    correlator, interpreted = (one.RidgeCorrelator(ROOM) for one in (_ridge_kernel, plain.ridge))
     for a, b, partner, transform in map(some_case, (seed + 1, seed)):
         mesh = mesh_of(a, b, partner, transform)
         cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
@@ -192,7 +190,7 @@ def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin():
     a, b, _, transform = some_case(2)
     assert len(a) > 1
     mesh = mesh_of(a, b, np.arange(len(a), dtype=np.int32), transform)
-    correlator = _ridge_kernel.RidgeCorrelator(1, SMALL_AREA_PX2)
+    correlator = _ridge_kernel.RidgeCorrelator(1)
     cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
     assert (correlator.correlation, cells) == compared(a, b, transform)
 

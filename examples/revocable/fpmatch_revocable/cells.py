@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 MINUTIAE: Final = 48  # of a print; of more, those of best quality
 NEIGHBOURS: Final = 12  # of a minutia, at most

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.explain.steps import Plane, Sides
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.prints.pair import ComparedPair

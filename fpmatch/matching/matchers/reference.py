@@ -12,14 +12,14 @@ import numpy as np
 
 from fpmatch.matching import reference as method
 from fpmatch.matching.matchers.unit_circle import UNLIKE, UNPAIRED, UnitCircleMatcher, too_few
-from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.alignment import Alignment
 from fpmatch.matching.pipeline.evidence import main_reason
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, workspace_for
+from fpmatch.matching.pipeline.score_model import as_similarity
 from fpmatch.matching.result import Comparison, nothing_found
 
 if TYPE_CHECKING:
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.templates.minutiae import Template
 

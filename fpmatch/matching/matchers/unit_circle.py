@@ -15,15 +15,21 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.base.parameters import Parametrised, parameters_of
+from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE, local_similarity
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, workspace_for
+from fpmatch.matching.pipeline.alignment import local_similarity
+from fpmatch.matching.pipeline.match import (
+    MIN_MINUTIAE,
+    evidence_scorer,
+    match,
+    workspace_for,
+)
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.pipeline.score_model import amount_of_print
+from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
-from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
+from fpmatch.matching.prints.prepare import prepare, rescaled_descriptors
+from fpmatch.matching.prints.prepared import available
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -37,7 +43,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
@@ -209,7 +215,7 @@ def _match_in_any_case(
     weights = score.load_weights()
     models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
     weights = replace(weights, models=models)
-    scorer = score.evidence_scorer(max(len(a), len(b)), weights, parameters.score)
+    scorer = evidence_scorer(max(len(a), len(b)), weights, parameters.score)
     return match(a, b, scorer, parameters)
 
 

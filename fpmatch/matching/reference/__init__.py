@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
+from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.prints.bit_descriptors import encode
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 

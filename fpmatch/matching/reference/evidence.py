@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.pipeline._kernels._amount_kernel import (
     decades_beyond_chance,
     most_decades,
@@ -14,7 +15,6 @@ from fpmatch.matching.pipeline._kernels._amount_kernel import (
 )
 from fpmatch.matching.pipeline.evidence import Evidence, load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
-from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
 from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, lie_off_ridges
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.parameters import ScoreParameters
     from fpmatch.matching.pipeline.score_model import ScoreModel
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates

@@ -8,7 +8,8 @@ import numpy as np
 
 from fpmatch.matching.numpy_forms.local import NeighbourIndex, like_neighbours
 from fpmatch.matching.pipeline.parameters import LocalParameters
-from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.prints.parameters import NeighbourhoodParameters
+from fpmatch.matching.prints.prepared import Neighbourhoods
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
 from fpmatch.pointset.geometry.frames import UnitFrame

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.constants.comparison import FEW_SAMPLES, SAMPLES, SMALL_AREA_PX2
 from fpmatch.matching.numpy_forms.ridges import (
     REACH,
     SHIFTS,
@@ -15,16 +16,14 @@ from fpmatch.matching.numpy_forms.ridges import (
     bits_of,
     count_agreeing,
 )
-from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES, SAMPLES
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.pair_mesh import PairMesh
 

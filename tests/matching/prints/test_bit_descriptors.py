@@ -18,18 +18,16 @@ from matching_prints import (
     templates,
 )
 
+from fpmatch.matching.constants.prints import MAX_ENCODED, ORIENTATIONS, TURNS
 from fpmatch.matching.prints import bit_descriptors
 from fpmatch.matching.prints.bit_descriptors import (
-    MAX_ENCODED,
-    TURNS,
-    BitDescriptorParameters,
     encode,
     prefilter,
     prefilter_of,
     score_descriptors,
 )
+from fpmatch.matching.prints.parameters import BitDescriptorParameters
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.print_area import ORIENTATIONS
 
 EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8

@@ -9,10 +9,10 @@ import numpy as np
 
 from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
 from fpmatch.gallery.index.prints.compact_template import print_areas
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, view_of, workspace_for
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.prints.compact_template import CompactTemplates
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
     from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do

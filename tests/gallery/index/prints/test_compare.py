@@ -43,13 +43,13 @@ from fpmatch.gallery.index.prints.compare import (
 from fpmatch.gallery.index.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.lab.synthesis.templates import make_templates
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.match import view_of, workspace_for
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
-from fpmatch.matching.prints.bit_descriptors import BitDescriptorParameters
-from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
+from fpmatch.matching.pipeline.score_model import as_similarity
+from fpmatch.matching.prints.parameters import BitDescriptorParameters
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared import ROOT_WEIGHTS
 from fpmatch.matching.registry import get_matcher
 
 PRINT_SIZE = 30 if COMPILED else 12
@@ -335,7 +335,7 @@ def test_compiled_and_interpreted_agree_on_ridges(plain, interpreted, fingers):
     )
     own = print_for(plain, probe)
     tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
-    correlator = plain.ridge.RidgeCorrelator(len(probe), 0.0)
+    correlator = plain.ridge.RidgeCorrelator(len(probe))
     packed.compare_ridges(
         reader, which, tables, own, print_for(plain, probe), correlator, agreement
     )

@@ -12,7 +12,7 @@ import pytest
 
 from fpmatch import extract, verify
 from fpmatch.matching.matchers.reference import ReferenceMatcher
-from fpmatch.matching.prints import prepare
+from fpmatch.matching.prints import prepared as prepare
 from fpmatch.matching.reference import match
 from fpmatch.matching.reference import prepare as prepared
 

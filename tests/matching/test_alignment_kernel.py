@@ -173,10 +173,15 @@ def test_hypotheses_and_their_growth_agree_with_the_reference(seed):
     aligner, candidates = aligner_for(a, b), relax(a, b, similarity)
     assert aligner.relax(similarity) == len(candidates.first)
     coarse = [None] * PARAMETERS.hypotheses
-    for k, (partner, weight) in enumerate(candidates.hypotheses(a.shape[1], len(coarse))):
+    seeds = candidates.seeds
+    for k in range(len(coarse)):
+        if not seeds:
+            break
         aligner.start_hypothesis(k)
-        coarse[k] = grow(seeded(a, b, partner, weight), PARAMETERS.coarse_rounds)
-        candidates.explain(coarse[k].partner)
+        hypothesis = candidates.hypothesis(a.shape[1], seeds[0])
+        coarse[k] = grow(seeded(a, b, *hypothesis), PARAMETERS.coarse_rounds)
+        among = candidates.among(coarse[k].partner)
+        seeds = [seed for seed in seeds[1:] if not among[seed]]
         check_state(aligner, coarse[k])
     for k in rng.permutation(PARAMETERS.hypotheses).tolist():
         if coarse[k] is None:

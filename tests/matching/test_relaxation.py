@@ -105,18 +105,19 @@ def test_hypotheses_agree_with_the_reference(seed, p):
     n = a.shape[1]
     relaxation = relaxation_of(a, b, similarity, p)
     of = result_of(relaxation)
-    sides, unexplained = np.array([of.first, of.second], int), np.zeros(len(of.first), bool)
-    candidates = Candidates(similarity, *sides, of.relaxed, of.support, unexplained, p)
-    rng = np.random.default_rng(seed)
-    for k, (partner, weight) in enumerate(candidates.hypotheses(n, len(of.first) + 1)):
+    sides = np.array([of.first, of.second], int)
+    candidates = Candidates(similarity, *sides, of.relaxed, of.support, p)
+    rng, seeds, whole = np.random.default_rng(seed), candidates.seeds, True
+    while seeds:
+        partner, weight = candidates.hypothesis(n, seeds[0])
         expected = np.count_nonzero(partner >= 0), partner.tolist(), weight.tolist()
-        assert next_hypothesis(relaxation, n, whole=k == 0) == expected
+        assert next_hypothesis(relaxation, n, whole=whole) == expected
         # any pairs explain the candidates among them, and no others
         given_pairs = np.where(rng.random(n) < 0.3, -1, partner).astype(np.int32)
         among = candidates.among(given_pairs)
         assert relaxation.explain(given_pairs) == np.count_nonzero(among)
         assert relaxation.support_of(given_pairs) == pytest.approx(of.relaxed[among].sum())
-        candidates.explain(given_pairs)
+        seeds, whole = [seed for seed in seeds[1:] if not among[seed]], False
     assert next_hypothesis(relaxation, n, whole=False) == (0, [-1] * n, [0.0] * n)
 
 

@@ -125,7 +125,3 @@ def test_weights_of_other_fewer_or_swapped_features_are_refused(model):
         document["models"][model]["features"] = changed
         with pytest.raises(MatcherError, match="other features"):
             ScoreWeights.from_json(json.dumps(document))
-
-
-def test_the_area_of_small_prints_has_one_home():
-    text = WEIGHTS_FILE.read_text(encoding="utf-8")

@@ -1,7 +1,7 @@
 """Matcher "reference": the default matcher's method in plain numpy and scipy.
 
 Its similarities are those of `unit_circle` up to rounding; see `fpmatch.matching.reference`, which
-is what to change and to measure. Prefilter and explanation are those of `unit_circle`.
+is what to change and to measure. The explanation is that of `unit_circle`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from fpmatch.matching import reference as method
 from fpmatch.matching.matchers.unit_circle import UNLIKE, UNPAIRED, UnitCircleMatcher, too_few
 from fpmatch.matching.pipeline.alignment import Alignment
 from fpmatch.matching.pipeline.evidence import main_reason
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, workspace_for
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE
 from fpmatch.matching.pipeline.score_model import as_similarity
 from fpmatch.matching.result import Comparison, nothing_found
 
@@ -39,12 +39,9 @@ class ReferenceMatcher(UnitCircleMatcher):
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
-        if a.key != b.key:
-            workspace = workspace_for(max(len(a), len(b)), self.parameters)
-            workspace.load(a)
-            rejected = workspace.rejected(b, reference_first=False)
-            if rejected is not None:
-                return nothing_found(UNLIKE, as_similarity(rejected))
+        rejected = None if a.key == b.key else method.rejected(a, b, self.parameters)
+        if rejected is not None:
+            return nothing_found(UNLIKE, as_similarity(rejected))
         matched = method.match(a, b, self.parameters)
         if matched is None:
             return nothing_found(too_few(probe, reference) or UNPAIRED)

@@ -9,25 +9,20 @@ import numpy as np
 
 from fpmatch.matching.prints.bit_descriptors import encode, encode_many
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.prints.parameters import PreparationParameters
-from fpmatch.matching.prints.prepared import (
-    BitDescriptors,
-    PreparedTemplate,
-    best_minutiae,
-    content_key,
-    points_at_500dpi,
-    qualities,
-    rounded,
-)
-from fpmatch.matching.prints.print_area import PrintAreas, area_of_field, area_of_hull
-from fpmatch.templates.minutiae import STANDARD_DPI
+from fpmatch.matching.prints.prepared import BitDescriptors, prepare_by, rounded
+from fpmatch.matching.prints.print_area import PrintAreas
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.bit_descriptors import EncodedMinutiae
-    from fpmatch.matching.prints.parameters import BitDescriptorParameters, NeighbourhoodParameters
-    from fpmatch.matching.prints.prepared import Neighbourhoods
+    from fpmatch.matching.prints.parameters import (
+        BitDescriptorParameters,
+        NeighbourhoodParameters,
+        PreparationParameters,
+    )
+    from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate
+    from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.templates.minutiae import Template
 
 
@@ -38,31 +33,16 @@ def prepare(
     prefilter: BitDescriptorParameters | None = None,
 ) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
-    p = parameters or PreparationParameters()
-    to_500dpi = STANDARD_DPI / template.dpi
-    index = best_minutiae(template.minutiae, p.max_minutiae)
-    all_of_them = len(index) == len(template.minutiae)
-    minutiae = template.minutiae if all_of_them else template.minutiae.take(index)
-    points = points_at_500dpi(minutiae.x, minutiae.y, minutiae.angle, to_500dpi)
-    if template.field is not None:
-        region = area_of_field(template.field, to_500dpi)
-    else:
-        region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
-    start = np.array((0, len(index)), np.int64)
-    quality = qualities(minutiae.quality, start, p.usual_quality)
-    areas = PrintAreas.of(region)
-    described, bits = describe(points, quality, start, areas, neighbourhood, prefilter)
-    xy = np.ascontiguousarray(points[:2].T, np.float32)
-    return PreparedTemplate(
-        points=points,
-        quality=quality,
-        index=index,
-        neighbourhoods=described,
-        region=region,
-        bit_descriptors=BitDescriptors(xy, *bits, region.has_flow),
-        to_500dpi=to_500dpi,
-        key=content_key(points, quality, region),
-    )
+
+    def describe_one(
+        points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
+    ) -> tuple[Neighbourhoods, BitDescriptors]:
+        start, areas = np.array((0, len(quality)), np.int64), PrintAreas.of(region)
+        described, bits = describe(points, quality, start, areas, neighbourhood, prefilter)
+        xy = np.ascontiguousarray(points[:2].T, np.float32)
+        return described, BitDescriptors(xy, *bits, region.has_flow)
+
+    return prepare_by(describe_one, template, parameters)
 
 
 def describe(

@@ -8,14 +8,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.prints.parameters import PreparationParameters
+from fpmatch.matching.prints.print_area import area_of_field, area_of_hull
+from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.print_area import PrintArea
-    from fpmatch.templates.minutiae import Minutiae
+    from fpmatch.templates.minutiae import Minutiae, Template
 
 ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour; greater ones hardly occur
 _FRAME: Final = struct.Struct("=qqqqqd")  # of a region, in its content
@@ -76,6 +81,39 @@ class PreparedTemplate:
             r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow
         )
         return print_
+
+
+def prepare_by(
+    describe: Callable[
+        [NDArray[np.float64], NDArray[np.float64], PrintArea],
+        tuple[Neighbourhoods, BitDescriptors],
+    ],
+    template: Template,
+    parameters: PreparationParameters | None = None,
+) -> PreparedTemplate:
+    """Prepare a template by a function that describes minutiae (4, N) of a quality in an area."""
+    p = parameters or PreparationParameters()
+    to_500dpi = STANDARD_DPI / template.dpi
+    index = best_minutiae(template.minutiae, p.max_minutiae)
+    all_of_them = len(index) == len(template.minutiae)
+    minutiae = template.minutiae if all_of_them else template.minutiae.take(index)
+    points = points_at_500dpi(minutiae.x, minutiae.y, minutiae.angle, to_500dpi)
+    if template.field is not None:
+        region = area_of_field(template.field, to_500dpi)
+    else:
+        region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
+    quality = qualities(minutiae.quality, np.array((0, len(index))), p.usual_quality)
+    described, bits = describe(points, quality, region)
+    return PreparedTemplate(
+        points=points,
+        quality=quality,
+        index=index,
+        neighbourhoods=described,
+        region=region,
+        bit_descriptors=bits,
+        to_500dpi=to_500dpi,
+        key=content_key(points, quality, region),
+    )
 
 
 def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:

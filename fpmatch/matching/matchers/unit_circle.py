@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
 from fpmatch.base.parameters import Parametrised, parameters_of
 from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
-from fpmatch.matching.pipeline.alignment import local_similarity
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import COMPILED, fit_pairs
+from fpmatch.matching.pipeline.alignment import Alignment, local_similarity
 from fpmatch.matching.pipeline.match import (
     MIN_MINUTIAE,
     evidence_scorer,
@@ -39,11 +39,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepared import PreparedTemplate
+    from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.templates.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
@@ -56,6 +56,8 @@ MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints
 class UnitCircleMatcher(Parametrised):
     """Compare prints by the Delaunay mesh of their pairs on the unit circle.
 
+    Where the kernels are not compiled, the steps of `fpmatch.matching.reference` are taken.
+
     The arguments are the parameters in `fpmatch.matching.pipeline.parameters`, which ``fpmatch
     doctor --matchers`` lists.
 
@@ -65,6 +67,7 @@ class UnitCircleMatcher(Parametrised):
     """
 
     name = "unit-circle"
+    by_reference: ClassVar[bool] = not COMPILED
     parameters: MatchParameters = USUAL
 
     @property
@@ -80,6 +83,10 @@ class UnitCircleMatcher(Parametrised):
     def prepare(self, template: Template) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         p = self.parameters
+        if self.by_reference:
+            from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+
+            return method.prepare(template, p)
         return prepare(template, p.preparation, p.neighbourhood, p.prefilter)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
@@ -92,6 +99,17 @@ class UnitCircleMatcher(Parametrised):
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
+        find = self._match_by_reference if self.by_reference else self._match_by_kernels
+        rejected, compared = find(probe, reference, swapped=swapped)
+        if rejected is not None:
+            return nothing_found(UNLIKE, as_similarity(rejected))
+        return compared or nothing_found(too_few(probe, reference) or UNPAIRED)
+
+    def _match_by_kernels(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, swapped: bool
+    ) -> tuple[float | None, Comparison | None]:
+        """Return what stands for -ln(FMR) of a rejected pair, or the comparison if it pairs any."""
+        a, b = (reference, probe) if swapped else (probe, reference)
         if a.key == b.key:
             matched = match(a, b, None, self.parameters)
         else:
@@ -99,11 +117,39 @@ class UnitCircleMatcher(Parametrised):
             workspace.load(probe)
             rejected = workspace.rejected(reference, reference_first=swapped)
             if rejected is not None:
-                return nothing_found(UNLIKE, as_similarity(rejected))
+                return rejected, None
             matched = workspace.match(reference, reference_first=swapped)
+        return None, matched and _comparison(a, b, matched, swapped=swapped)
+
+    def _match_by_reference(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, swapped: bool
+    ) -> tuple[float | None, Comparison | None]:
+        """Return the same by the steps of the reference."""
+        from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+
+        a, b = (reference, probe) if swapped else (probe, reference)
+        rejected = None if a.key == b.key else method.rejected(a, b, self.parameters)
+        matched = method.match(a, b, self.parameters) if rejected is None else None
         if matched is None:
-            return nothing_found(too_few(probe, reference) or UNPAIRED)
-        return _comparison(a, b, matched, swapped=swapped)
+            return rejected, None
+        pairing, evidence = matched
+        transform, rms = method.transform_of(a, b, pairing)
+        i = np.flatnonzero(pairing.partner >= 0)
+        pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
+        if swapped:
+            transform, rms = transform.inverse(), rms / transform.scale
+            pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
+        compared = Comparison(
+            similarity=evidence.similarity,
+            transform=transform,
+            pairs=pairs,
+            rms_px=rms,
+            agreement=evidence.agreement,
+            overlap=evidence.overlap,
+            reason=score.main_reason(evidence),
+            detail=(_alignment(pairing), evidence),
+        )
+        return None, compared
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -245,6 +291,14 @@ def _comparison(
         reason=score.main_reason(evidence),
         detail=matched,
     )
+
+
+def _alignment(pairing: Pairing) -> Alignment:
+    """Return a pairing as explanations and drawings read it."""
+    (linear, shift), (_, place, direction, _) = pairing.move, pairing.mesh
+    transform = np.array([linear.real, linear.imag, shift.real, shift.imag])
+    predicted = np.stack([place.real, place.imag, direction.real, direction.imag])
+    return Alignment(transform, pairing.partner.astype(np.int32), pairing.weight, predicted)
 
 
 def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

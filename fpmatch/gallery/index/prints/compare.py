@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 import numpy as np
 
@@ -31,7 +31,7 @@ REFERENCE_FIRST: Final = -1
 PROBE_FIRST: Final = 1
 
 
-def packs(matcher: Matcher) -> bool:
+def packs(matcher: Matcher) -> TypeGuard[UnitCircleMatcher]:
     """Return whether what a matcher prepares can be packed: it is what the default one prepares.
 
     What one with other parameters prepares is in no file, index or array of many prints.
@@ -63,8 +63,8 @@ def similarities(
     """
     first, last, _ = slice(first, last).indices(len(references))
     similarity, order = np.zeros(max(last - first, 0)), np.full(max(last - first, 0), NEITHER_FIRST)
-    kernel = getattr(type(matcher), "compare", None) is UnitCircleMatcher.compare
-    if kernel and packs(matcher) and len(similarity):
+    own = getattr(type(matcher), "compare", None) is UnitCircleMatcher.compare
+    if own and packs(matcher) and not matcher.by_reference and len(similarity):
         order = canonical_order(probe, references, first, last)
         _fill(similarity, probe, references, first, order)
     for k in np.flatnonzero(order == NEITHER_FIRST).tolist():

@@ -130,26 +130,7 @@ class UnitCircleMatcher(Parametrised):
         a, b = (reference, probe) if swapped else (probe, reference)
         rejected = None if a.key == b.key else method.rejected(a, b, self.parameters)
         matched = method.match(a, b, self.parameters) if rejected is None else None
-        if matched is None:
-            return rejected, None
-        pairing, evidence = matched
-        transform, rms = method.transform_of(a, b, pairing)
-        i = np.flatnonzero(pairing.partner >= 0)
-        pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
-        if swapped:
-            transform, rms = transform.inverse(), rms / transform.scale
-            pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
-        compared = Comparison(
-            similarity=evidence.similarity,
-            transform=transform,
-            pairs=pairs,
-            rms_px=rms,
-            agreement=evidence.agreement,
-            overlap=evidence.overlap,
-            reason=score.main_reason(evidence),
-            detail=(_alignment(pairing), evidence),
-        )
-        return None, compared
+        return rejected, matched and _comparison_by_reference(a, b, matched, swapped=swapped)
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -164,12 +145,14 @@ class UnitCircleMatcher(Parametrised):
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         p = self.parameters
-        matched = comparison.detail or _match_in_any_case(a, b, p)
-        if matched is None:
+        whole = comparison
+        if comparison.detail is None and min(len(a), len(b)) >= MIN_MINUTIAE:
+            align = _align_by_reference if self.by_reference else _align
+            whole = align(a, b, p, swapped=swapped) or comparison
+        if whole.detail is None:
             return comparison
-        whole = _comparison(a, b, matched, swapped=swapped)
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, p)
-        alignment, evidence = matched
+        alignment, evidence = whole.detail
         competing = competing_pairs(a, b, alignment, similarity, parameters=p)
         reason = all_reasons(probe, reference, evidence, competing)
         return replace(whole, similarity=comparison.similarity, reason=reason)
@@ -250,19 +233,28 @@ class UnitCircleMatcher(Parametrised):
 MATCHER: Final = UnitCircleMatcher()
 
 
-def _match_in_any_case(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters
-) -> tuple[Alignment, Evidence] | None:
-    """Match two prints; if need be by all hypotheses, however weak the local matches are."""
-    if min(len(a), len(b)) < MIN_MINUTIAE:
-        return None
-    if matched := match(a, b, None, parameters):
-        return matched
-    weights = score.load_weights()
-    models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
-    weights = replace(weights, models=models)
-    scorer = evidence_scorer(max(len(a), len(b)), weights, parameters.score)
-    return match(a, b, scorer, parameters)
+def _align(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters, *, swapped: bool
+) -> Comparison | None:
+    """Compare two prints; if need be by all hypotheses, however weak the local matches are."""
+    matched = match(a, b, None, parameters)
+    if matched is None:
+        weights = score.load_weights()
+        models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
+        weights = replace(weights, models=models)
+        scorer = evidence_scorer(max(len(a), len(b)), weights, parameters.score)
+        matched = match(a, b, scorer, parameters)
+    return matched and _comparison(a, b, matched, swapped=swapped)
+
+
+def _align_by_reference(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters, *, swapped: bool
+) -> Comparison | None:
+    """Return the same by the steps of the reference."""
+    from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+
+    matched = method.match(a, b, parameters) or method.match(a, b, parameters, however_weak=True)
+    return matched and _comparison_by_reference(a, b, matched, swapped=swapped)
 
 
 def _comparison(
@@ -290,6 +282,31 @@ def _comparison(
         overlap=evidence.overlap,
         reason=score.main_reason(evidence),
         detail=matched,
+    )
+
+
+def _comparison_by_reference(
+    a: PreparedTemplate, b: PreparedTemplate, matched: tuple[Pairing, Evidence], *, swapped: bool
+) -> Comparison:
+    """Return the same of a pairing of the reference."""
+    from fpmatch.matching.reference import transform_of  # noqa: PLC0415  (scipy)
+
+    pairing, evidence = matched
+    transform, rms = transform_of(a, b, pairing)
+    i = np.flatnonzero(pairing.partner >= 0)
+    pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
+    if swapped:
+        transform, rms = transform.inverse(), rms / transform.scale
+        pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
+    return Comparison(
+        similarity=evidence.similarity,
+        transform=transform,
+        pairs=pairs,
+        rms_px=rms,
+        agreement=evidence.agreement,
+        overlap=evidence.overlap,
+        reason=score.main_reason(evidence),
+        detail=(_alignment(pairing), evidence),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -148,16 +149,17 @@ def qualities(
     of the quality (`plausibility.evenness`): no extraction gives such qualities, by which most
     minutiae would count for nothing where they have no partner.
     """
-    count, value = np.diff(start), quality.astype(np.int64)
-
-    def sums(values: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.diff(np.append(0, values.cumsum())[start])
-
-    total, squares = sums(value), sums(value * value)
-    even = sums(np.minimum(np.repeat(count, count) * value * value, np.repeat(squares, count)))
-    least = np.where(count >= FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW)
-    given = (total > 0) & (total < 100 * count) & (even >= least * count * squares)
-    return np.where(np.repeat(given, count), quality / 100.0, usual)
+    scaled = quality / 100.0
+    for first, end in pairwise(start.tolist()):
+        value = quality[first:end].astype(np.int64)
+        count, squares = len(value), value * value
+        total = int(squares.sum())
+        even = int(np.minimum(count * squares, total).sum())  # by `count`
+        least = LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
+        given = 0 < int(value.sum()) < 100 * count and even >= least * count * total
+        if not given:
+            scaled[first:end] = usual
+    return np.asarray(scaled)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:

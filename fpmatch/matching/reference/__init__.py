@@ -81,10 +81,18 @@ def rejected(
 
 
 def match(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    parameters: MatchParameters = USUAL,
+    *,
+    however_weak: bool = False,
 ) -> tuple[Pairing, Evidence] | None:
-    """Align print A with print B, in the order of their content; None if nothing is paired."""
+    """Align print A with print B, in the order of their content; None if nothing is paired.
+
+    All hypotheses are tried, also those of weak local matches, if `however_weak`.
+    """
     p, model = parameters.alignment, load_weights().model_of(a, b)
+    strong = -math.inf if however_weak else model.relaxation_threshold
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
     candidates = relax(a.points, b.points, similarity, parameters.relaxation)
     start = partial(seeded, a.points, b.points, parameters=parameters)
@@ -106,7 +114,7 @@ def match(
         if coarse and coarse[-1][1].total > model.confident_threshold:
             coarse = coarse[-1:]
             break
-        if pairing.pairs and candidates.strength < model.relaxation_threshold:
+        if pairing.pairs and candidates.strength < strong:
             break
     best = _greatest(coarse)
     shown = a.region.ridges is not None and b.region.ridges is not None

@@ -343,9 +343,3 @@ class RidgeCorrelator:
             best = max(best, count)
         self.cells += 1
         return 2.0 * best / (self.samples * around) - 1.0
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import ridges
-
-    RidgeCorrelator._correlate = ridges.correlate

@@ -301,6 +301,6 @@ def none_of(value: cython.int, bit: cython.int) -> bit_lanes:
 
 
 if not cython.compiled:
-    from fpmatch.matching.numpy_forms import descriptors
+    from fpmatch.matching.prints._kernels.uncompiled_pairs import pair
 
-    Prefilter._pair = descriptors.pair
+    Prefilter._pair = pair

@@ -203,6 +203,7 @@ def test_co_circular_points_follow_the_rule_that_is_asked_for():
 
 def test_verification_by_the_reference(samples):
     assert get_matcher("reference") is REFERENCE
+    assert (COMPILED_MATCHER.by_reference, REFERENCE.by_reference) == (not COMPILED, True)
     assert load_calibration("reference") == load_calibration("unit-circle")
     plain, compiled = (verify(*samples[:2], matcher=name) for name in ("reference", "unit-circle"))
     assert plain.match == compiled.match

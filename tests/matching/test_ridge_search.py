@@ -1,12 +1,11 @@
-"""Small prints found by their ridges: as in the reference, interpreted, and on prints cut out."""
+"""Small prints found by their ridges: as in the reference, and on prints cut out."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
-from matching_weights import print_for
 
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -76,17 +75,6 @@ def test_search_agrees_with_the_reference(seed):
     assert [pair[:2] for pair in found] == search_by_ridges(a, b, None, p)
     if a.region.area != b.region.area:  # of equal ones, the first is looked for
         assert [(j, i, value) for i, j, value in searched(b, a, p)] == found
-
-
-@given(seeds)
-@settings(max_examples=20)
-def test_interpreted_is_compiled(plain, seed):
-    rng = np.random.default_rng(seed)
-    a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
-    search = plain.ridge_search.RidgeSearch(P)
-    sides = (print_for(plain, side) for side in (a, b))
-    count = search.search(*sides, plain.ridge.RidgeCorrelator(ROOM))
-    assert pairs_of(search, count) == searched(a, b)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -12,7 +12,6 @@ from matching_prints import (
     along,
     fragment,
     impressions_of_a_finger,
-    jittered,
     seeds,
     spread_points,
     striped_field,
@@ -24,7 +23,6 @@ from matching_weights import (
     NEVER,
     NO_PREFILTER,
     REJECTING,
-    interpreted_pipeline,
     print_for,
     scored_by,
     some_weights,
@@ -219,29 +217,6 @@ def test_few_minutiae_are_like_next_to_nothing(size):
         # a pair counts for nothing, two for at most 1.2 tenfold falls of the FMR
         assert found[0] <= as_similarity(1.2 * np.log(10) * max(size - 1, 0))
     assert (size == 0) == (at_once(few, prints)[0] == 0.0)
-
-
-@pytest.mark.parametrize("refine", [ALWAYS, 0.0, NEVER])
-@pytest.mark.parametrize("prefilter", [NO_PREFILTER, REJECTING])
-def test_compiled_and_interpreted_agree(plain, refine, prefilter):
-    weights = some_weights(refine, prefilter=prefilter, confident=2.0)
-    points = [spread_points(np.random.default_rng(k), 9, size=120.0) for k in range(3)]
-    points.append(jittered(np.random.default_rng(9), points[0], 1.0, 0.1))
-    shown = [prepare(template_of(side, field=striped_field(side=8))) for side in points]
-    prints = [*shown, prepare(template_of(points[3]))]
-    many = PreparedPrints.pack(prints[1:])
-    similarity = np.zeros(len(many))
-    order = canonical_order(prints[0], many, 0, len(many))
-    room = max(many.most_minutiae, len(prints[0]))
-    pipeline = interpreted_pipeline(plain, prints[0], room, weights)
-    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    packed = plain.prepared_view.PreparedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
-    packed.match(pipeline, print_for(plain, largest), 0, order, similarity)
-    with scored_by(weights):
-        fast = similarities(MATCHER, prints[0], many)
-    assert similarity == pytest.approx(fast, rel=1e-12)
-    assert fast.any()
-    assert prefilter == REJECTING or np.count_nonzero(fast) >= len(fast) - 1
 
 
 @pytest.mark.parametrize("field", FIELDS)

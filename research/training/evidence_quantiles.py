@@ -25,8 +25,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, Workspace
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE, Workspace, evidence_scorer
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,
@@ -37,7 +36,7 @@ from fpmatch.matching.pipeline.score_model import (
     WITH_RIDGES,
     amount_terms,
 )
-from fpmatch.matching.prints.prepare import available
+from fpmatch.matching.prints.prepared import available
 from research.databases import prints_of, without_ridges
 from research.partial_templates import fragment, thinned, window
 from research.training.rounding import round_significant
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.pipeline.score_model import ScoreWeights
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 SEED: Final = 17

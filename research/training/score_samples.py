@@ -13,8 +13,7 @@ from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import aligner_of, local_similarity
-from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE
+from fpmatch.matching.pipeline.match import MIN_MINUTIAE, evidence_scorer
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses

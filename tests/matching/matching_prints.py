@@ -8,13 +8,13 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.pipeline._kernels import _local_kernel
 from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses, local_similarity
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.ridge_map import correlate
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 COMPILED = _local_kernel.COMPILED

@@ -9,14 +9,6 @@ import pytest
 
 from fpmatch.matching import reference
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.parameters import (
-    AlignmentParameters,
-    LocalParameters,
-    PairMeshParameters,
-    RelaxationParameters,
-    RidgeSearchParameters,
-    ScoreParameters,
-)
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
@@ -112,19 +104,3 @@ def print_for(plain, print_):
     found.set_bit_descriptors(c.xy, c.direction_bin, c.neighbour_bits, c.orientation_bins)
     found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
     return found
-
-
-def interpreted_pipeline(plain, probe, capacity, weights):
-    """Return the pipeline of the interpreted kernels, with a probe in it."""
-    local = LocalParameters()
-    parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    before, after = (plain.alignment.Aligner(capacity, capacity, *parameters) for _ in range(2))
-    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, capacity)
-    search = plain.ridge_search.RidgeSearch(RidgeSearchParameters())
-    tables = plain.prefilter.Prefilter(16, 12.0, 0.1, 11)
-    pipeline = plain.pipeline.Pipeline(capacity, tables, before, after, scorer, search, local)
-    pipeline.load(print_for(plain, probe))
-    n = probe.neighbourhoods
-    turn = math.radians(local.neighbour_turn_deg)
-    pipeline.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
-    return pipeline

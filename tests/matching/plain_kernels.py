@@ -20,12 +20,5 @@ def plain_kernels(interpreted):
         modules = {name[1:].removesuffix("_kernel"): interpreted(name) for name in KERNELS}
     found = SimpleNamespace(**modules)
     found.prefilter.PairSet = found.consistency.PairSet
-    found.alignment.MinutiaGrid = found.minutia_grid.MinutiaGrid
-    found.alignment.Relaxation = found.relaxation.Relaxation
-    found.alignment.PairMesh = found.pair_mesh.PairMesh
-    found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
-    found.evidence.amount = found.amount
-    for one in (found.pipeline, found.ridge):
-        one.smaller_area = found.amount.smaller_area
-    found.pipeline.normalize_by_size = found.local.normalize_by_size
+    found.ridge.smaller_area = found.amount.smaller_area
     return found

@@ -8,7 +8,7 @@ from matching_prints import jittered, moved, plane, spread_points, striped_field
 from matching_weights import some_weights
 
 from fpmatch.matching.pipeline.alignment import Alignment, local_similarity
-from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.match import evidence_scorer, gather_evidence
 from fpmatch.matching.prints.prepare import prepare
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])

@@ -20,7 +20,7 @@ from matching_weights import all_with, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, overlay, some_case, with_itself
 
 from fpmatch.matching.pipeline.alignment import identity_alignment, local_similarity
-from fpmatch.matching.pipeline.evidence import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.match import evidence_scorer, gather_evidence
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.evidence import weigh

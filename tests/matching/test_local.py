@@ -11,11 +11,9 @@ from matching_prints import COMPILED, jittered, moved, seeds, similarity_of, spr
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.pipeline.alignment import local_similarity
 from fpmatch.matching.pipeline.parameters import LocalParameters
-from fpmatch.matching.prints.neighbourhood import (
-    NeighbourhoodParameters,
-    Neighbourhoods,
-    neighbourhoods,
-)
+from fpmatch.matching.prints.neighbourhood import neighbourhoods
+from fpmatch.matching.prints.parameters import NeighbourhoodParameters
+from fpmatch.matching.prints.prepared import Neighbourhoods
 
 P = LocalParameters()
 TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)
@@ -58,13 +56,13 @@ def one_neighbourhood(places):
     return Neighbourhoods(np.array([n], np.int32), np.zeros((1, n), np.int32), frame)
 
 
-def indexed_similarity(module, a, b, min_cosine, *, by_a, side=8.0):
+def indexed_similarity(a, b, min_cosine, *, by_a, side=8.0):
     """Return what the kernel finds by an index of A's neighbours, or of B's."""
     similarity = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
     # the widest tolerance of `some_frames` over the narrowest makes up for any of the other side
     slack = 1.0 if by_a else WIDEST_PX / NARROWEST_PX
     cells = (side, 12, math.acos(min_cosine), slack, a[1].shape[2])
-    index = module.NeighbourIndex(*(a if by_a else b), *cells)
+    index = kernel.NeighbourIndex(*(a if by_a else b), *cells)
     if by_a:
         index.to_prints_after(*b, len(b[0]), min_cosine, similarity)
     else:
@@ -78,24 +76,12 @@ def test_kernel_agrees_with_its_definition(seed, reach, min_cosine):
     a = some_frames(rng, int(rng.integers(0, 8)), 6, reach)
     b = some_frames(rng, int(rng.integers(0, 8)), 9, reach)
     expected = similarity_from_the_definition(*a, *b, min_cosine)
-    found = indexed_similarity(kernel, a, b, min_cosine, by_a=True)
+    found = indexed_similarity(a, b, min_cosine, by_a=True)
     assert found == pytest.approx(expected, abs=1e-5)
     for side in (8.0, 3.0, 40.0):  # of which the last reach beyond the neighbours, the others not
         for by_a in (True, False):
-            again = indexed_similarity(kernel, a, b, min_cosine, by_a=by_a, side=side)
+            again = indexed_similarity(a, b, min_cosine, by_a=by_a, side=side)
             assert again.tolist() == found.tolist()
-
-
-@given(seeds)
-def test_compiled_and_interpreted_agree(plain, seed):
-    rng = np.random.default_rng(seed)
-    a, b = some_frames(rng, 4, 6, 30.0), some_frames(rng, 5, 6, 30.0)
-    for by_a in (True, False):
-        both = [indexed_similarity(k, a, b, 0.5, by_a=by_a) for k in (kernel, plain.local)]
-        assert both[0].tolist() == both[1].tolist()
-    for module, similarity in zip((kernel, plain.local), both, strict=True):
-        module.normalize_by_size(similarity, a[0], 4, b[0], 5, 4)
-    assert both[0].tolist() == both[1].tolist()
 
 
 @given(seeds)

@@ -7,25 +7,28 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import COMPILED, doubled_prints, jittered, seeds, spread_points, template_of
 from matching_weights import (
     ALWAYS,
     NEVER,
     REJECTING,
-    interpreted_pipeline,
-    print_for,
     scored_by,
     some_weights,
 )
 
 from fpmatch.matching import reference
+from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
 from fpmatch.matching.pipeline._kernels import _pipeline_kernel
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import LEAST_CAPACITY, Workspace, match, workspace_for
+from fpmatch.matching.pipeline.match import (
+    LEAST_CAPACITY,
+    Workspace,
+    evidence_scorer,
+    match,
+    workspace_for,
+)
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.reference import transform_of
 from fpmatch.matching.reference.alignment import Pairing
@@ -97,30 +100,6 @@ def test_threads_compare_as_one_does():
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda pair: MATCHER.compare(*pair).similarity, pairs))
     assert found == expected
-
-
-@given(seeds, st.booleans(), st.sampled_from([ALWAYS, -8.0, NEVER]), st.sampled_from([0.0, NEVER]))
-@settings(max_examples=6 if COMPILED else 2)
-def test_compiled_and_interpreted_align_the_same(plain, seed, doubled, refine, confident):
-    """Every kernel interpreted, from the bit descriptors to the sum."""
-    weights = some_weights(refine, prefilter=REJECTING, confident=confident)
-    a, b = doubled_prints(seed) if doubled else impressions(seed, 9)
-    room = max(len(a), len(b))
-    pipeline = interpreted_pipeline(plain, a, room, weights)
-    compiled = Workspace(room, evidence_scorer(room, weights))
-    compiled.load(a)
-    view = print_for(plain, b)
-    for first in (False, True):
-        aligned = compiled.match(b, reference_first=first)
-        total = pipeline.match_with(view, first)
-        if aligned is not None:
-            aligner = pipeline.before if first else pipeline.after
-            partner = np.asarray(aligner.kept_partner)[pipeline.best, : len(aligned[0].partner)]
-            assert partner.tolist() == aligned[0].partner.tolist()
-            assert total == pytest.approx(aligned[1].minus_log_fmr, rel=1e-9)
-        shortfall = pipeline.shortfall(view, first)
-        found = compiled.rejected(b, reference_first=first)
-        assert found == (pipeline.scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
 
 
 def fit_of(given_, *, swapped):

@@ -1,12 +1,11 @@
-"""Small prints found by their ridges: as in the reference, interpreted, and on prints cut out."""
+"""Small prints found by their ridges: as in the reference, and on prints cut out."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
-from matching_weights import print_for
 
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -14,7 +13,6 @@ from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import aligner_of, local_similarity
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.templates.minutiae import RidgeField
@@ -33,7 +31,7 @@ def searched(a, b, parameters=P):
     search = RidgeSearch(parameters)
     return pairs_of(
         search,
-        search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM, SMALL_AREA_PX2)),
+        search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM)),
     )
 
 
@@ -77,17 +75,6 @@ def test_search_agrees_with_the_reference(seed):
     assert [pair[:2] for pair in found] == search_by_ridges(a, b, None, p)
     if a.region.area != b.region.area:  # of equal ones, the first is looked for
         assert [(j, i, value) for i, j, value in searched(b, a, p)] == found
-
-
-@given(seeds)
-@settings(max_examples=20)
-def test_interpreted_is_compiled(plain, seed):
-    rng = np.random.default_rng(seed)
-    a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
-    search = plain.ridge_search.RidgeSearch(P)
-    sides = (print_for(plain, side) for side in (a, b))
-    count = search.search(*sides, plain.ridge.RidgeCorrelator(ROOM, SMALL_AREA_PX2))
-    assert pairs_of(search, count) == searched(a, b)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -151,7 +138,7 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed):
     aligner, count = relaxed(a, b)
     found = aligner.relaxation
     candidates = np.array(found.first[:count]), np.array(found.second[:count])
-    search, correlator = RidgeSearch(p), RidgeCorrelator(ROOM, SMALL_AREA_PX2)
+    search, correlator = RidgeSearch(p), RidgeCorrelator(ROOM)
     sides = a.for_kernels(), b.for_kernels()
     count = search.search_candidates(*sides, aligner.relaxation, correlator)
     expected = search_by_ridges(a, b, candidates, p)

@@ -31,11 +31,12 @@ from score_cases import (
     with_itself,
 )
 
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.pipeline._kernels._amount_kernel import decades_beyond_chance
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.parameters import ScoreParameters
-from fpmatch.matching.pipeline.score_model import FEATURES, SMALL_AREA_PX2, ScoreWeights
+from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.evidence import _features
 

@@ -15,7 +15,6 @@ from fpmatch.matching.pipeline.score_model import (
     LIMITS,
     MODELS,
     RATES,
-    SMALL_AREA_PX2,
     STANDARD,
     ScoreModel,
     ScoreWeights,
@@ -126,9 +125,3 @@ def test_weights_of_other_fewer_or_swapped_features_are_refused(model):
         document["models"][model]["features"] = changed
         with pytest.raises(MatcherError, match="other features"):
             ScoreWeights.from_json(json.dumps(document))
-
-
-def test_the_area_of_small_prints_has_one_home():
-    text = WEIGHTS_FILE.read_text(encoding="utf-8")
-    assert "small_area" not in text
-    assert load_weights().small_area is SMALL_AREA_PX2

@@ -26,8 +26,8 @@ from matching_prints import (
 )
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
+from fpmatch.matching.constants.comparison import MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.alignment import MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline.evidence import MOSTLY_PAIRED
 from fpmatch.matching.pipeline.match import match
 from fpmatch.matching.verify import verify

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.evidence import evidence_scorer
-from fpmatch.matching.pipeline.match import match
+from fpmatch.matching.pipeline.match import evidence_scorer, match
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template

@@ -18,14 +18,14 @@ import cv2
 import numpy as np
 
 from fpmatch.base.network import Network
-from fpmatch.matching.prints.print_area import ORIENTATIONS
+from fpmatch.matching.constants.prints import ORIENTATIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
 
 LENGTH: Final = 128

@@ -19,7 +19,7 @@ from fpmatch.gallery.index.prints.print_arrays import PRINT, START
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.store.array_file import Column
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
 MOST_PRINTS: Final = 4096

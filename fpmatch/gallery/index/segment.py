@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.terms import ProbeTerms
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 MAX_PRINTS: Final = 1 << 16  # that 16 bits can number
 MAX_POSTINGS: Final = 1 << 31

@@ -35,14 +35,14 @@ from fpmatch.gallery.index.numpy_forms import (
     UNKNOWN,
     WIDTH,
 )
-from fpmatch.matching.prints.print_area import ORIENTATIONS
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.model import IndexModel
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 ANGLE_ERROR: Final = np.radians(7.0)  # of a direction relative to an edge
 CURVATURE_ERROR: Final = np.radians(5.0)

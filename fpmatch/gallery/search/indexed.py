@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.search.stages import Indices, Places
     from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
 

@@ -11,9 +11,10 @@ import numpy as np
 from fpmatch.lab.explain.shared import numbers_of
 from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side
 from fpmatch.matching import reference as method
+from fpmatch.matching.constants.comparison import FRAME
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.neighbourhood import local_similarity
-from fpmatch.matching.reference.pair_mesh import FRAME, measure
+from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.explain.steps import Plane, Sides
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.prints.pair import ComparedPair
@@ -116,10 +117,10 @@ class DefaultMethod:
     @cached_property
     def kept(self) -> NDArray[np.bool_]:
         """Which local matches relaxation keeps: those from which the first hypothesis starts."""
-        unexplained = np.zeros(len(self.candidates.first), bool)
-        fresh = replace(self.candidates, explained=unexplained.copy())
-        hypothesis = next(fresh.hypotheses(len(self.prints[0]), 1), None)
-        return unexplained if hypothesis is None else fresh.among(hypothesis[0])
+        c = self.candidates
+        if not c.seeds:
+            return np.zeros(len(c.first), bool)
+        return c.among(c.hypothesis(len(self.prints[0]), c.seeds[0])[0])
 
     @cached_property
     def paired(self) -> tuple[Numbers, Numbers]:

@@ -15,8 +15,8 @@ from fpmatch.lab.explain import shared
 from fpmatch.lab.explain.default import DefaultMethod
 from fpmatch.lab.explain.steps import Step, chosen_pair
 from fpmatch.lab.plots.style import degrees, number
+from fpmatch.matching.constants.comparison import FRAME
 from fpmatch.matching.matchers.unit_circle import UNLIKE
-from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 from fpmatch.printable import count
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Scene
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.pointset.paper.one_rings import PreparedPoints
     from fpmatch.prints.reading import GivenPrint

@@ -10,20 +10,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
 from fpmatch.base.parameters import Parametrised, parameters_of
+from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
-from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE, local_similarity
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, match, workspace_for
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import COMPILED, fit_pairs
+from fpmatch.matching.pipeline.alignment import Alignment, local_similarity
+from fpmatch.matching.pipeline.match import (
+    MIN_MINUTIAE,
+    evidence_scorer,
+    match,
+    workspace_for,
+)
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.pipeline.score_model import amount_of_print
+from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
-from fpmatch.matching.prints.prepare import available, prepare, rescaled_descriptors
+from fpmatch.matching.prints.prepare import prepare, rescaled_descriptors
+from fpmatch.matching.prints.prepared import available
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -33,11 +39,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
+    from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.templates.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
@@ -50,6 +56,8 @@ MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints
 class UnitCircleMatcher(Parametrised):
     """Compare prints by the Delaunay mesh of their pairs on the unit circle.
 
+    Where the kernels are not compiled, the steps of `fpmatch.matching.reference` are taken.
+
     The arguments are the parameters in `fpmatch.matching.pipeline.parameters`, which ``fpmatch
     doctor --matchers`` lists.
 
@@ -59,6 +67,7 @@ class UnitCircleMatcher(Parametrised):
     """
 
     name = "unit-circle"
+    by_reference: ClassVar[bool] = not COMPILED
     parameters: MatchParameters = USUAL
 
     @property
@@ -74,6 +83,10 @@ class UnitCircleMatcher(Parametrised):
     def prepare(self, template: Template) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         p = self.parameters
+        if self.by_reference:
+            from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+
+            return method.prepare(template, p)
         return prepare(template, p.preparation, p.neighbourhood, p.prefilter)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
@@ -86,6 +99,17 @@ class UnitCircleMatcher(Parametrised):
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
+        find = self._match_by_reference if self.by_reference else self._match_by_kernels
+        rejected, compared = find(probe, reference, swapped=swapped)
+        if rejected is not None:
+            return nothing_found(UNLIKE, as_similarity(rejected))
+        return compared or nothing_found(too_few(probe, reference) or UNPAIRED)
+
+    def _match_by_kernels(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, swapped: bool
+    ) -> tuple[float | None, Comparison | None]:
+        """Return what stands for -ln(FMR) of a rejected pair, or the comparison if it pairs any."""
+        a, b = (reference, probe) if swapped else (probe, reference)
         if a.key == b.key:
             matched = match(a, b, None, self.parameters)
         else:
@@ -93,11 +117,20 @@ class UnitCircleMatcher(Parametrised):
             workspace.load(probe)
             rejected = workspace.rejected(reference, reference_first=swapped)
             if rejected is not None:
-                return nothing_found(UNLIKE, as_similarity(rejected))
+                return rejected, None
             matched = workspace.match(reference, reference_first=swapped)
-        if matched is None:
-            return nothing_found(too_few(probe, reference) or UNPAIRED)
-        return _comparison(a, b, matched, swapped=swapped)
+        return None, matched and _comparison(a, b, matched, swapped=swapped)
+
+    def _match_by_reference(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, swapped: bool
+    ) -> tuple[float | None, Comparison | None]:
+        """Return the same by the steps of the reference."""
+        from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+
+        a, b = (reference, probe) if swapped else (probe, reference)
+        rejected = None if a.key == b.key else method.rejected(a, b, self.parameters)
+        matched = method.match(a, b, self.parameters) if rejected is None else None
+        return rejected, matched and _comparison_by_reference(a, b, matched, swapped=swapped)
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -112,12 +145,14 @@ class UnitCircleMatcher(Parametrised):
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         p = self.parameters
-        matched = comparison.detail or _match_in_any_case(a, b, p)
-        if matched is None:
+        whole = comparison
+        if comparison.detail is None and min(len(a), len(b)) >= MIN_MINUTIAE:
+            align = _align_by_reference if self.by_reference else _align
+            whole = align(a, b, p, swapped=swapped) or comparison
+        if whole.detail is None:
             return comparison
-        whole = _comparison(a, b, matched, swapped=swapped)
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, p)
-        alignment, evidence = matched
+        alignment, evidence = whole.detail
         competing = competing_pairs(a, b, alignment, similarity, parameters=p)
         reason = all_reasons(probe, reference, evidence, competing)
         return replace(whole, similarity=comparison.similarity, reason=reason)
@@ -198,19 +233,28 @@ class UnitCircleMatcher(Parametrised):
 MATCHER: Final = UnitCircleMatcher()
 
 
-def _match_in_any_case(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters
-) -> tuple[Alignment, Evidence] | None:
-    """Match two prints; if need be by all hypotheses, however weak the local matches are."""
-    if min(len(a), len(b)) < MIN_MINUTIAE:
-        return None
-    if matched := match(a, b, None, parameters):
-        return matched
-    weights = score.load_weights()
-    models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
-    weights = replace(weights, models=models)
-    scorer = score.evidence_scorer(max(len(a), len(b)), weights, parameters.score)
-    return match(a, b, scorer, parameters)
+def _align(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters, *, swapped: bool
+) -> Comparison | None:
+    """Compare two prints; if need be by all hypotheses, however weak the local matches are."""
+    matched = match(a, b, None, parameters)
+    if matched is None:
+        weights = score.load_weights()
+        models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
+        weights = replace(weights, models=models)
+        scorer = evidence_scorer(max(len(a), len(b)), weights, parameters.score)
+        matched = match(a, b, scorer, parameters)
+    return matched and _comparison(a, b, matched, swapped=swapped)
+
+
+def _align_by_reference(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters, *, swapped: bool
+) -> Comparison | None:
+    """Return the same by the steps of the reference."""
+    from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+
+    matched = method.match(a, b, parameters) or method.match(a, b, parameters, however_weak=True)
+    return matched and _comparison_by_reference(a, b, matched, swapped=swapped)
 
 
 def _comparison(
@@ -239,6 +283,39 @@ def _comparison(
         reason=score.main_reason(evidence),
         detail=matched,
     )
+
+
+def _comparison_by_reference(
+    a: PreparedTemplate, b: PreparedTemplate, matched: tuple[Pairing, Evidence], *, swapped: bool
+) -> Comparison:
+    """Return the same of a pairing of the reference."""
+    from fpmatch.matching.reference import transform_of  # noqa: PLC0415  (scipy)
+
+    pairing, evidence = matched
+    transform, rms = transform_of(a, b, pairing)
+    i = np.flatnonzero(pairing.partner >= 0)
+    pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
+    if swapped:
+        transform, rms = transform.inverse(), rms / transform.scale
+        pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
+    return Comparison(
+        similarity=evidence.similarity,
+        transform=transform,
+        pairs=pairs,
+        rms_px=rms,
+        agreement=evidence.agreement,
+        overlap=evidence.overlap,
+        reason=score.main_reason(evidence),
+        detail=(_alignment(pairing), evidence),
+    )
+
+
+def _alignment(pairing: Pairing) -> Alignment:
+    """Return a pairing as explanations and drawings read it."""
+    (linear, shift), (_, place, direction, _) = pairing.move, pairing.mesh
+    transform = np.array([linear.real, linear.imag, shift.real, shift.imag])
+    predicted = np.stack([place.real, place.imag, direction.real, direction.imag])
+    return Alignment(transform, pairing.partner.astype(np.int32), pairing.weight, predicted)
 
 
 def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

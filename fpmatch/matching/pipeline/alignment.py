@@ -19,15 +19,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.neighbourhood import Neighbourhoods
+    from fpmatch.matching.prints.prepared import Neighbourhoods
 
 CELL_PX: Final = 20.0  # side of the cells in which neighbours are looked up
 HALF: Final = 7  # such cells from the middle to each border; both set the time it takes, no more
-
-# Of the transform in pixels: fewer pairs do not determine its scale, and beyond this factor, which
-# neither skin nor a wrong resolution reaches, the pairs are too close together.
-MIN_PAIRS_FOR_SCALE: Final = 6
-MAX_STRETCH: Final = 1.25
 
 
 def local_similarity(

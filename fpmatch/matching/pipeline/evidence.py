@@ -57,26 +57,17 @@ estimate of -5 or less, by how far they fall short.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from fpmatch.matching.pipeline._kernels import _evidence_kernel as kernel
-from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
-from fpmatch.matching.pipeline.alignment import aligner_of
-from fpmatch.matching.pipeline.parameters import USUAL, ScoreParameters
-from fpmatch.matching.pipeline.score_model import ScoreWeights
+from fpmatch.matching.pipeline.score_model import ScoreWeights, as_similarity
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
-
-    from fpmatch.matching.pipeline.alignment import Alignment
-    from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json"
 
@@ -116,56 +107,18 @@ class Evidence:
     @property
     def similarity(self) -> float:
         """``log(1 + e^x)`` of `minus_log_fmr`: where that is more than a few, as good as that."""
-        return float(as_similarity(self.minus_log_fmr))
+        return as_similarity(self.minus_log_fmr)
 
 
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
 POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
 MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
-COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 
 @cache
 def load_weights() -> ScoreWeights:
     """Return the weights in the package."""
     return ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))
-
-
-def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
-) -> kernel.EvidenceScorer:
-    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    return kernel.EvidenceScorer(parameters, weights or load_weights(), room)
-
-
-def gather_evidence(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    alignment: Alignment,
-    similarity: NDArray[np.float32],
-    scorer: kernel.EvidenceScorer | None = None,
-    parameters: MatchParameters = USUAL,
-) -> Evidence:
-    """Gather and weigh the evidence for and against one finger in an alignment of two prints.
-
-    `similarity` (N, M) is the local similarity of their minutiae; the scorer has the weights in the
-    package unless one is given.
-    """
-    used = evidence_scorer(len(b), None, parameters.score) if scorer is None else scorer
-    aligner = aligner_of(a.points, b.points, parameters)
-    aligner.relax(similarity)
-    aligner.impose(alignment.partner, *alignment.transform.tolist())
-    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
-    return evidence_of(used, total)
-
-
-def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence:
-    """Return the evidence that was scored last, and came to `minus_log_fmr`."""
-    entries, features = scorer.last_evidence()
-    for k in COUNTS:
-        entries[k] = int(entries[k])
-    values = [*entries, np.array(features), float(scorer.total), float(minus_log_fmr)]
-    return Evidence(*values)
 
 
 def main_reason(evidence: Evidence) -> str:

@@ -3,35 +3,42 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.alignment import (
+    aligner_of,
     identity_alignment,
     index_neighbours,
     kept_alignment,
     local_similarity,
     make_aligner,
 )
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.pipeline.evidence import Evidence
+from fpmatch.matching.pipeline.parameters import USUAL, ScoreParameters
 from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
 
 if TYPE_CHECKING:
-    from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
+    from numpy.typing import NDArray
+
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline.alignment import Alignment
-    from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
+    from fpmatch.matching.pipeline.score_model import ScoreWeights
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.bit_descriptors import BitDescriptors
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
 
 MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
 LEAST_CAPACITY: Final = 64  # minutiae that a thread's workspace has room for at least
+COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 
 class Workspace:
@@ -50,7 +57,7 @@ class Workspace:
         p = self.parameters = parameters
         self.capacity = capacity
         self.weights = score.load_weights()
-        self.scorer = score.evidence_scorer(capacity, None, p.score) if scorer is None else scorer
+        self.scorer = evidence_scorer(capacity, None, p.score) if scorer is None else scorer
         before, after = (make_aligner(capacity, capacity, p) for _ in range(2))
         tables, search = prefilter(p.prefilter), RidgeSearch(p.ridges)
         self._kernel: Any = Pipeline(capacity, tables, before, after, self.scorer, search, p.local)
@@ -86,7 +93,7 @@ class Workspace:
             return None
         aligner = pipeline.before if reference_first else pipeline.after
         alignment = kept_alignment(aligner, pipeline.best)
-        return alignment, score.evidence_of(self.scorer, total)
+        return alignment, evidence_of(self.scorer, total)
 
 
 _THREAD: Final = threading.local()
@@ -134,7 +141,7 @@ def match(
     if a.key == b.key:
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
         identity = identity_alignment(a.points)
-        return identity, score.gather_evidence(a, b, identity, similarity, scorer, parameters)
+        return identity, gather_evidence(a, b, identity, similarity, scorer, parameters)
     capacity = max(len(a), len(b))
     workspace = (
         workspace_for(capacity, parameters)
@@ -143,3 +150,40 @@ def match(
     )
     workspace.load(a)
     return workspace.match(b, reference_first=False)
+
+
+def evidence_scorer(
+    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
+) -> EvidenceScorer:
+    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
+    return EvidenceScorer(parameters, weights or score.load_weights(), room)
+
+
+def gather_evidence(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    similarity: NDArray[np.float32],
+    scorer: EvidenceScorer | None = None,
+    parameters: MatchParameters = USUAL,
+) -> Evidence:
+    """Gather and weigh the evidence for and against one finger in an alignment of two prints.
+
+    `similarity` (N, M) is the local similarity of their minutiae; the scorer has the weights in the
+    package unless one is given.
+    """
+    used = evidence_scorer(len(b), None, parameters.score) if scorer is None else scorer
+    aligner = aligner_of(a.points, b.points, parameters)
+    aligner.relax(similarity)
+    aligner.impose(alignment.partner, *alignment.transform.tolist())
+    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    return evidence_of(used, total)
+
+
+def evidence_of(scorer: EvidenceScorer, minus_log_fmr: float) -> Evidence:
+    """Return the evidence that was scored last, and came to `minus_log_fmr`."""
+    entries, features = scorer.last_evidence()
+    for k in COUNTS:
+        entries[k] = int(entries[k])
+    values = [*entries, np.array(features), float(scorer.total), float(minus_log_fmr)]
+    return Evidence(*values)

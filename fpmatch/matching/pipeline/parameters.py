@@ -11,9 +11,11 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fpmatch.base.parameters import parameter
-from fpmatch.matching.prints.bit_descriptors import BitDescriptorParameters
-from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters
-from fpmatch.matching.prints.prepare import PreparationParameters
+from fpmatch.matching.prints.parameters import (
+    BitDescriptorParameters,
+    NeighbourhoodParameters,
+    PreparationParameters,
+)
 
 
 def _cosine(degrees: float) -> float:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 
 POOR_MINUTIAE: Final = 0.4  # mean quality of a print's minutiae, 0 to 1

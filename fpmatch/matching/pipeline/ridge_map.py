@@ -11,14 +11,13 @@ import numpy as np
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 IMPOSTOR_MEAN: Final = 0.27
 """Mean agreement of the ridges of different fingers, under the transform that aligns them best."""
@@ -161,7 +160,7 @@ def correlate(
     >>> correlator.correlation, cells
     (0.0, 0)
     """
-    correlator = RidgeCorrelator(len(b), SMALL_AREA_PX2)
+    correlator = RidgeCorrelator(len(b))
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points, parameters)
     with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere

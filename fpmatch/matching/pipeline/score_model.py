@@ -6,21 +6,28 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.base.parsing import parse_json
 from fpmatch.errors import MatcherError
-from fpmatch.matching.pipeline._kernels._amount_kernel import describe_amount
+from fpmatch.matching.constants.comparison import (
+    ENOUGH_AREA,
+    ENOUGH_MINUTIAE,
+    LEAST_AREA,
+    SMALL_AREA_PX2,
+    UNIT_AREA,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 FEATURES: Final = (
     "relaxed similarity",
@@ -68,7 +75,6 @@ MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with
 
 WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = MODELS
 MODELS_BY_SHOWN: Final = (MINUTIAE_ALONE, ONE_WITH_RIDGES, WITH_RIDGES)  # by how many of the two
-SMALL_AREA_PX2: Final = 30_000.0  # at 500 dpi, up to which the smaller print is small: 77 mm²
 FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
 
 
@@ -134,9 +140,23 @@ class ScoreModel:
 
 def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
     """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
-    terms = np.empty(len(AMOUNTS))
-    describe_amount(minutiae, area, terms)
-    return terms
+    x = 1.0 / (_saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
+    y = math.log(max(_saturated(area, ENOUGH_AREA), LEAST_AREA) / UNIT_AREA)
+    return np.array([1.0, x, x * x, y, x * y])
+
+
+def _saturated(amount: float, enough: float) -> float:
+    """Return about the amount where it is much less than `enough`, else about `enough`."""
+    share = amount / enough
+    share = share * share
+    return amount / math.sqrt(math.sqrt(1.0 + share * share))
+
+
+def as_similarity(minus_log_fmr: float) -> float:
+    """Return ``log(1 + e^x)``: positive, and for more than a few the estimate x itself."""
+    if minus_log_fmr > 0.0:
+        return minus_log_fmr + math.log1p(math.exp(-minus_log_fmr))
+    return math.log1p(math.exp(minus_log_fmr))
 
 
 def amount_of_print(minutiae: float, area: float, *, shown: bool) -> NDArray[np.float64]:
@@ -151,7 +171,6 @@ class ScoreWeights:
 
     models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
-    small_area: ClassVar[float] = SMALL_AREA_PX2  # for the kernel, which imports no room above it
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""

@@ -7,14 +7,20 @@ hundredths of the time of a whole comparison, and rejects most impostor pairs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.base.parameters import parameter
+from fpmatch.matching.constants.prints import (
+    MAX_ENCODED,
+    NEIGHBOUR_WORDS,
+    ORIENTATION_WORDS,
+    TURNS,
+)
 from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
+from fpmatch.matching.prints.parameters import BitDescriptorParameters
+from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.prints.print_area import PrintAreas
 
 if TYPE_CHECKING:
@@ -22,59 +28,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.neighbourhood import Neighbourhoods
+    from fpmatch.matching.prints.prepared import Neighbourhoods
     from fpmatch.matching.prints.print_area import PrintArea
 
     EncodedMinutiae: TypeAlias = tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8]]
 
-NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
-ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
-UNKNOWN_BIN: Final = 31  # the greatest word of an orientation: that of an unknown one
-MAX_ENCODED: Final = 64  # minutiae of a print; of more, those of best quality
-TURNS: Final = 256  # steps of a minutia's direction in a turn
-
-
-@dataclass(frozen=True, slots=True)
-class BitDescriptorParameters:
-    """Prefilter: bit descriptors of minutiae, and pairs of them that agree in one transform.
-
-    `flow_rings` are places of ridge orientation: number, distance from the minutia, angle of the
-    first in degrees. Two pairs d apart agree within ``sqrt(near_px² + (near_per_px·d)²)``.
-    """
-
-    cell_px: float = parameter(16.0, "side of the cells in which neighbours lie", 4, 64)
-    flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
-    most_pairs: int = parameter(
-        16, "pairs compared with each other: those that share most words", 1, 64
-    )
-    near_px: float = parameter(12.0, "distance within which two pairs agree", 0, 100)
-    near_per_px: float = parameter(0.1, "what a px between them adds to it, squared", 0, 1)
-    pair_turn_deg: float = parameter(
-        15.0, "largest difference of the rotations of two pairs", 0, 22.5
-    )
-
-    @property
-    def places(self) -> NDArray[np.float64]:
-        """Places of ridge orientation in a minutia's own frame, shape (2, 12)."""
-        radius = np.concatenate([np.full(n, r) for n, r, _ in self.flow_rings])
-        degrees = np.concatenate([a + 360 / n * np.arange(n) for n, _, a in self.flow_rings])
-        angle = np.radians(degrees)
-        return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
-
-
 _USUAL: Final = BitDescriptorParameters()
 _PLACES: Final = _USUAL.places
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BitDescriptors:
-    """The bit descriptors of a print of N minutiae; `_encode_kernel` describes the words."""
-
-    xy: NDArray[np.float32]  # (N, 2): px at 500 dpi, y pointing up
-    direction_bin: NDArray[np.uint8]  # (N,), in 256ths of a turn
-    neighbour_bits: NDArray[np.uint16]  # (N, 12); 0x8800 where there is no neighbour
-    orientation_bins: NDArray[np.uint8]  # (N, 12): of places around; 31 where not known
-    has_flow: bool  # whether any orientation is known at all
 
 
 def encode(

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
-from fpmatch.matching.prints._kernels import _template_view_kernel
-from fpmatch.matching.prints._kernels._preparation_kernel import box_of, write_codes
+from fpmatch.matching.constants.prints import ORIENTATIONS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.templates.ridge_field import RidgeField
-
-
-ORIENTATIONS: Final = _template_view_kernel.ORIENTATIONS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,9 +72,9 @@ def orientation_codes(
     orientation: NDArray[np.floating], mask: NDArray[np.bool_]
 ) -> NDArray[np.uint8]:
     """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
-    given = np.ascontiguousarray(orientation, np.float64)
-    inside, code = np.ascontiguousarray(mask).view(np.uint8), np.empty(mask.shape, np.uint8)
-    write_codes(given.reshape(-1), inside.reshape(-1), ORIENTATIONS / np.pi, code.reshape(-1))
+    code = np.zeros(mask.shape, np.uint8)
+    step = np.rint(orientation[mask].astype(np.float64) * (ORIENTATIONS / np.pi))
+    code[mask] = step.astype(np.int64) % ORIENTATIONS + 1
     return code
 
 
@@ -111,7 +107,9 @@ def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) ->
 
 def _box(mask: NDArray[Any]) -> tuple[tuple[slice, slice], tuple[int, int]]:
     """Return the part of a mask without empty rows and columns around it, and where it begins."""
-    box = np.empty(4, np.int64)
-    box_of(mask.view(np.uint8), box)
-    top, bottom, left, right = box.tolist()
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    top, bottom, left, right = (0, 0, 0, 0)
+    if len(rows):
+        top, bottom, left, right = (int(of[k]) for of in (rows, columns) for k in (0, -1))
+        bottom, right = bottom + 1, right + 1
     return (slice(top, bottom), slice(left, right)), (top, left)

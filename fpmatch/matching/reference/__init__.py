@@ -1,4 +1,6 @@
-"""The default matcher's method in plain numpy and scipy, step by step as the paper's Fig. 7.
+"""The default method, which uses eq. (1), (3) and (4) of the paper, in numpy and scipy.
+
+The algorithm of the paper's Fig. 7 itself is `fpmatch.pointset.paper.matcher`.
 
 Two prints are prepared: each is *triangulated*, and the *rings* of its minutiae are described
 (`neighbourhood`). `match` compares them: the *local match* (`neighbourhood`), *relaxed* so that
@@ -22,14 +24,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.pipeline.alignment import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
+from fpmatch.matching.constants.comparison import (
+    MAX_STRETCH,
+    MIN_PAIRS_FOR_SCALE,
+    REJECTED,
+    SHORTFALL,
+)
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.prints.bit_descriptors import encode
-from fpmatch.matching.prints.prepare import prepare as prepare_print
+from fpmatch.matching.prints.prepared import prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
+from fpmatch.matching.reference.prefilter import descriptor_similarity, encode
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -37,28 +44,55 @@ from fpmatch.pointset.geometry.similarity import Similarity
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import (
+        BitDescriptors,
+        Neighbourhoods,
+        PreparedTemplate,
+    )
+    from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
-    """Triangulate the minutiae of a template and describe their rings.
+    """Triangulate the minutiae of a template and describe their rings."""
 
-    The area of the print, and the bit descriptors of the prefilter, are those of the package.
-    """
-    p = prepare_print(template, parameters.preparation)
-    rings = neighbourhoods(p.points, parameters.neighbourhood)
-    bits = encode(p.points, p.quality, rings, p.region, parameters.prefilter)
-    return replace(p, neighbourhoods=rings, bit_descriptors=bits)
+    def describe(
+        points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
+    ) -> tuple[Neighbourhoods, BitDescriptors]:
+        rings = neighbourhoods(points, parameters.neighbourhood)
+        return rings, encode(points, quality, rings, region, parameters.prefilter)
+
+    return prepare_by(describe, template, parameters.preparation)
+
+
+def rejected(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
+) -> float | None:
+    """Return what stands for -ln(FMR) of two prints that the prefilter rejects; else None."""
+    base, growth, limit = load_weights().model_of(a, b).prefilter
+    enough = min(base + growth * min(len(a), len(b)), limit)
+    bits = a.bit_descriptors, b.bit_descriptors
+    shortfall = enough - descriptor_similarity(*bits, parameters.prefilter)
+    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else None
 
 
 def match(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    parameters: MatchParameters = USUAL,
+    *,
+    however_weak: bool = False,
 ) -> tuple[Pairing, Evidence] | None:
-    """Align print A with print B, in the order of their content; None if nothing is paired."""
+    """Align print A with print B, in the order of their content; None if nothing is paired.
+
+    All hypotheses are tried, also those of weak local matches, if `however_weak`.
+    """
     p, model = parameters.alignment, load_weights().model_of(a, b)
+    strong = -math.inf if however_weak else model.relaxation_threshold
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
     candidates = relax(a.points, b.points, similarity, parameters.relaxation)
     start = partial(seeded, a.points, b.points, parameters=parameters)
@@ -69,14 +103,18 @@ def match(
         return weighed(identity, ridges_from=model.refine_threshold)
 
     coarse = []
-    for partner, weight in candidates.hypotheses(len(a), p.hypotheses):
-        pairing = grow(start(partner, weight), p.coarse_rounds)
-        candidates.explain(pairing.partner)
+    seeds = candidates.seeds
+    for _ in range(p.hypotheses):
+        if not seeds:
+            break
+        pairing = grow(start(*candidates.hypothesis(len(a), seeds[0])), p.coarse_rounds)
+        among = candidates.among(pairing.partner)
+        seeds = [seed for seed in seeds[1:] if not among[seed]]
         coarse += [weighed(pairing, ridges_from=math.inf)] if pairing.pairs else []
         if coarse and coarse[-1][1].total > model.confident_threshold:
             coarse = coarse[-1:]
             break
-        if pairing.pairs and candidates.strength < model.relaxation_threshold:
+        if pairing.pairs and candidates.strength < strong:
             break
     best = _greatest(coarse)
     shown = a.region.ridges is not None and b.region.ridges is not None

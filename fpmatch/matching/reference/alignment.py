@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.constants.comparison import (
+    DIRECTION_ARM2,
+    FEWEST_FOR_SCALE,
+    LEAST_SCALE,
+    MOST_SCALE,
+)
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 
@@ -19,10 +25,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
     Plane = NDArray[np.complex128]
-
-DIRECTION_ARM2: Final = 900.0  # px²: directions count as positions do at 30 px from the middle
-SCALES: Final = (0.94, 1.06)
-FEWEST_FOR_SCALE: Final = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,5 +132,5 @@ def _fitted(pairing: Pairing) -> Pairing:
     linear = positions + DIRECTION_ARM2 * (w @ (d_a[i].conj() * d_b[j]))
     if not abs(linear) > 0.0:
         return pairing
-    linear *= min(max(scale, SCALES[0]), SCALES[1]) / abs(linear)
+    linear *= min(max(scale, LEAST_SCALE), MOST_SCALE) / abs(linear)
     return replace(pairing, move=(complex(linear), complex(middle_b - linear * middle_a)))

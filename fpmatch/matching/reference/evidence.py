@@ -3,18 +3,35 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.pipeline._kernels._amount_kernel import (
+from fpmatch.matching.constants.comparison import (
+    AROUND2,
+    BESIDE2,
+    DENSER_PLACE,
+    DENSER_TURN,
+    ENOUGH_TO_HOLD,
+    FAR_SHARE,
+    FEW_TO_HOLD,
+    LEAST_COSINE,
+    LEAST_RELAXED,
+    LEAST_SPREAD,
+    LOG_10,
+    PAIR_AREA,
+    PER_AROUND,
+    PLACE2,
+    TURN2,
+)
+from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching.pipeline.evidence import Evidence, load_weights
+from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
+from fpmatch.matching.reference.bounds import (
     decades_beyond_chance,
     most_decades,
     quality_correction,
 )
-from fpmatch.matching.pipeline.evidence import Evidence, load_weights
-from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
-from fpmatch.matching.prints.print_area import ORIENTATIONS
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
 from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, lie_off_ridges
@@ -24,22 +41,13 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.parameters import ScoreParameters
     from fpmatch.matching.pipeline.score_model import ScoreModel
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
 
     Floats = NDArray[np.float64]
     Plane = NDArray[np.complex128]
-
-LEAST_RELAXED: Final = 0.01  # added before the logarithm is taken
-PAIR_AREA: Final = 75.0  # px²: within 12 px and 30° of a minutia
-LEAST_SPREAD: Final = 0.5  # between the two quantiles
-AROUND_PX, BESIDE_PX, LEAST_COSINE = 60.0, 12.0, math.cos(math.radians(30.0))
-PER_AROUND: Final = 0.1255  # pairs within 12 px and 30° for what lies around
-NEAR_PX, TURN = 5.0, math.radians(10.0)  # standard deviations of genuine pairs
-DENSER_PLACE, DENSER_TURN, FAR_SHARE = 3.0513, 2.3937, 0.05
-FEW_MINUTIAE, ENOUGH_MINUTIAE = 20.0, 28.0
 
 
 def weigh(
@@ -150,7 +158,7 @@ def _condition(model: ScoreModel, total: float, e: dict[str, Any], usual: float)
     decade = max(high - low, LEAST_SPREAD)
     unusual = e["ridges"] - usual
     limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
-    return float(math.log(10.0) * min(2.0 + (total - low) / decade, limit))
+    return float(LOG_10 * min(2.0 + (total - low) / decade, limit))
 
 
 def _beyond_chance(
@@ -162,7 +170,7 @@ def _beyond_chance(
     p: ScoreParameters,
 ) -> float:
     """Return an estimate of -ln(FMR), lowered where the pairs are by chance, or a print is made."""
-    least = math.log(10.0) * p.beyond_from
+    least = LOG_10 * p.beyond_from
     if not estimate > least or p.beyond_share == 0.0:
         return estimate
     if _lies_off_ridges(a) or _lies_off_ridges(b):
@@ -172,19 +180,19 @@ def _beyond_chance(
     _, place, direction, _ = pairing.mesh
     squared = abs(pairing.places[1] - place[:, None]) ** 2
     cosine = (direction[:, None] * pairing.directions[1].conj()).real
-    near = np.minimum(squared / BESIDE_PX**2, 1.0) * np.maximum(1.0 - squared / AROUND_PX**2, 0.0)
+    near = np.minimum(squared / BESIDE2, 1.0) * np.maximum(1.0 - squared / AROUND2, 0.0)
     around = near * np.maximum((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
-    nearness = np.log10(FAR_SHARE + DENSER_PLACE * np.exp(-0.5 * squared / NEAR_PX**2))
-    nearness += np.log10(FAR_SHARE + DENSER_TURN * np.exp((cosine - 1.0) / TURN**2))
-    nearness[squared >= AROUND_PX**2] = 0.0
+    nearness = np.log10(FAR_SHARE + DENSER_PLACE * np.exp(-0.5 * squared / PLACE2))
+    nearness += np.log10(FAR_SHARE + DENSER_TURN * np.exp((cosine - 1.0) / TURN2))
+    nearness[squared >= AROUND2] = 0.0
     i = np.flatnonzero(pairing.partner >= 0)
     counted = nearness[i, pairing.partner[i]].sum()
     unusual = e["ridges"] - p.usual_correlation
     by_chance = PER_AROUND * around.sum()
     bound = decades_beyond_chance(e["pairs"], by_chance, counted, unusual, e["cells"])
-    few = (ENOUGH_MINUTIAE - e["fewest"]) / (ENOUGH_MINUTIAE - FEW_MINUTIAE)
+    few = (ENOUGH_TO_HOLD - e["fewest"]) / (ENOUGH_TO_HOLD - FEW_TO_HOLD)
     less = p.beyond_less + p.beyond_few * min(max(few, 0.0), 1.0)
-    above = estimate - math.log(10.0) * (bound - less)
+    above = estimate - LOG_10 * (bound - less)
     lowered = estimate - p.beyond_share * max(above, 0.0)
     return float(max(lowered, least))
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from fpmatch.matching.numpy_forms.local import NeighbourIndex, like_neighbours
+from fpmatch.matching.constants.prints import LEAST_WEIGHT
 from fpmatch.matching.pipeline.parameters import LocalParameters
-from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.prints.parameters import NeighbourhoodParameters
+from fpmatch.matching.prints.prepared import Neighbourhoods, rounded
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
 from fpmatch.pointset.geometry.frames import UnitFrame
@@ -18,8 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Plane = NDArray[np.complex128]
-
-LEAST_WEIGHT: Final = 1e-9  # of all neighbours of a minutia together
 
 
 def neighbourhoods(
@@ -53,8 +53,7 @@ def neighbourhoods(
         rows = place.real, place.imag, direction.real, direction.imag, tolerance**-2
         neighbour[i, : len(j)] = j
         frame[i, :, : len(j)] = *rows, np.sqrt(weight)
-    frame[:, 5] = np.minimum(np.rint(frame[:, 5].astype(np.float64) * 100), 255) / 100
-    return Neighbourhoods(count, neighbour, frame)
+    return rounded(Neighbourhoods(count, neighbour, frame))
 
 
 def _mesh(z: Plane) -> tuple[NDArray[np.bool_], list[list[int]]]:
@@ -91,7 +90,31 @@ def local_similarity(
     A neighbour in A counts by the most similar one in B, or not at all.
     """
     p = parameters or LocalParameters()
-    ours, theirs = (NeighbourIndex(of.count, of.frame) for of in (a, b))
-    total = like_neighbours(ours, theirs, p.min_cosine)
+    total = like_neighbours(a, b, p.min_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
     return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)
+
+
+def like_neighbours(a: Neighbourhoods, b: Neighbourhoods, min_cosine: float) -> NDArray[np.float64]:
+    """Return the weight of the neighbours of A's minutiae that are like some of B's, (N, M)."""
+    (owner_a, rank_a, ours), (owner_b, _, theirs) = map(_neighbours, (a, b))
+    reach = 1.01 * np.sqrt(1.0 / ours[4].min(initial=1.0))
+    trees = (KDTree(of[:2].T) for of in (ours, theirs))
+    met = next(trees).sparse_distance_matrix(next(trees), reach, output_type="ndarray")
+    i, j = met["i"], met["j"]
+    u, v, c, s, precision, _ = ours[:, i]
+    other_u, other_v, other_c, other_s, _, weight = theirs[:, j]
+    du, dv = u - other_u, v - other_v
+    near = 1.0 - (du * du + dv * dv) * precision
+    turn = (c * other_c + s * other_s - min_cosine) * (1.0 / (1.0 - min_cosine))
+    value = np.maximum(near, 0.0) * np.maximum(turn, 0.0) * weight
+    best, own = np.zeros((a.frame.shape[2], len(a.count), len(b.count))), a.frame[:, 5].T
+    above = value > 0.0
+    np.maximum.at(best, (rank_a[i[above]], owner_a[i[above]], owner_b[j[above]]), value[above])
+    return np.asarray((best * own[:, :, None]).sum(axis=0))
+
+
+def _neighbours(of: Neighbourhoods) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[Any]]:
+    """Return the minutiae that neighbours belong to, their ranks, and their entries (6, K)."""
+    owner, rank = np.nonzero(np.arange(of.frame.shape[2]) < of.count[:, None])
+    return owner, rank, of.frame[owner, :, rank].astype(np.float64).T

@@ -7,10 +7,11 @@ around the print, mapped by the transform of the pairs, close the rings on the h
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.constants.comparison import FAR_AWAY, FRAME, NEAR2, ROUNDING, STRAIN_PX
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.triangulation import chain, cross, ring_of, triangulate
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
@@ -25,12 +26,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
     Plane = NDArray[np.complex128]
-
-FRAME: Final = 8  # frame points: the first vertices
-ROUNDING: Final = 1e-9  # px²: a minutia this near a circle lies on it
-FAR_AWAY: Final = 1e6  # px, farther than any minutia
-NEAR2: Final = 1e-3  # px²: keeps the weight of a coincident vertex finite
-STRAIN_PX: Final = 8.0  # added to lengths: short edges prove no strain
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.constants.comparison import COINCIDENT
 from fpmatch.matching.pipeline.parameters import RelaxationParameters
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
     Plane = NDArray[np.complex128]
-
-NEAR: Final = 1e-6  # px: minutiae nearer than this coincide
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +27,6 @@ class Candidates:
     second: Numbers  # (K,): minutiae of B
     relaxed: Floats  # (K,): similarity after relaxation
     support: Floats  # (K, K): how well two of them agree, 0 to 1
-    explained: NDArray[np.bool_]  # (K,): which an earlier hypothesis contains
     parameters: RelaxationParameters
 
     @property
@@ -42,32 +38,30 @@ class Candidates:
         """Return which of them are among pairs, given as the partners of A's minutiae."""
         return np.asarray(partner[self.first] == self.second)
 
-    def explain(self, partner: Numbers) -> None:
-        """Mark those that are among pairs as explained."""
-        self.explained[self.among(partner)] = True
+    @property
+    def seeds(self) -> list[int]:
+        """Candidates that hypotheses start from, none much weaker than the strongest, in order."""
+        order = np.argsort(-self.relaxed, kind="stable")
+        least = self.parameters.least_seed_share * self.relaxed.max(initial=0.0)
+        relaxed = self.relaxed[order]
+        return [int(k) for k in order[(relaxed > 0.0) & (relaxed >= least)]]
 
-    def hypotheses(self, size: int, most: int) -> Iterator[tuple[Numbers, Floats]]:
-        """Yield partners and weights of A's minutiae by one hypothesis after the other.
+    def hypothesis(self, size: int, seed: int) -> tuple[Numbers, Floats]:
+        """Return partners and weights of A's minutiae, `size` of them, by a seed's hypothesis.
 
-        Its seed is the strongest candidate that is not explained, unless much weaker than the
-        strongest of all. All candidates that are strong enough are the pairs of the first
-        hypothesis; in the others each counts as much as it supports the seed.
+        All candidates that are strong enough are the pairs of the hypothesis of the first seed; in
+        the others each counts as much as it supports the seed.
         """
         p = self.parameters
-        for number in range(most):
-            left = np.where(self.explained, 0.0, self.relaxed)
-            seed, strongest = left.argmax() if len(left) else 0, self.relaxed.max(initial=0.0)
-            if not left.any() or left[seed] < p.least_seed_share * strongest:
-                return
-            self.explained[seed] = True
-            share = self.support[seed].copy() if number else np.ones(len(left))
-            share[seed] = 1.0
-            value = share * self.relaxed / left[seed]
-            kept = value >= p.least_share
-            partner, weight = np.full(size, -1), np.zeros(size)
-            partner[self.first[kept]] = self.second[kept]
-            weight[self.first[kept]] = value[kept]
-            yield partner, weight
+        first = seed == self.relaxed.argmax()
+        share = np.ones(len(self.relaxed)) if first else self.support[seed].copy()
+        share[seed] = 1.0
+        value = share * self.relaxed / self.relaxed[seed]
+        kept = value >= p.least_share
+        partner, weight = np.full(size, -1), np.zeros(size)
+        partner[self.first[kept]] = self.second[kept]
+        weight[self.first[kept]] = value[kept]
+        return partner, weight
 
 
 def relax(
@@ -84,8 +78,7 @@ def relax(
     share = (1.0 - p.inertia) / max(len(first) - 1, 1)
     for _ in range(p.relaxation_rounds):
         relaxed = p.inertia * relaxed + share * (relaxed @ support)
-    unexplained = np.zeros(len(first), bool)
-    return Candidates(similarity, first, second, relaxed, support, unexplained, p)
+    return Candidates(similarity, first, second, relaxed, support, p)
 
 
 def _select(similarity: NDArray[np.float32], most: int) -> tuple[Numbers, Numbers]:
@@ -113,6 +106,6 @@ def _compatibility(a: Floats, b: Floats, p: RelaxationParameters) -> Floats:
     length = abs(mean) * length_a * length_b
     angle = (mean * span_a * span_b.conj()).real / np.where(length > 0.0, length, 1.0)
     angle -= p.min_angle_cosine
-    fits = (shorter >= NEAR) & (distance > 0.0) & (turned > 0.0) & (angle > 0.0)
+    fits = (shorter >= COINCIDENT) & (distance > 0.0) & (turned > 0.0) & (angle > 0.0)
     turned /= 1.0 - p.min_rotation_cosine
     return np.where(fits, distance * turned * angle / (1.0 - p.min_angle_cosine), 0.0)

@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from fpmatch.matching.numpy_forms.ridges import (
+from fpmatch.matching.constants.comparison import (
+    BITS_ALONG,
+    FEW_SAMPLES,
+    FEWEST_AROUND,
+    FLOW_SAMPLES,
+    FRAME,
+    MOST_CELLS,
     REACH,
+    SAMPLES,
     SHIFTS,
-    SIDE,
-    beside,
-    best_shifts,
-    bits_of,
-    count_agreeing,
+    SMALL_AREA_PX2,
 )
-from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES, SAMPLES
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
-from fpmatch.matching.reference.pair_mesh import FRAME
 from fpmatch.matching.reference.triangulation import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.pair_mesh import PairMesh
 
+    Bits = NDArray[np.bool_]
+    Floats = NDArray[np.float64]
     Plane = NDArray[np.complex128]
     Numbers = NDArray[np.intp]
     Move = tuple[complex, complex]
-
-MOST_CELLS: Final = 16384
-FLOW_SAMPLES: Final = 24  # cells whose orientation is compared
-CODES: Final = 255  # of the orientation, from 1 on
 
 
 def codes_at(region: PrintArea, z: Plane) -> NDArray[np.uint8]:
@@ -94,10 +94,17 @@ def compare_ridges(
     small = min(a.area, b.area) <= SMALL_AREA_PX2
     sample = np.array(SAMPLES if small else FEW_SAMPLES)
     offset = move[0] * ((sample[:, 1] - 3.5) - 1j * (sample[:, 0] - 3.5)) * (a.step / b.step)
-    per_bit = SIDE / b.step
-    u = ((at.real + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH)[:, None] + offset.real
-    v = ((0.5 - at.imag) * per_bit - SIDE * (b.first_row - 2.0) - REACH)[:, None] - offset.imag
-    own_v, own_u = SIDE * row[:, None] + sample[:, 0], SIDE * column[:, None] + sample[:, 1]
+    per_bit = BITS_ALONG / b.step
+    u = ((at.real + 0.5) * per_bit - BITS_ALONG * (b.first_column - 2.0) - REACH)[
+        :, None
+    ] + offset.real
+    v = ((0.5 - at.imag) * per_bit - BITS_ALONG * (b.first_row - 2.0) - REACH)[
+        :, None
+    ] - offset.imag
+    own_v, own_u = (
+        BITS_ALONG * row[:, None] + sample[:, 0],
+        BITS_ALONG * column[:, None] + sample[:, 1],
+    )
     ours = bits_of(a.ridges)[own_v, own_u]
     both = np.zeros((rows + 2, columns + 2), np.uint8)
     both[row + 1, column + 1] = 1
@@ -105,6 +112,57 @@ def compare_ridges(
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
     value = best_shifts(len(sample), row + 1, column + 1, both, beside(agreeing))
     return (float(value.mean()), len(value)) if len(value) else (0.0, 0)
+
+
+def bits_of(ridges: NDArray[np.uint64]) -> Bits:
+    """Return the ridge images of cells (rows, columns) as one, 8 by 8 bits a cell."""
+    rows, columns = ridges.shape
+    bytes_ = ridges.astype("<u8").view(np.uint8).reshape(rows, columns, BITS_ALONG)
+    bits = np.unpackbits(bytes_, axis=2, bitorder="little").reshape(
+        rows, columns, BITS_ALONG, BITS_ALONG
+    )
+    return bits.transpose(0, 2, 1, 3).reshape(BITS_ALONG * rows, BITS_ALONG * columns).astype(bool)
+
+
+def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[np.uint16]:
+    """Return how many samples (K, S) of each cell agree with B at each shift, (K, 5, 5).
+
+    They lie in column u and row v of B's picture with an edge of two cells, less `REACH`; beyond
+    it, as wherever B has no cell, there is a valley.
+    """
+    windows = sliding_window_view(np.pad(picture, 2 * BITS_ALONG), (SHIFTS, SHIFTS))
+    rows, columns = picture.shape
+    seen = (u >= 0.0) & (u < columns + 3 * BITS_ALONG) & (v >= 0.0) & (v < rows + 3 * BITS_ALONG)
+    theirs = np.zeros((*u.shape, SHIFTS, SHIFTS), bool)
+    theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
+    agreeing = np.sum(theirs == ours[:, :, None, None], axis=1, dtype=np.uint16)
+    return np.asarray(agreeing)
+
+
+def best_shifts(
+    samples: int, row: Numbers, column: Numbers, around: NDArray[Any], rows_of_three: NDArray[Any]
+) -> Floats:
+    """Return the correlations of the cells that are compared, with those around them.
+
+    Each is that at the shift under which most samples agree. A cell lies in a row and a column of
+    tables with an edge: `around` (rows, columns) is 1 where a cell lies in both prints, and
+    `rows_of_three` (rows, columns, 5, 5) has the samples that agree in a cell and those beside it.
+    """
+    total = rows_of_three[row - 1, column] + rows_of_three[row, column]
+    total += rows_of_three[row + 1, column]
+    near = beside(around.astype(np.intp))
+    cells = near[row - 1, column] + near[row, column] + near[row + 1, column]
+    enough = cells >= FEWEST_AROUND
+    best = total[enough].reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
+    correlations: Floats = 2.0 * best / (samples * cells[enough]) - 1.0
+    return correlations
+
+
+def beside(agreeing: NDArray[Any]) -> NDArray[Any]:
+    """Return the sums over each cell of a table with an edge and those to its left and right."""
+    total = np.zeros_like(agreeing)
+    total[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
+    return total
 
 
 def search_by_ridges(
@@ -170,4 +228,4 @@ def _flow_agreement(
 
 def _flow(codes: NDArray[np.uint8]) -> Plane:
     """Return the unit vectors of twice the orientation that codes state."""
-    return np.asarray(np.exp(2j * np.pi * (codes.astype(np.float64) - 1.0) / CODES))
+    return np.asarray(np.exp(2j * np.pi * (codes.astype(np.float64) - 1.0) / ORIENTATIONS))

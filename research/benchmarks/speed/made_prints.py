@@ -22,7 +22,7 @@ from research.training.score_samples import NO_PREFILTER
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 POINTS = 40
 WIDTH, HEIGHT = 300, 350  # px, of which the print takes up an ellipse

@@ -1,7 +1,5 @@
-"""Bit descriptors: the kernels agree with a plain form of them, whichever print comes first."""
+"""Bit descriptors: the kernels agree with the reference, whichever print comes first."""
 
-import math
-from functools import cache
 from itertools import product
 
 import numpy as np
@@ -18,117 +16,21 @@ from matching_prints import (
     templates,
 )
 
+from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE, TURNS
 from fpmatch.matching.prints import bit_descriptors
 from fpmatch.matching.prints.bit_descriptors import (
-    MAX_ENCODED,
-    TURNS,
-    BitDescriptorParameters,
     encode,
     prefilter,
     prefilter_of,
     score_descriptors,
 )
+from fpmatch.matching.prints.parameters import BitDescriptorParameters
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.print_area import ORIENTATIONS
+from fpmatch.matching.reference.prefilter import descriptor_similarity
 
 EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8
 P = BitDescriptorParameters()
-SIDE, SECTORS, BINS = 16, 8, 24  # as the kernel has them
-APART = 0.25
-NOWHERE = 0x8800
-
-
-@cache
-def turns_of(print_):
-    angle = np.arctan2(print_.points[3], print_.points[2])
-    return [round(k) % TURNS for k in (angle * TURNS / (2 * np.pi)).tolist()]
-
-
-@cache
-def cells_of(print_, i):
-    """Return the cells of the neighbours of a minutia in the first grid and in the second."""
-    n = print_.neighbourhoods
-    first, second = set(), set()
-    for k in range(n.count[i]):
-        u, v, c, s = n.frame[i, :4, k]
-        turn = (float(np.arctan2(s, c)) / (2 * np.pi) + APART) % 1.0
-        place = np.array([float(v), float(u)]) / P.cell_px + SIDE / 2
-        if not ((place >= 0) & (place < SIDE)).all():
-            continue
-        cell, sector = np.floor(place), min(int(turn * SECTORS), SECTORS - 1)
-        first.add(int((cell[0] * SIDE + cell[1]) * SECTORS) + sector)
-        further = np.floor(place + 0.5)
-        if (further < SIDE).all():
-            ahead = turn * SECTORS - sector >= 0.5
-            second.add(int((further[0] * SIDE + further[1]) * SECTORS) + sector + ahead)
-    return frozenset(first), frozenset(second)
-
-
-@cache
-def bins_of(print_, i):
-    """Return the bins of the ridge orientation at the places around a minutia."""
-    x, y, c, s = print_.points[:, i].tolist()
-    region, found = print_.region, []
-    rows, columns = region.code.shape
-    for u, v in P.places.T.tolist():
-        column = math.floor((x + c * u - s * v) / region.step) - region.first_column
-        row = math.floor(-(y + s * u + c * v) / region.step) - region.first_row
-        inside = region.has_flow and 0 <= row < rows and 0 <= column < columns
-        if not inside or not region.code[row, column]:
-            found.append(None)
-            continue
-        relative = (int(region.code[row, column]) - 1.0) * BINS / ORIENTATIONS
-        relative = (relative - turns_of(print_)[i] * 2.0 * BINS / TURNS) % BINS
-        found.append(min(int(relative), BINS - 1))
-    return found
-
-
-def shared(a, i, b, j):
-    """Return in how many words of neighbours and of orientations two minutiae agree."""
-    neighbours = sum(
-        len(one & other) for one, other in zip(cells_of(a, i), cells_of(b, j), strict=True)
-    )
-    if not (a.region.has_flow and b.region.has_flow):
-        return neighbours, 6
-    along = 0
-    for one, other in zip(bins_of(a, i), bins_of(b, j), strict=True):
-        known = None not in {one, other}
-        along += known and min((one - other) % BINS, (other - one) % BINS) <= 1
-    return neighbours, along
-
-
-def plain_similarity(a, b):
-    """Return what two prints, of at most 64 minutiae, have in common."""
-    pairs = []
-    for j, i in product(range(len(b)), range(len(a))):
-        n, f = shared(a, i, b, j)
-        if n > 0 and 3 * n + f > 8:
-            pairs.append((min(3 * n + f - 8, 18), j, i))
-    order = sorted(range(len(pairs)), key=lambda k: -pairs[k][0])[: P.most_pairs]
-    pairs = [pairs[k] for k in sorted(order)]
-    best = 0
-    for h in range(len(pairs)):
-        total, used, last = 0, set(), None
-        for g, (weight, j, i) in enumerate(pairs):
-            fits = beside(a, b, pairs[min(g, h)], pairs[max(g, h)])
-            if not fits or j == last or i in used:
-                continue
-            total, last = total + weight, j
-            used.add(i)
-        best = max(best, total)
-    return best
-
-
-def beside(a, b, one, other):
-    """Tell whether two pairs lie on one another under the rotation of the first."""
-    turn, turn_of_other = (turns_of(a)[i] - turns_of(b)[j] for _, j, i in (one, other))
-    apart = (turn_of_other - turn + TURNS // 2) % TURNS - TURNS // 2
-    way_b = complex(*(b.points[:2, other[1]] - b.points[:2, one[1]]))
-    way_a = complex(*(a.points[:2, other[2]] - a.points[:2, one[2]]))
-    off = abs(way_b * np.exp(2j * np.pi * turn / TURNS) - way_a)
-    reach = math.hypot(P.near_px, P.near_per_px * abs(way_b))
-    return bool(abs(apart) <= round(P.pair_turn_deg * TURNS / 360) and off <= reach)
 
 
 def impressions(seed):
@@ -163,11 +65,11 @@ def assert_same_both_ways(a, b):
 
 @given(seeds)
 @settings(max_examples=EXAMPLES)
-def test_prints_have_in_common_what_the_plain_form_finds(seed):
+def test_prints_have_in_common_what_the_reference_finds(seed):
     """Whichever print is in the tables, and whatever was in them before."""
     prints, tables = impressions(seed), prefilter()
     for a, b in product(prints, prints):
-        expected = plain_similarity(a, b)
+        expected = descriptor_similarity(a.bit_descriptors, b.bit_descriptors)
         assert score_descriptors(prefilter_of(a.bit_descriptors), b.bit_descriptors) == expected
         for own, other, swapped in ((a, b, False), (b, a, True)):
             load(tables, own.bit_descriptors)

@@ -7,12 +7,9 @@ from hypothesis import strategies as st
 from matching_prints import any_points, on_pixels, seeds, spread_points
 
 from fpmatch.matching.prints import neighbourhood as described
-from fpmatch.matching.prints.neighbourhood import (
-    NeighbourhoodParameters,
-    Neighbourhoods,
-    neighbourhoods,
-    rounded,
-)
+from fpmatch.matching.prints.neighbourhood import neighbourhoods
+from fpmatch.matching.prints.parameters import NeighbourhoodParameters
+from fpmatch.matching.prints.prepared import Neighbourhoods, rounded
 from fpmatch.matching.reference import neighbourhood as reference
 
 P = NeighbourhoodParameters()

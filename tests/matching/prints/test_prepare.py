@@ -14,8 +14,8 @@ from matching_prints import (
     templates,
 )
 
-from fpmatch.matching.prints.neighbourhood import NeighbourhoodParameters
-from fpmatch.matching.prints.prepare import PreparationParameters, prepare
+from fpmatch.matching.prints.parameters import NeighbourhoodParameters, PreparationParameters
+from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 USUAL_QUALITY = PreparationParameters().usual_quality

@@ -5,14 +5,10 @@ import pytest
 from hypothesis import given
 from matching_prints import any_points, flow_of, seeds
 
-from fpmatch.matching.prints._kernels import _preparation_kernel
-from fpmatch.matching.prints.neighbourhood import (
-    ROOT_WEIGHTS,
-    neighbourhoods,
-    root_weight_codes,
-    rounded,
-)
-from fpmatch.matching.prints.print_area import ORIENTATIONS, orientation_codes
+from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching.prints.neighbourhood import neighbourhoods
+from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, qualities, root_weight_codes, rounded
+from fpmatch.matching.prints.print_area import orientation_codes
 from fpmatch.templates.plausibility import least_evenness
 
 
@@ -64,26 +60,10 @@ def test_a_weight_beyond_all_codes_takes_the_last():
 
 
 @given(seeds)
-def test_compiled_and_interpreted_agree(plain, seed):
+def test_qualities_that_few_minutiae_have_are_the_usual_one(seed):
     rng = np.random.default_rng(seed)
-    weights = rng.uniform(0, 3, (4, 3)).astype(np.float32)
     quality = rng.choice([0, 40, 100], 9, p=rng.dirichlet(np.full(3, 0.3))).astype(np.uint8)
     start = np.array([0, *np.sort(rng.integers(0, 10, 2)), 9], np.int64)
-    angle, mask = rng.uniform(-40, 40, 7), rng.integers(0, 2, 7, np.uint8)
-    field, found = rng.integers(0, 6, (5, 6), np.uint8) == 0, []
-    for kernel in (_preparation_kernel, plain.preparation):
-        given_, (code, codes), box = (
-            weights.copy(),
-            np.empty((2, 12), np.uint8),
-            np.empty(4, np.int64),
-        )
-        prepared = np.empty(9)
-        kernel.round_weights(given_, code.reshape(4, 3))
-        kernel.write_qualities(quality, start, 0.7, prepared)
-        kernel.write_codes(angle, mask, ORIENTATIONS / np.pi, codes[:7])
-        kernel.box_of(field.view(np.uint8), box)
-        found.append([one.tolist() for one in (given_, code, prepared, codes[:7], box)])
-    assert found[0] == found[1]
 
     def expected_of(part):
         squares = part.astype(float) ** 2
@@ -93,4 +73,4 @@ def test_compiled_and_interpreted_agree(plain, seed):
         return part / 100 if even else np.full(len(part), 0.7)
 
     expected = [expected_of(quality[a:b]) for a, b in pairwise(start)]
-    assert found[0][2] == np.concatenate(expected).tolist()
+    assert qualities(quality, start, 0.7).tolist() == np.concatenate(expected).tolist()

@@ -33,15 +33,10 @@ from fpmatch.gallery.store.stored_template import (
     pack_template,
     unpack_template,
 )
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
-from fpmatch.matching.prints.neighbourhood import root_weight_codes
-from fpmatch.matching.prints.prepare import (
-    PreparationParameters,
-    describe,
-    points_at_500dpi,
-    prepare,
-    qualities,
-)
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
+from fpmatch.matching.prints.parameters import PreparationParameters
+from fpmatch.matching.prints.prepare import describe, prepare
+from fpmatch.matching.prints.prepared import points_at_500dpi, qualities, root_weight_codes
 from fpmatch.matching.prints.print_area import PrintAreas, orientation_codes
 from fpmatch.templates.bounds import DPI_UNITS, rounded_dpi
 from fpmatch.templates.minutiae import STANDARD_DPI

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 import numpy as np
 
 from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
 from fpmatch.gallery.index.prints.compact_template import print_areas
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.pipeline.match import MIN_MINUTIAE, view_of, workspace_for
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.prints.compact_template import CompactTemplates
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
     from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do
@@ -31,7 +31,7 @@ REFERENCE_FIRST: Final = -1
 PROBE_FIRST: Final = 1
 
 
-def packs(matcher: Matcher) -> bool:
+def packs(matcher: Matcher) -> TypeGuard[UnitCircleMatcher]:
     """Return whether what a matcher prepares can be packed: it is what the default one prepares.
 
     What one with other parameters prepares is in no file, index or array of many prints.
@@ -63,8 +63,8 @@ def similarities(
     """
     first, last, _ = slice(first, last).indices(len(references))
     similarity, order = np.zeros(max(last - first, 0)), np.full(max(last - first, 0), NEITHER_FIRST)
-    kernel = getattr(type(matcher), "compare", None) is UnitCircleMatcher.compare
-    if kernel and packs(matcher) and len(similarity):
+    own = getattr(type(matcher), "compare", None) is UnitCircleMatcher.compare
+    if own and packs(matcher) and not matcher.by_reference and len(similarity):
         order = canonical_order(probe, references, first, last)
         _fill(similarity, probe, references, first, order)
     for k in np.flatnonzero(order == NEITHER_FIRST).tolist():

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 SIZE_OFFSET: Final = 5
 """Added to the minutiae of the smaller print, by which its score is divided."""

@@ -24,21 +24,21 @@ from fpmatch.gallery.index.prints.print_arrays import (
     PrintArrays,
     of_each,
 )
+from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-from fpmatch.matching.prints.bit_descriptors import (
-    NEIGHBOUR_WORDS,
-    ORIENTATION_WORDS,
-    UNKNOWN_BIN,
+from fpmatch.matching.prints.parameters import (
     BitDescriptorParameters,
-    BitDescriptors,
-)
-from fpmatch.matching.prints.neighbourhood import (
-    ROOT_WEIGHTS,
     NeighbourhoodParameters,
+    PreparationParameters,
+)
+from fpmatch.matching.prints.prepared import (
+    ROOT_WEIGHTS,
+    BitDescriptors,
     Neighbourhoods,
+    PreparedTemplate,
+    content_key,
     root_weight_codes,
 )
-from fpmatch.matching.prints.prepare import PreparationParameters, PreparedTemplate, content_key
 from fpmatch.matching.prints.print_area import PrintArea
 
 if TYPE_CHECKING:

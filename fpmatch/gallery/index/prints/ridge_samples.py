@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.gallery.index.prints._ridge_sample_kernel import restore
-from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES
+from fpmatch.matching.constants.comparison import FEW_SAMPLES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -17,19 +17,17 @@ from fpmatch.gallery.index.prints.print_arrays import (
     PrintArrays,
     of_each,
 )
+from fpmatch.matching.constants.prints import MAX_ENCODED
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
-from fpmatch.matching.prints.bit_descriptors import (
-    MAX_ENCODED,
-    BitDescriptors,
-    prefilter_of,
-)
+from fpmatch.matching.prints.bit_descriptors import prefilter_of
+from fpmatch.matching.prints.prepared import BitDescriptors
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepare import PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 CONTENT: Final = "content_start"  # dimension of the packed bytes
 PLACES: Final = 1024  # along either axis

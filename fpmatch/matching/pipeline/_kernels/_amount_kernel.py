@@ -4,25 +4,23 @@
 import cython
 from cython.cimports.libc.math import exp, log, log1p, sqrt
 
-LOG_10 = cython.declare(cython.double, 2.302585092994046)
-# Beyond about these amounts, more evidence does not change the quantiles of impostor comparisons;
-# areas are in square pixels at 500 dpi.
-ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
-ENOUGH_AREA = cython.declare(cython.double, 30000.0)
-LEAST_AREA = cython.declare(cython.double, 256.0)
-UNIT_AREA = cython.declare(cython.double, 10000.0)
-# Of the bound of the FMR, see `most_decades`:
-DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
-USUAL_CHANCE = cython.declare(cython.double, 3.0)  # pairs expected by chance in two usual prints
-DENSER = cython.declare(cython.double, 2.0)  # with so many more, prints are dense
-FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts wholly
-CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
-# Of what the pairs are worth beyond chance, see `decades_beyond_chance`:
-LEAST_BY_CHANCE = cython.declare(cython.double, 0.05)  # pairs
-ALIGNED = cython.declare(cython.double, 0.115)  # ridge correlation above the usual: counts from
-FULLY_ALIGNED = cython.declare(cython.double, 0.2)  # there on, wholly from so much more on
-FULL_CELLS = cython.declare(cython.double, 24.0)  # beyond these, a cell counts a quarter
-LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
+from fpmatch.matching.constants import comparison
+
+LOG_10 = cython.declare(cython.double, comparison.LOG_10)
+ENOUGH_MINUTIAE = cython.declare(cython.double, comparison.ENOUGH_MINUTIAE)
+ENOUGH_AREA = cython.declare(cython.double, comparison.ENOUGH_AREA)
+LEAST_AREA = cython.declare(cython.double, comparison.LEAST_AREA)
+UNIT_AREA = cython.declare(cython.double, comparison.UNIT_AREA)
+DECADES_PER_PAIR = cython.declare(cython.double, comparison.DECADES_PER_PAIR)
+USUAL_CHANCE = cython.declare(cython.double, comparison.USUAL_CHANCE)
+DENSER = cython.declare(cython.double, comparison.DENSER)
+FULL_AGREEMENT = cython.declare(cython.double, comparison.FULL_AGREEMENT)
+CELLS_PER_DECADE = cython.declare(cython.double, comparison.CELLS_PER_DECADE)
+LEAST_BY_CHANCE = cython.declare(cython.double, comparison.LEAST_BY_CHANCE)
+ALIGNED = cython.declare(cython.double, comparison.ALIGNED)
+FULLY_ALIGNED = cython.declare(cython.double, comparison.FULLY_ALIGNED)
+FULL_CELLS = cython.declare(cython.double, comparison.FULL_CELLS)
+LEAST_MEAN_SQUARE = cython.declare(cython.double, comparison.LEAST_MEAN_SQUARE)
 
 
 def smaller_area(a, b):

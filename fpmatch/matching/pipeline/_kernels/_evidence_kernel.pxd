@@ -17,7 +17,6 @@ cdef class EvidenceScorer:
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
     cdef readonly RidgeCorrelator correlator
-    cdef double small_area
     cdef readonly double total
     cdef Py_ssize_t model
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation

@@ -8,6 +8,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import exp, log, log10, sqrt
 
+from fpmatch.matching.constants import comparison
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
@@ -23,29 +24,26 @@ MIDDLE, SPREAD, WEIGHT, IMPOSTOR = range(4)
 PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS = range(7)
 WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = range(4)
 
-# The result for prints that the prefilter rejects, below those of nearly all that are aligned, and
-# what a unit of their shortfall takes off.
-REJECTED = cython.declare(cython.double, -5.0)
-SHORTFALL = cython.declare(cython.double, 0.25)
-
+REJECTED = cython.declare(cython.double, comparison.REJECTED)
+SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
 TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
-PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
-LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
-LOG_10 = cython.declare(cython.double, 2.302585092994046)
-# Of the pairs expected by chance, see `EvidenceScorer.beyond_chance`; lengths in px at 500 dpi:
-AROUND2 = cython.declare(cython.double, 3600.0)  # minutiae nearer than 60 px to a prediction,
-BESIDE2 = cython.declare(cython.double, 144.0)  # and those within 12 px by their square distance,
-LEAST_COSINE = cython.declare(cython.double, 0.8660254037844387)  # in about its direction, count
-PER_AROUND = cython.declare(cython.double, 0.1255)  # pairs within 12 px and 30° for what counts
-NEAR2 = cython.declare(cython.double, 25.0)  # σ² of genuine pairs' distance from the prediction,
-TURN2 = cython.declare(cython.double, 0.030461741978670857)  # and of their directions, 10°
-DENSER_PLACE = cython.declare(cython.double, 3.0513)  # of genuine pairs at a prediction, by chance
-DENSER_TURN = cython.declare(cython.double, 2.3937)  # 1; likewise of directions
-FAR_SHARE = cython.declare(cython.double, 0.05)  # of that by chance, which genuine pairs have too
-FEW_MINUTIAE = cython.declare(cython.double, 20.0)  # of the smaller print: the commonest
-ENOUGH_MINUTIAE = cython.declare(cython.double, 28.0)  # arrangement of so many is not more common
+SMALL_AREA_PX2 = cython.declare(cython.double, comparison.SMALL_AREA_PX2)
+PAIR_AREA = cython.declare(cython.double, comparison.PAIR_AREA)
+LEAST_SPREAD = cython.declare(cython.double, comparison.LEAST_SPREAD)
+LOG_10 = cython.declare(cython.double, comparison.LOG_10)
+AROUND2 = cython.declare(cython.double, comparison.AROUND2)
+BESIDE2 = cython.declare(cython.double, comparison.BESIDE2)
+LEAST_COSINE = cython.declare(cython.double, comparison.LEAST_COSINE)
+PER_AROUND = cython.declare(cython.double, comparison.PER_AROUND)
+PLACE2 = cython.declare(cython.double, comparison.PLACE2)
+TURN2 = cython.declare(cython.double, comparison.TURN2)
+DENSER_PLACE = cython.declare(cython.double, comparison.DENSER_PLACE)
+DENSER_TURN = cython.declare(cython.double, comparison.DENSER_TURN)
+FAR_SHARE = cython.declare(cython.double, comparison.FAR_SHARE)
+FEW_TO_HOLD = cython.declare(cython.double, comparison.FEW_TO_HOLD)
+ENOUGH_TO_HOLD = cython.declare(cython.double, comparison.ENOUGH_TO_HOLD)
 FEATURES = cython.declare(cython.Py_ssize_t, 13)
-LEAST_RELAXED = cython.declare(cython.double, 0.01)  # added before the logarithm is taken
+LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 
 
 @cython.final
@@ -67,8 +65,7 @@ class EvidenceScorer:
         self.model = 0
         self.total = 0.0
         self.paired_b = memoryview(np.empty(room, np.int32))
-        self.small_area = weights.small_area
-        self.correlator = RidgeCorrelator(room, weights.small_area)
+        self.correlator = RidgeCorrelator(room)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs
@@ -92,7 +89,7 @@ class EvidenceScorer:
         `area` is that of the smaller print, in square pixels at 500 dpi.
         """
         if ridges_a and ridges_b:
-            self.model = SMALL_WITH_RIDGES if area <= self.small_area else WITH_RIDGES
+            self.model = SMALL_WITH_RIDGES if area <= SMALL_AREA_PX2 else WITH_RIDGES
         else:
             self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
         return self.model
@@ -241,13 +238,13 @@ class EvidenceScorer:
                     near: cython.double = min(d2 / BESIDE2, 1.0) * (1.0 - d2 / AROUND2)
                     around += near * max((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
                     if j == paired:
-                        nearness += log10(FAR_SHARE + DENSER_PLACE * exp(-0.5 * d2 / NEAR2))
+                        nearness += log10(FAR_SHARE + DENSER_PLACE * exp(-0.5 * d2 / PLACE2))
                         nearness += log10(FAR_SHARE + DENSER_TURN * exp((cosine - 1.0) / TURN2))
         ridges = self.evidence[RIDGES] - self.usual_correlation
         bound = amount.decades_beyond_chance(
             self.evidence[PAIRS], PER_AROUND * around, nearness, ridges, self.evidence[CELLS]
         )
-        few = (ENOUGH_MINUTIAE - self.evidence[FEWEST]) / (ENOUGH_MINUTIAE - FEW_MINUTIAE)
+        few = (ENOUGH_TO_HOLD - self.evidence[FEWEST]) / (ENOUGH_TO_HOLD - FEW_TO_HOLD)
         less = self.beyond_less + self.beyond_few * min(max(few, 0.0), 1.0)
         above = estimate - LOG_10 * (bound - less)
         lowered = estimate - self.beyond_share * max(above, 0.0)

@@ -235,10 +235,3 @@ def _inverse_root(count: cython.int, fewest: cython.int) -> cython.double:
     """Return 1/√count, with a count of at least `fewest`."""
     count = count if count > fewest else fewest
     return INVERSE_ROOT[count] if count < ROOTS else 1.0 / sqrt(count)
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import local
-
-    NeighbourIndex = local.NeighbourIndex
-    normalize_by_size = local.normalize_by_size

@@ -21,6 +21,8 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
 
+from fpmatch.matching.constants import comparison
+
 if cython.compiled:
     from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
         shape_preserving_weights,
@@ -28,13 +30,13 @@ if cython.compiled:
 else:
     from fpmatch.pointset.paper._one_ring_kernel import shape_preserving_weights
 
-FRAME = cython.declare(cython.Py_ssize_t, 8)  # frame points
+FRAME = cython.declare(cython.Py_ssize_t, comparison.FRAME)
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
-FAR_AWAY = cython.declare(cython.double, 1e6)  # px, farther than any minutia
-NEAR2 = cython.declare(cython.double, 1e-3)  # px²: keeps the weight of a coincident vertex finite
+FAR_AWAY = cython.declare(cython.double, comparison.FAR_AWAY)
+NEAR2 = cython.declare(cython.double, comparison.NEAR2)
 LEAST_AREA = cython.declare(cython.double, 1e-9)  # px²: of a triangle
-ROUNDING = cython.declare(cython.double, 1e-9)  # px²: a point this near a circle is not inside it
-STRAIN_PX = cython.declare(cython.double, 8.0)  # added to lengths: short edges prove no strain
+ROUNDING = cython.declare(cython.double, comparison.ROUNDING)
+STRAIN_PX = cython.declare(cython.double, comparison.STRAIN_PX)
 
 
 @cython.final

@@ -16,6 +16,7 @@ else:
     from fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
     from fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
 
+COMPILED = cython.compiled
 
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
 

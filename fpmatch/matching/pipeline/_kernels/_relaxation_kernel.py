@@ -16,7 +16,9 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-NEAR = cython.declare(cython.double, 1e-6)  # px: minutiae nearer than this coincide
+from fpmatch.matching.constants import comparison
+
+COINCIDENT = cython.declare(cython.double, comparison.COINCIDENT)
 
 
 @cython.final
@@ -135,7 +137,7 @@ class Relaxation:
         length_a = sqrt(ax * ax + ay * ay)
         length_b = sqrt(bx * bx + by * by)
         shorter = min(length_a, length_b)
-        if shorter < NEAR:
+        if shorter < COINCIDENT:
             return 0.0
         distance = (length_a - length_b) / (self.distance_px + self.distance_per_px * shorter)
         distance = 1.0 - distance * distance

@@ -13,7 +13,7 @@ cdef class RidgeCorrelator:
     cdef unsigned long long[::1] ridge_image
     cdef unsigned long long[:, ::1] agreeing, wide
     cdef unsigned char[::1] both
-    cdef double small_area, c, s, x, y
+    cdef double c, s, x, y
 
     cpdef int compare(
         self, TemplateView a, TemplateView b, PairMesh mesh, double c, double s, double x, double y

@@ -9,24 +9,22 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import ceil, floor
 
+from fpmatch.matching.constants import comparison
+
 if cython.compiled:
     from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
 else:
     from fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
 
-# The samples of a cell, as rows and columns: every other row, of which every fourth bit, by turns;
-# where a print is small, also the others of every other bit, by turns.
-FEW_SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
-EVERY_OTHER = tuple((row, column) for row in range(8) for column in range(row % 2, 8, 2))
-SAMPLES = (*FEW_SAMPLES, *(one for one in EVERY_OTHER if one not in FEW_SAMPLES))
-FEW = cython.declare(cython.Py_ssize_t, len(FEW_SAMPLES))
-MANY = cython.declare(cython.Py_ssize_t, len(SAMPLES))
-FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
-SIDE = cython.declare(cython.int, 8)  # bits along a cell
-REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis
-SHIFTS = cython.declare(cython.int, 5)  # 2 * REACH + 1
-FEWEST_AROUND = cython.declare(cython.int, 4)  # cells of 3 by 3 that must be in both prints
-MOST_CELLS = cython.declare(cython.int, 16384)
+FEW = cython.declare(cython.Py_ssize_t, len(comparison.FEW_SAMPLES))
+MANY = cython.declare(cython.Py_ssize_t, len(comparison.SAMPLES))
+SMALL_AREA_PX2 = cython.declare(cython.double, comparison.SMALL_AREA_PX2)
+FRAME = cython.declare(cython.Py_ssize_t, comparison.FRAME)
+SIDE = cython.declare(cython.int, comparison.BITS_ALONG)
+REACH = cython.declare(cython.int, comparison.REACH)
+SHIFTS = cython.declare(cython.int, comparison.SHIFTS)
+FEWEST_AROUND = cython.declare(cython.int, comparison.FEWEST_AROUND)
+MOST_CELLS = cython.declare(cython.int, comparison.MOST_CELLS)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 LANE = cython.declare(cython.int, 12)  # bits of a count: a word has one for each shift along a row
 MOST_COUNT = cython.declare(cython.ulonglong, 0xFFF)
@@ -45,13 +43,11 @@ class RidgeCorrelator:
     print is small, are looked up in B, which has a valley wherever it has no cell; of all shifts,
     that under which the most of them agree counts.
 
-    There is room for so many pairs of minutiae; a print of at most `small_area` square pixels at
-    500 dpi is small. After `compare`, `cells` is the number of cells that could be compared,
-    `correlation` their mean correlation, -1 to 1.
+    There is room for so many pairs of minutiae. After `compare`, `cells` is the number of cells
+    that could be compared, `correlation` their mean correlation, -1 to 1.
     """
 
-    def __init__(self, room, small_area) -> None:
-        self.small_area = small_area
+    def __init__(self, room) -> None:
         self.correlation = 0.0
         self.cells = 0
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
@@ -59,9 +55,9 @@ class RidgeCorrelator:
         self.spread = memoryview(((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1))
         # the bits of a cell that stay in its rows if it is shifted by so many columns
         self.kept = memoryview((255 >> k[:SIDE]) * np.uint64(0x0101010101010101))
-        self.sample_row = memoryview(np.array([row for row, _ in SAMPLES], np.int32))
-        self.sample_column = memoryview(np.array([column for _, column in SAMPLES], np.int32))
-        self.offset = memoryview(np.zeros((2, len(SAMPLES))))
+        self.sample_row = memoryview(np.array(comparison.SAMPLES, np.int32)[:, 0].copy())
+        self.sample_column = memoryview(np.array(comparison.SAMPLES, np.int32)[:, 1].copy())
+        self.offset = memoryview(np.zeros((2, MANY)))
         self.ridge_image = memoryview(np.zeros(MOST_CELLS, np.uint64))
         self.agreeing, self.wide = map(memoryview, np.zeros((2, MOST_CELLS, SHIFTS), np.uint64))
         self.both = memoryview(np.zeros(MOST_CELLS, np.uint8))
@@ -103,7 +99,7 @@ class RidgeCorrelator:
         if (b.rows + 4) * wide > MOST_CELLS:
             return False
         self.c, self.s, self.x, self.y = c, s, x, y
-        self.samples = MANY if smaller_area(a, b) <= self.small_area else FEW
+        self.samples = MANY if smaller_area(a, b) <= SMALL_AREA_PX2 else FEW
         self._gather(a, b)
         return True
 
@@ -347,9 +343,3 @@ class RidgeCorrelator:
             best = max(best, count)
         self.cells += 1
         return 2.0 * best / (self.samples * around) - 1.0
-
-
-if not cython.compiled:
-    from fpmatch.matching.numpy_forms import ridges
-
-    RidgeCorrelator._correlate = ridges.correlate

@@ -15,11 +15,12 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
+from fpmatch.matching.constants import comparison
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 COMPILED = cython.compiled
 
-SAMPLES = cython.declare(cython.int, 24)  # cells whose orientation is compared, at most
+SAMPLES = cython.declare(cython.int, comparison.FLOW_SAMPLES)
 ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
 FOUND = cython.declare(cython.int, 8)  # pairs found, at most
 

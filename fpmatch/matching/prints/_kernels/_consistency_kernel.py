@@ -5,6 +5,8 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
+from fpmatch.matching.constants import prints
+
 if cython.compiled:
     from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
 else:
@@ -16,7 +18,7 @@ else:
 
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
-MOST_WEIGHT = cython.declare(cython.int, 18)  # of a pair
+MOST_WEIGHT = cython.declare(cython.int, prints.MOST_WEIGHT)
 TURN = cython.declare(cython.int, 16)  # 256ths of a turn in one group: `most_turn` at least
 TURNS_APART = cython.declare(cython.int, 16)  # groups in a turn
 TURN_PX2 = cython.declare(cython.double, 400.0)  # a rotation weighs as positions 20 px apart do

@@ -9,24 +9,23 @@ bins of the ridge orientation at places around it.
 import cython
 import numpy as np
 
-NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
-ORIENTATION_WORDS = cython.declare(cython.int, 12)
-SIDE = cython.declare(cython.int, 16)  # cells along a grid, with the minutia in its middle
-SECTORS = cython.declare(cython.int, 8)  # of relative direction, in a turn
+from fpmatch.matching.constants import prints
+
+NEIGHBOUR_WORDS = cython.declare(cython.int, prints.NEIGHBOUR_WORDS)
+ORIENTATION_WORDS = cython.declare(cython.int, prints.ORIENTATION_WORDS)
+SIDE = cython.declare(cython.int, prints.CELLS_ALONG)
+SECTORS = cython.declare(cython.int, prints.SECTORS)
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
-APART = cython.declare(cython.double, 0.25)  # of a turn: neighbours are rarely at right angles
-# A word of a neighbour: its cell in the first grid; a bit that is set where this cell does not
-# count; three bits for the step from there to the cell of the second grid; a bit that is set where
-# that cell does not count.
-CELL = cython.declare(cython.int, 0x07FF)
-NOT_FIRST = cython.declare(cython.int, 0x0800)
-NOT_SECOND = cython.declare(cython.int, 0x8000)
-NOWHERE = cython.declare(cython.int, 0x8800)
-STEPS = cython.declare(cython.int, 12)  # bits to the right of the step
-SECOND = cython.declare(cython.int, 4096)  # where the second grid begins in the tables
-BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
-UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
-ORIENTATIONS = cython.declare(cython.int, 255)  # orientation codes, from 1 on
+APART = cython.declare(cython.double, prints.APART)
+CELL = cython.declare(cython.int, prints.CELL)
+NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
+NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
+NOWHERE = cython.declare(cython.int, prints.NOWHERE)
+STEPS = cython.declare(cython.int, prints.STEPS)
+SECOND = cython.declare(cython.int, prints.SECOND)
+BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
+UNKNOWN = cython.declare(cython.int, prints.UNKNOWN_BIN)
+ORIENTATIONS = cython.declare(cython.int, prints.ORIENTATIONS)
 
 
 def second(word):

@@ -9,6 +9,8 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
+from fpmatch.matching.constants import prints
+
 if cython.compiled:
     from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
         shape_preserving_weights,
@@ -17,7 +19,7 @@ else:
     from fpmatch.pointset.paper._one_ring_kernel import shape_preserving_weights
 
 EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
-LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
+LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
 
 
 @cython.final

@@ -11,6 +11,8 @@ same whichever of the two prints is in the tables.
 import cython
 import numpy as np
 
+from fpmatch.matching.constants import prints
+
 if cython.compiled:
     from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import (
         LANES,
@@ -43,10 +45,10 @@ else:
     CELL, LAST, ROOM, WORDS = 0x07FF, 6288, 64, 12
     bit_lanes = cython.ulonglong
 
-NOT_FIRST = cython.declare(cython.int, 0x0800)
-NOT_SECOND = cython.declare(cython.int, 0x8000)
-BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
-UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
+NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
+NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
+BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
+UNKNOWN = cython.declare(cython.int, prints.UNKNOWN_BIN)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
 
@@ -299,6 +301,6 @@ def none_of(value: cython.int, bit: cython.int) -> bit_lanes:
 
 
 if not cython.compiled:
-    from fpmatch.matching.numpy_forms import descriptors
+    from fpmatch.matching.prints._kernels.uncompiled_pairs import pair
 
-    Prefilter._pair = descriptors.pair
+    Prefilter._pair = pair

@@ -12,7 +12,6 @@ from matching_prints import (
     along,
     fragment,
     impressions_of_a_finger,
-    jittered,
     seeds,
     spread_points,
     striped_field,
@@ -24,7 +23,6 @@ from matching_weights import (
     NEVER,
     NO_PREFILTER,
     REJECTING,
-    interpreted_pipeline,
     print_for,
     scored_by,
     some_weights,
@@ -43,13 +41,13 @@ from fpmatch.gallery.index.prints.compare import (
 from fpmatch.gallery.index.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.lab.synthesis.templates import make_templates
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
 from fpmatch.matching.pipeline.match import view_of, workspace_for
-from fpmatch.matching.pipeline.score_model import SMALL_AREA_PX2
-from fpmatch.matching.prints.bit_descriptors import BitDescriptorParameters
-from fpmatch.matching.prints.neighbourhood import ROOT_WEIGHTS
+from fpmatch.matching.pipeline.score_model import as_similarity
+from fpmatch.matching.prints.parameters import BitDescriptorParameters
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared import ROOT_WEIGHTS
 from fpmatch.matching.registry import get_matcher
 
 PRINT_SIZE = 30 if COMPILED else 12
@@ -221,29 +219,6 @@ def test_few_minutiae_are_like_next_to_nothing(size):
     assert (size == 0) == (at_once(few, prints)[0] == 0.0)
 
 
-@pytest.mark.parametrize("refine", [ALWAYS, 0.0, NEVER])
-@pytest.mark.parametrize("prefilter", [NO_PREFILTER, REJECTING])
-def test_compiled_and_interpreted_agree(plain, refine, prefilter):
-    weights = some_weights(refine, prefilter=prefilter, confident=2.0)
-    points = [spread_points(np.random.default_rng(k), 9, size=120.0) for k in range(3)]
-    points.append(jittered(np.random.default_rng(9), points[0], 1.0, 0.1))
-    shown = [prepare(template_of(side, field=striped_field(side=8))) for side in points]
-    prints = [*shown, prepare(template_of(points[3]))]
-    many = PreparedPrints.pack(prints[1:])
-    similarity = np.zeros(len(many))
-    order = canonical_order(prints[0], many, 0, len(many))
-    room = max(many.most_minutiae, len(prints[0]))
-    pipeline = interpreted_pipeline(plain, prints[0], room, weights)
-    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    packed = plain.prepared_view.PreparedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
-    packed.match(pipeline, print_for(plain, largest), 0, order, similarity)
-    with scored_by(weights):
-        fast = similarities(MATCHER, prints[0], many)
-    assert similarity == pytest.approx(fast, rel=1e-12)
-    assert fast.any()
-    assert prefilter == REJECTING or np.count_nonzero(fast) >= len(fast) - 1
-
-
 @pytest.mark.parametrize("field", FIELDS)
 def test_degenerate_prints_compare_as_one_by_one(field):
     every = 3 if COMPILED else 11
@@ -335,7 +310,7 @@ def test_compiled_and_interpreted_agree_on_ridges(plain, interpreted, fingers):
     )
     own = print_for(plain, probe)
     tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
-    correlator = plain.ridge.RidgeCorrelator(len(probe), 0.0)
+    correlator = plain.ridge.RidgeCorrelator(len(probe))
     packed.compare_ridges(
         reader, which, tables, own, print_for(plain, probe), correlator, agreement
     )

@@ -7,7 +7,8 @@ from matching_prints import SIZES, some_templates, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints import compact_template, prepared_prints, stored_descriptors
 from fpmatch.gallery.store.array_file import read_arrays, write_arrays
-from fpmatch.matching.prints.prepare import PreparationParameters, prepare
+from fpmatch.matching.prints.parameters import PreparationParameters
+from fpmatch.matching.prints.prepare import prepare
 
 KINDS = {
     "prepared": (prepared_prints, prepared_prints.PreparedPrints, prepare),

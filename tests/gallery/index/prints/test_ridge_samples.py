@@ -14,7 +14,7 @@ from fpmatch.gallery.index.prints.ridge_samples import (
     restore_ridges,
     sample_ridges,
 )
-from fpmatch.matching.pipeline._kernels._ridge_kernel import FEW_SAMPLES
+from fpmatch.matching.constants.comparison import FEW_SAMPLES
 from fpmatch.templates.minutiae import RidgeField
 
 OUTSIDE = 16  # a half that is not known

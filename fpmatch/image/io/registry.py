@@ -179,6 +179,7 @@ READERS: Final = (
 _OTHERS: Final = (
     (FMR_SIGNATURE, "a minutiae template, ISO/IEC 19794-2 or ANSI 378"),
     (b"FP3", "a template of libfprint"),
+    (b"\x89FPS", "a sealed template: only galleries open sealed templates"),
     (b"%PDF", "a PDF document"),
     (b"%!PS", "a PostScript document"),
     (b"PK\x03\x04", "a ZIP archive"),

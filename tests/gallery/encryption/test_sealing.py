@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.errors import EncryptionError
+from fpmatch.errors import EncryptionError, ImageReadError
 from fpmatch.gallery.encryption.keys import Key, KeyRing
 from fpmatch.gallery.encryption.records import (
     HEAD_BYTES,
@@ -14,6 +14,7 @@ from fpmatch.gallery.encryption.records import (
     seal,
     unseal,
 )
+from fpmatch.prints.reading import decode_print
 
 KEY, OTHER = Key(bytes(range(32))), Key(bytes(32))
 RING = KeyRing([KEY, OTHER])
@@ -74,3 +75,8 @@ def test_a_missing_key_is_named():
     with pytest.raises(EncryptionError, match=KEY.id) as caught:
         unseal(KeyRing([OTHER]), record, **ABOUT)
     assert caught.value.code == "missing key"
+
+
+def test_the_core_says_that_it_does_not_open_a_sealed_record():
+    with pytest.raises(ImageReadError, match="a sealed template: only galleries"):
+        decode_print(seal(Key(bytes(32)), b"{}", purpose=b"template"), "it")

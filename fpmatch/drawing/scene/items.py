@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -30,8 +30,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 _FAR: Final = 1e7  # page pixels; beyond it nothing is drawn, and integers must not overflow
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
+class Box(NamedTuple):
     """An upright rectangle: its top-left corner and its size, not negative."""
 
     x: float
@@ -88,8 +87,7 @@ class Pen:
     dash: tuple[float, float] | None = None  # lengths of the dashes and of the gaps
 
 
-@dataclass(frozen=True, slots=True)
-class Path:
+class Path(NamedTuple):
     """Draw straight lines through `points`, back to the first where `closed`."""
 
     points: tuple[Point, ...]
@@ -99,8 +97,7 @@ class Path:
     title: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Circle:
+class Circle(NamedTuple):
     """Draw a circle."""
 
     centre: Point
@@ -110,8 +107,7 @@ class Circle:
     title: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
+class Text(NamedTuple):
     """Write one line of `text`; (x, y) is the start, middle or end of its baseline."""
 
     x: float
@@ -125,8 +121,7 @@ class Text:
     role: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ink:
+class Ink(NamedTuple):
     """Multiply the page beneath by `colour`, as a printing ink does.
 
     `coverage` (uint8, shape (H, W)) is 0 where the paper stays bare and 255 where the ink is full;
@@ -139,8 +134,7 @@ class Ink:
     role: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Overprint:
+class Overprint(NamedTuple):
     """Print two inks over each other; where both cover, their colours mix to a dark one."""
 
     lower: Ink
@@ -154,8 +148,7 @@ def mixed(colours: tuple[Colour, ...]) -> Colour:
     return red, green, blue
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
+class Group(NamedTuple):
     """Draw `items` in order, and only inside `clip`."""
 
     items: tuple[Item, ...]
@@ -166,8 +159,7 @@ class Group:
 Item: TypeAlias = Path | Circle | Text | Ink | Overprint | Group
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class Scene(NamedTuple):
     """A whole page: its size in pixels, its items in the order of drawing, its description."""
 
     width: int

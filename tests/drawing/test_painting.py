@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.palette import PAPER
 from fpmatch.drawing.scene.raster import paint, paint_over
 from fpmatch.drawing.scene.svg import shared_ink, svg_text
 
@@ -21,7 +22,7 @@ def covered(*items, size=60):
 
 
 def test_an_empty_page_is_paper():
-    assert (paint(Scene(7, 5, (), paper=(1, 2, 3))) == (1, 2, 3)).all()
+    assert (paint(Scene(7, 5, ())) == PAPER).all()
 
 
 def line_to(x, y):

@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from fpmatch.drawing.scene.palette import PAPER, Colour
-
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.pointset.geometry.similarity import Similarity
 
     Matrix = NDArray[np.float64]
@@ -166,7 +165,6 @@ class Scene(NamedTuple):
     height: int
     items: tuple[Item, ...]
     description: str = ""
-    paper: Colour = PAPER
 
 
 def zoomed(zoom: float, origin: Point, to: Point) -> Matrix:

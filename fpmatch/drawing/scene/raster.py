@@ -45,9 +45,8 @@ _BEFORE: Final[dict[Anchor, float]] = {"start": 0.0, "middle": 0.5, "end": 1.0} 
 
 def paint(scene: Scene) -> Picture:
     """Paint `scene`; returns RGB, uint8, of shape (height, width, 3)."""
-    canvas = np.empty((scene.height * _ZOOM, scene.width * _ZOOM, 3), dtype=np.uint8)
-    cv2.rectangle(canvas, (0, 0), canvas.shape[1::-1], scene.paper, cv2.FILLED)
-    return _painted(canvas, scene.items)
+    size = (scene.height * _ZOOM, scene.width * _ZOOM, 3)
+    return _painted(np.full(size, PAPER[0], dtype=np.uint8), scene.items)
 
 
 def paint_over(picture: Picture, items: tuple[Item, ...]) -> Picture:

@@ -159,7 +159,10 @@ Item: TypeAlias = Path | Circle | Text | Ink | Overprint | Group
 
 
 class Scene(NamedTuple):
-    """A whole page: its size in pixels, its items in the order of drawing, its description."""
+    """A whole page: its size in pixels, its items in the order of drawing, its description.
+
+    Pixels have the texts over everything else.
+    """
 
     width: int
     height: int

@@ -8,7 +8,6 @@ their rights follow the umask. On Windows, files have the rights of the folder.
 from __future__ import annotations
 
 import os
-import secrets
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,7 +36,7 @@ def _one_line(path: str | os.PathLike[str]) -> Iterator[None]:
 @contextmanager
 def _unfinished_in(folder: Path) -> Iterator[Path]:
     """Yield the path of an unfinished file in a folder, and remove what is left of it."""
-    unfinished = folder / f".{secrets.token_hex(8)}.part"
+    unfinished = folder / f".{os.urandom(8).hex()}.part"
     try:
         yield unfinished
     finally:

@@ -97,7 +97,7 @@ def test_marks_of_a_pair_lie_where_picture_and_transform_say(sides, compared):
     for side, colour in (("probe", PROBE_MARK), ("reference", REFERENCE_MARK)):
         (ring,) = of_class(root, "circle", side, "paired", "ending")
         x, y, radius = (float(ring.get(k)) for k in ("cx", "cy", "r"))
-        assert tuple(picture[int(y - radius), int(x)]) == colour
+        np.testing.assert_allclose(picture[int(y - radius), int(x)], colour, atol=40)
         centres.append((x, y))
     # The reference is at (1, -2) from the moved probe, at the zoom of 3 that so small a print gets.
     assert np.subtract(*centres[::-1]) == pytest.approx((3.0, -6.0), abs=0.05)
@@ -123,8 +123,11 @@ def test_unpaired_minutiae_are_fainter(sides, compared):
     root = prints_of(sides, compared())
     paired, unpaired = (of_class(root, "line", "tick", word) for word in ("paired", "unpaired"))
     assert (len(paired), len(unpaired)) == (6, 4)
-    assert {e.get("opacity") for e in paired} == {None}
-    assert all(float(e.get("opacity")) < 1 for e in unpaired)
+    darkness = [
+        [765 - sum(bytes.fromhex(e.get("stroke")[1:])) for e in ticks if e.get("class") == name]
+        for ticks, name in ((paired, "tick probe paired"), (unpaired, "tick probe unpaired"))
+    ]
+    assert min(darkness[0]) > max(darkness[1]) > 0
 
 
 @pytest.mark.parametrize("side_by_side", [False, True])
@@ -297,13 +300,6 @@ def test_ridges_that_were_not_compared_leave_the_overlay(sides, compared):
     assert overlay_file(".svg", *sides, compared(), view) == overlay_file(
         ".svg", *sides, compared(), View()
     )
-
-
-def test_an_overlay_states_by_what_the_probe_is_drawn(sample_pair):
-    root = svg_of(*sample_pair)
-    assert "Picture of probe | similarity transform |" in texts_of(root)
-    assert len(of_class(root, "line", "pair")) == len(sample_pair[1].pairs)
-    assert "Picture of probe" not in texts_of(svg_of(*sample_pair, side_by_side=True))
 
 
 def test_views_exclude_each_other(sides, compared):

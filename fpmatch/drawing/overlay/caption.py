@@ -46,8 +46,8 @@ def evidence(verification: Verification) -> list[Fact]:
     return [*facts, ("Matcher", v.matcher)]
 
 
-def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
-    """Return the transform of the probe and how it is drawn as (label, value); none without it."""
+def transform_facts(verification: Verification) -> list[Fact]:
+    """Return the transform of the probe as (label, value); none without it."""
     transform, rms_px = verification.evidence.transform, verification.evidence.rms_px
     if transform is None:
         return []
@@ -56,7 +56,6 @@ def transform_facts(verification: Verification, drawn: str = "") -> list[Fact]:
         ("Scale", f"{transform.scale:.3f}"),
         ("Shift x, y", f"{transform.tx:+.1f}, {transform.ty:+.1f} px"),
         ("Residual", f"{rms_px:.1f} px rms" if math.isfinite(rms_px) else "-"),
-        *([("Picture of probe", drawn)] if drawn else []),
     ]
 
 
@@ -64,12 +63,12 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if math.isfinite(share) else "-"
 
 
-def header(verification: Verification, width: float, drawn: str = "") -> tuple[list[Item], float]:
+def header(verification: Verification, width: float) -> tuple[list[Item], float]:
     """Compose the band for a page of `width`; returns its items, and its height in pixels."""
     y = MARGIN
     items = _first_row(verification, width, y)
     y += _BADGE_HEIGHT + 16
-    placed, y = _flow([evidence(verification), transform_facts(verification, drawn)], width, y)
+    placed, y = _flow([evidence(verification), transform_facts(verification)], width, y)
     items += placed
     if verification.reason:
         y += 4

@@ -128,11 +128,8 @@ def save_overlay(
     OutputError
         If the ending is another, or the file cannot be written.
     """
-    check_overlay(path)
     view = View(side_by_side, ridges)
-    suffix = Path(path).suffix.lower()
-    content = overlay_file(suffix, probe_image, reference_image, verification, view)
-    atomic_write_bytes(path, content)
+    save_scene(path, overlay_scene(probe_image, reference_image, verification, view))
 
 
 def check_overlay(path: str | os.PathLike[str]) -> None:
@@ -140,8 +137,10 @@ def check_overlay(path: str | os.PathLike[str]) -> None:
     check_writable(path, what="an overlay", suffixes=SUFFIXES)
 
 
-def save_scene(path: str | os.PathLike[str], scene: Scene, painted: NDArray[np.uint8]) -> None:
-    """Write a scene, which is painted already; raise an OutputError as `check_overlay` does."""
+def save_scene(
+    path: str | os.PathLike[str], scene: Scene, painted: NDArray[np.uint8] | None = None
+) -> None:
+    """Write a scene, which may be painted already; errors are raised as by `check_overlay`."""
     check_overlay(path)
     atomic_write_bytes(path, _content(Path(path).suffix.lower(), scene, painted))
 

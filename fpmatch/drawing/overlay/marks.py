@@ -14,7 +14,9 @@ from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text, direction_
 from fpmatch.drawing.scene.palette import (
     EXAMINER_MARK,
     PAIR_LINK,
+    PROBE_FAINT,
     PROBE_MARK,
+    REFERENCE_FAINT,
     REFERENCE_MARK,
     Colour,
 )
@@ -42,27 +44,26 @@ class MarkStyle:
     tick_px: float  # beyond the shape
     width: float  # of the lines
     halo: float  # of white around them
-    opacity: float
     role: str  # the SVG class
 
     @property
     def pen(self) -> Pen:
         """The pen that draws the shape."""
-        return Pen(self.colour, width=self.width, opacity=self.opacity, halo=self.halo)
+        return Pen(self.colour, width=self.width, halo=self.halo)
 
 
 PAIRED: Final = {
-    "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, "reference paired"),
-    "probe": MarkStyle(PROBE_MARK, 4.0, 12.0, 2.2, 0.8, 1.0, "probe paired"),
+    "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, "reference paired"),
+    "probe": MarkStyle(PROBE_MARK, 4.0, 12.0, 2.2, 0.8, "probe paired"),
 }
 UNPAIRED: Final = {
-    "reference": MarkStyle(REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, "reference unpaired"),
-    "probe": MarkStyle(PROBE_MARK, 3.4, 8.0, 1.3, 1.0, 0.8, "probe unpaired"),
+    "reference": MarkStyle(REFERENCE_FAINT, 5.0, 8.0, 1.3, 1.0, "reference unpaired"),
+    "probe": MarkStyle(PROBE_FAINT, 3.4, 8.0, 1.3, 1.0, "probe unpaired"),
 }
 PAIR_PEN: Final = Pen(PAIR_LINK, width=2.0, halo=1.2)
 EDGES: Final = {
-    "reference": Pen(REFERENCE_MARK, width=1.6, opacity=0.85, dash=(2.0, 5.0)),
-    "probe": Pen(PROBE_MARK, width=1.6, opacity=0.85, dash=(9.0, 6.0)),
+    "reference": Pen(REFERENCE_FAINT, width=1.6, dash=(2.0, 5.0)),
+    "probe": Pen(PROBE_FAINT, width=1.6, dash=(9.0, 6.0)),
 }
 BESIDE_PAIRED: Final = {
     role: replace(style, radius=6.0, tick_px=10.0, width=2.2, halo=1.4)

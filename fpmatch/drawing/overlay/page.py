@@ -99,17 +99,16 @@ def page(
     panel_size: tuple[float, float],
     panel: Callable[[Box], list[Item]],
     legend: Callable[[float, float], tuple[list[Item], float]],
-    drawn: str = "",
 ) -> Scene:
     """Compose a page: a header, a panel of `panel_size` (width, height) pixels, and a legend.
 
     `panel` returns the panel's items, given its place; `legend` returns the legend's items and its
-    height, given the page's width and the legend's top. `drawn` is how the probe is drawn.
+    height, given the page's width and the legend's top.
     """
     v = verification
     panel_width, panel_height = panel_size
     width = max(_LEAST_PAGE_WIDTH, panel_width + 2 * MARGIN)
-    head, head_height = header(v, width, drawn)
+    head, head_height = header(v, width)
     place = Box((width - panel_width) // 2, math.ceil(head_height + 16), panel_width, panel_height)
     foot, foot_height = legend(width, place.bottom + 10)
     height = math.ceil(place.bottom + 10 + foot_height + 12)

@@ -43,7 +43,6 @@ if TYPE_CHECKING:
 
     Matrix = NDArray[np.float64]
 
-SIMILARITY: Final = "similarity transform"
 _REACH: Final = 0.75  # of the reference's longer side: how far beyond it the probe is shown
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
@@ -77,7 +76,7 @@ def superposed_page(
         return [Group(inside, place, "prints"), frame(place)]
 
     size = (round(view.width * zoom), round(view.height * zoom))
-    return page(verification, size, panel, overlay_legend, SIMILARITY)
+    return page(verification, size, panel, overlay_legend)
 
 
 def view_of(reference: Print, outline: list[Point]) -> Box:

@@ -24,7 +24,7 @@ _MEAN_PX: Final = 6.0  # of the neighbourhood whose mean separates ridges from v
 _CONTRAST_PX: Final = 10.0  # of the neighbourhood over which contrast is measured: two ridges
 _SMOOTHING_PX: Final = 0.6
 _FULL_DARKNESS: Final = 0.8  # below the local mean, in local deviations, at which the ink is full
-_TYPICAL_PERCENTILE: Final = 85.0  # of the local deviations: the print's own contrast
+_TYPICAL_SHARE: Final = 0.85  # of the local deviations are below the print's own contrast
 _BARE_BELOW, _FULL_ABOVE = 0.15, 0.40  # shares of that contrast: bare paper, and print
 _LEAST_CONTRAST: Final = 3.0  # grey levels; less is noise of the sensor
 _RIDGE, _PAPER = 40, 255  # grey values of a template's ridges
@@ -53,7 +53,8 @@ def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
     deviation = np.sqrt(np.maximum(_blurred((grey - mean) ** 2, _CONTRAST_PX * scale), 0))
     darkness = (mean - _blurred(grey, _SMOOTHING_PX * scale)) / np.maximum(deviation, 1e-3)
     tone = np.clip(darkness / _FULL_DARKNESS, 0, 1)
-    typical = max(float(np.percentile(deviation, _TYPICAL_PERCENTILE)), 2 * _LEAST_CONTRAST)
+    place = int(_TYPICAL_SHARE * (deviation.size - 1))
+    typical = max(float(np.partition(deviation, place, axis=None)[place]), 2 * _LEAST_CONTRAST)
     bare = max(_BARE_BELOW * typical, _LEAST_CONTRAST)
     full = max(_FULL_ABOVE * typical, 2 * bare)
     printed = np.clip((deviation - bare) / (full - bare), 0, 1)

@@ -12,15 +12,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-
-from fpmatch.drawing.scene.palette import PAPER, Colour
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.pointset.geometry.similarity import Similarity
 
     Matrix = NDArray[np.float64]
@@ -30,8 +29,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 _FAR: Final = 1e7  # page pixels; beyond it nothing is drawn, and integers must not overflow
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
+class Box(NamedTuple):
     """An upright rectangle: its top-left corner and its size, not negative."""
 
     x: float
@@ -88,8 +86,7 @@ class Pen:
     dash: tuple[float, float] | None = None  # lengths of the dashes and of the gaps
 
 
-@dataclass(frozen=True, slots=True)
-class Path:
+class Path(NamedTuple):
     """Draw straight lines through `points`, back to the first where `closed`."""
 
     points: tuple[Point, ...]
@@ -99,8 +96,7 @@ class Path:
     title: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Circle:
+class Circle(NamedTuple):
     """Draw a circle."""
 
     centre: Point
@@ -110,8 +106,7 @@ class Circle:
     title: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
+class Text(NamedTuple):
     """Write one line of `text`; (x, y) is the start, middle or end of its baseline."""
 
     x: float
@@ -125,8 +120,7 @@ class Text:
     role: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ink:
+class Ink(NamedTuple):
     """Multiply the page beneath by `colour`, as a printing ink does.
 
     `coverage` (uint8, shape (H, W)) is 0 where the paper stays bare and 255 where the ink is full;
@@ -139,8 +133,7 @@ class Ink:
     role: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Overprint:
+class Overprint(NamedTuple):
     """Print two inks over each other; where both cover, their colours mix to a dark one."""
 
     lower: Ink
@@ -154,8 +147,7 @@ def mixed(colours: tuple[Colour, ...]) -> Colour:
     return red, green, blue
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
+class Group(NamedTuple):
     """Draw `items` in order, and only inside `clip`."""
 
     items: tuple[Item, ...]
@@ -166,15 +158,16 @@ class Group:
 Item: TypeAlias = Path | Circle | Text | Ink | Overprint | Group
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """A whole page: its size in pixels, its items in the order of drawing, its description."""
+class Scene(NamedTuple):
+    """A whole page: its size in pixels, its items in the order of drawing, its description.
+
+    Pixels have the texts over everything else.
+    """
 
     width: int
     height: int
     items: tuple[Item, ...]
     description: str = ""
-    paper: Colour = PAPER
 
 
 def zoomed(zoom: float, origin: Point, to: Point) -> Matrix:

@@ -25,6 +25,8 @@ NEUTRAL_INK: Final[Colour] = (120, 122, 126)
 
 PROBE_MARK: Final[Colour] = (0, 62, 150)
 REFERENCE_MARK: Final[Colour] = (190, 62, 0)
+PROBE_FAINT: Final[Colour] = (46, 97, 169)  # of what is unpaired, and of edges
+REFERENCE_FAINT: Final[Colour] = (202, 97, 46)
 PAIR_LINK: Final[Colour] = (12, 12, 12)
 EXAMINER_MARK: Final[Colour] = (122, 31, 162)
 

@@ -1,210 +1,219 @@
 """Paint a scene into pixels, and encode pixels as the content of a file.
 
-A shape is drawn four times too large into a mask of its own bounding box and shrunk, which gives
-the share of each pixel that it covers. (OpenCV's own anti-aliased lines have widths of 1.4, 3.4,
-5.4, ... pixels only.) Its colour is then blended in by that share.
+Inks and shapes are drawn on a canvas of twice the page's size with OpenCV's antialiased edges, and
+the canvas is shrunk to the page. Texts are then written over everything else.
 """
 
 from __future__ import annotations
 
 import base64
 import math
-from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.drawing.scene.fonts import font, parts, text_width
-from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text, bounds
+from fpmatch.drawing.scene.fonts import font, parts
+from fpmatch.drawing.scene.ink import shrunk
+from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Text
 from fpmatch.drawing.scene.palette import PAPER
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene.items import Anchor, Item, Point, Scene
+    from fpmatch.drawing.scene.items import Anchor, Item, Path, Scene
     from fpmatch.drawing.scene.palette import Colour
 
-    Page = NDArray[np.float32]
-    Cell = tuple[int, int]
+    Line = tuple[complex, complex]  # its ends, x + iy in canvas pixels
+    Picture = NDArray[np.uint8]
+    Outlines = NDArray[np.complex128]  # x + iy in canvas pixels, a row for each outline
 
-_OVERSAMPLING: Final = 4
-_SUBPIXEL_BITS: Final = 3  # cv2 takes coordinates as integers of 1/8 of a pixel
+_ZOOM: Final = 2  # of the canvas
+_SUBPIXEL_BITS: Final = 4  # OpenCV takes coordinates as integers of 1/16 of a pixel
 _UNIT: Final = 2**_SUBPIXEL_BITS
-_PIL_ANCHORS: Final[dict[Anchor, str]] = {"start": "ls", "middle": "ms", "end": "rs"}
+_SPREAD: Final = 0.4  # canvas pixels: outlines are smaller by it, as antialiased edges lie outside
+_CIRCLE: Final = np.exp(2j * np.pi * np.arange(48) / 48)
+_HALF_CIRCLE: Final = np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 7))  # around the end of a line
+_ROUND_ENDS: Final = np.concatenate([-_HALF_CIRCLE, _HALF_CIRCLE])
 _BEFORE: Final[dict[Anchor, float]] = {"start": 0.0, "middle": 0.5, "end": 1.0}  # of the width
 
 
-def paint(scene: Scene) -> NDArray[np.uint8]:
+def paint(scene: Scene) -> Picture:
     """Paint `scene`; returns RGB, uint8, of shape (height, width, 3)."""
-    page = np.empty((scene.height, scene.width, 3), dtype=np.uint8)
-    page[:] = scene.paper
-    return paint_over(page, scene.items)
+    size = (scene.height * _ZOOM, scene.width * _ZOOM, 3)
+    return _painted(np.full(size, PAPER[0], dtype=np.uint8), scene.items)
 
 
-def paint_over(picture: NDArray[np.uint8], items: tuple[Item, ...]) -> NDArray[np.uint8]:
+def paint_over(picture: Picture, items: tuple[Item, ...]) -> Picture:
     """Return a copy of `picture` (RGB, uint8, shape (H, W, 3)) with `items` painted over it."""
-    page = picture.astype(np.float32)
-    height, width = picture.shape[:2]
-    _paint_items(page, items, Box(0, 0, width, height))
-    return np.rint(page).astype(np.uint8)
+    return _painted(_enlarged(picture), items)
 
 
-def _paint_items(page: Page, items: tuple[Item, ...], clip: Box) -> None:
+def _enlarged(picture: NDArray[Any]) -> Picture:
+    size = (picture.shape[1] * _ZOOM, picture.shape[0] * _ZOOM)
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint8)
+
+
+def _painted(canvas: Picture, items: tuple[Item, ...]) -> Picture:
+    _draw(canvas, items, 0j)
+    size = (canvas.shape[1] // _ZOOM, canvas.shape[0] // _ZOOM)
+    page = np.asarray(cv2.resize(canvas, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    for text in _texts(items):
+        if text.halo:
+            _write(page, text, PAPER, text.bold + text.halo)
+        _write(page, text, text.colour, text.bold)
+    return page
+
+
+def _draw(canvas: Picture, items: tuple[Item, ...], origin: complex) -> None:
+    """Draw inks and shapes on a canvas whose corner is at `origin`, x + iy, of the page."""
     for item in items:
         if isinstance(item, Group):
-            _paint_items(page, item.items, clip.intersection(item.clip))
+            _draw_group(canvas, item, origin)
         elif isinstance(item, Overprint):
-            _paint_items(page, (item.lower, item.upper), clip)
+            _draw(canvas, (item.lower, item.upper), origin)
         elif isinstance(item, Ink):
-            _paint_ink(page, item, clip)
-        elif isinstance(item, Text):
-            texts = _parts(item)
-            if item.halo:
-                for text in texts:
-                    _write(page, text, clip, PAPER, item.bold + item.halo)
-            for text in texts:
-                _write(page, text, clip, item.colour, item.bold)
-        else:
-            _paint_shape(page, item, clip)
+            _print(canvas, item, origin)
+        elif not isinstance(item, Text):
+            _draw_shape(canvas, item, origin)
 
 
-def _pixels(box: Box) -> tuple[slice, slice]:
-    """Return the rows and columns of the page that `box`, inside the page, touches."""
-    top, left = math.floor(box.y), math.floor(box.x)
-    bottom, right = max(math.ceil(box.bottom), top), max(math.ceil(box.right), left)
-    return slice(top, bottom), slice(left, right)
+def _draw_group(canvas: Picture, group: Group, origin: complex) -> None:
+    """Draw a group on the part of the canvas inside its clip, which is extended to whole pixels."""
+    clip, x, y = group.clip, origin.real, origin.imag
+    left, top = max(math.floor(clip.x - x), 0), max(math.floor(clip.y - y), 0)
+    right, bottom = max(math.ceil(clip.right - x), 0), max(math.ceil(clip.bottom - y), 0)
+    window = canvas[top * _ZOOM : bottom * _ZOOM, left * _ZOOM : right * _ZOOM]
+    if window.size:
+        _draw(window, group.items, origin + complex(left, top))
 
 
-def _blend(window: Page, share: Page, colour: Colour) -> None:
-    window += share[:, :, None] * (np.asarray(colour, dtype=np.float32) - window)
-
-
-def _paint_ink(page: Page, ink: Ink, clip: Box) -> None:
-    """Multiply the page by the ink's colour where it covers."""
-    rows, columns = _pixels(clip)
-    size = (columns.stop - columns.start, rows.stop - rows.start)
-    if not min(size):
+def _print(canvas: Picture, ink: Ink, origin: complex) -> None:
+    """Multiply the canvas by the colour of an ink where it covers."""
+    size = (canvas.shape[1] // _ZOOM, canvas.shape[0] // _ZOOM)
+    to_window = ink.matrix[:2] - ((0, 0, origin.real + 0.5), (0, 0, origin.imag + 0.5))
+    coverage = cv2.warpAffine(ink.coverage, to_window, size)
+    left, top, width, height = cv2.boundingRect(coverage)
+    if not width:
         return
-    to_window = ink.matrix[:2].copy()
-    to_window[:, 2] -= (columns.start + 0.5, rows.start + 0.5)
-    coverage = cv2.warpAffine(ink.coverage, to_window, size, flags=cv2.INTER_CUBIC, borderValue=0)
-    share = coverage.astype(np.float32)[:, :, None] / 255
-    page[rows, columns] *= 1 - share * (1 - np.asarray(ink.colour, dtype=np.float32) / 255)
+    tints = np.rint(255 - np.outer(np.arange(256), 1 - np.asarray(ink.colour) / 255))
+    inked = coverage[top : top + height, left : left + width]
+    tinted = _enlarged(cv2.applyColorMap(inked, tints.astype(np.uint8)[:, None]))
+    left, top = left * _ZOOM, top * _ZOOM
+    window = canvas[top : top + tinted.shape[0], left : left + tinted.shape[1]]
+    cv2.multiply(window, tinted, dst=window, scale=1 / 255)
 
 
-def _parts(text: Text) -> list[Text]:
-    """Return a text as the font writes it: in one part, or in several one after another."""
-    pieces = parts(text.text, text.size)
-    x, anchor = text.x, text.anchor
-    if len(pieces) > 1:
-        x, anchor = x - _BEFORE[anchor] * text_width(text.text, text.size), "start"
-    placed = []
-    for letters, size, rise in pieces:
-        placed.append(replace(text, x=x, y=text.y - rise, text=letters, size=size, anchor=anchor))
-        x += font(size).getlength(letters)
-    return placed
+def _draw_shape(canvas: Picture, shape: Path | Circle, origin: complex) -> None:
+    """Draw the white around a shape's line, its inside, and its line."""
+    pen, wide = shape.pen, shape.pen.width + 2 * shape.pen.halo
+    corner = origin * _ZOOM + (0.5 + 0.5j)  # pixels are counted at their centres
+    if isinstance(shape, Circle):
+        centre, radius = complex(*shape.centre) * _ZOOM - corner, shape.radius * _ZOOM
+        inside = centre + max(radius - _SPREAD, 0.0) * _CIRCLE
+        line = partial(_ring, centre, radius)
+    else:
+        corners = [complex(*point) * _ZOOM - corner for point in shape.points]
+        inside = np.array(corners)
+        sides = pairwise(corners + corners[:1] if shape.closed else corners)
+        line = partial(_strokes, _visible(canvas, sides, pen.dash, wide))
+    if pen.halo and pen.stroke:
+        _fill(canvas, line(wide), PAPER, pen.opacity)
+    if pen.fill:
+        _fill(canvas, inside[None, None], pen.fill, pen.opacity)
+    if pen.stroke:
+        _fill(canvas, line(pen.width), pen.stroke, pen.opacity)
 
 
-def _write(page: Page, text: Text, clip: Box, colour: Colour, stroke: float) -> None:
-    """Write a text with an outline of width `stroke`."""
+def _fill(canvas: Picture, outlines: Outlines, colour: Colour, opacity: float) -> None:
+    """Fill polygons; `outlines` has the shape (polygons, contours of each, points)."""
+    if not outlines.size:
+        return
+    fixed = np.rint(outlines.view(np.float64) * _UNIT).astype(np.int32)
+    polygons = fixed.reshape(*outlines.shape, 2)
+    window = before = canvas
+    if opacity < 1:
+        corners = polygons.reshape(-1, 2) // _UNIT
+        left, top = np.maximum(corners.min(axis=0) - 2, 0)
+        right, bottom = np.maximum(corners.max(axis=0) + 3, 0)
+        window = canvas[top:bottom, left:right]
+        before = window.copy()
+    for contours in polygons:
+        cv2.fillPoly(canvas, contours, colour, cv2.LINE_AA, _SUBPIXEL_BITS)
+    if opacity < 1 and window.size:
+        cv2.addWeighted(window, opacity, before, 1 - opacity, 0, dst=window)
+
+
+def _ring(centre: complex, radius: float, width: float) -> Outlines:
+    """Return the outlines of the line of `width` page pixels around a circle."""
+    half = max(width * _ZOOM / 2 - _SPREAD, 0.0)
+    radii = np.maximum([[radius + half], [radius - half]], 0.0)
+    return np.asarray((centre + radii * _CIRCLE)[None])
+
+
+def _strokes(lines: list[Line], width: float) -> Outlines:
+    """Return the outline of each straight line of `width` page pixels, with round ends."""
+    half = max(width * _ZOOM / 2 - _SPREAD, 0.0)
+    ends = np.array(lines, dtype=np.complex128).reshape(-1, 2)
+    along = np.exp(1j * np.angle(ends[:, 1:] - ends[:, :1]))
+    corners = np.repeat(ends, len(_ROUND_ENDS) // 2, axis=1)
+    return np.asarray((corners + half * along * _ROUND_ENDS)[:, None])
+
+
+def _visible(
+    canvas: Picture, sides: Iterable[Line], dash: tuple[float, float] | None, width: float
+) -> list[Line]:
+    """Return the parts of a path's sides that lie on the canvas, cut into dashes if it has any."""
+    height, wide = (length * _UNIT for length in canvas.shape[:2])
+    margin = math.ceil(width) * _ZOOM * _UNIT
+    box = (-margin, -margin, wide + 2 * margin, height + 2 * margin)
+    visible: list[Line] = []
+    for side in sides:
+        fixed = [(round(z.real * _UNIT), round(z.imag * _UNIT)) for z in side]
+        inside, *ends = cv2.clipLine(box, *fixed)
+        start, end = (complex(*point) / _UNIT for point in ends)
+        if inside and dash is None:
+            visible.append((start, end))
+        elif inside and dash is not None:
+            length = abs(end - start)
+            begins = np.arange(0.0, length, sum(dash) * _ZOOM)
+            shares = np.stack([begins, np.minimum(begins + dash[0] * _ZOOM, length)]) / length
+            visible += zip(*(start + shares * (end - start)).tolist(), strict=True)
+    return visible
+
+
+def _texts(items: tuple[Item, ...]) -> Iterator[Text]:
+    for item in items:
+        if isinstance(item, Group):
+            yield from _texts(item.items)
+        elif isinstance(item, Text):
+            yield item
+
+
+def _write(page: Picture, text: Text, colour: Colour, stroke: float) -> None:
+    """Write a text, in the parts that the font needs, with an outline of width `stroke`."""
     from PIL import Image, ImageDraw  # noqa: PLC0415
 
-    letters, anchor, typeface = text.text, _PIL_ANCHORS[text.anchor], font(text.size)
-    left, top, right, bottom = typeface.getbbox(letters, anchor=anchor, stroke_width=stroke)
-    box = Box(text.x + left, text.y + top, right - left, bottom - top).grown(1)
-    rows, columns = _pixels(clip.intersection(box))
-    window = page[rows, columns]
+    written = [(*part, font(part[1])) for part in parts(text.text, text.size)]
+    lengths = [typeface.getlength(letters) for letters, *_, typeface in written]
+    x, margin = text.x - _BEFORE[text.anchor] * sum(lengths), text.size / 2 + stroke
+    left, right = (max(math.floor(v), 0) for v in (x - margin, x + sum(lengths) + margin))
+    top, bottom = (max(math.floor(text.y + v), 0) for v in (-text.size - margin, margin))
+    window = page[top:bottom, left:right]
     if not window.size:
         return
-    mask = Image.new("L", (window.shape[1], window.shape[0]))
-    start = text.x - columns.start, text.y - rows.start
-    style: dict[str, Any] = {"font": typeface, "anchor": anchor, "stroke_width": stroke}
-    ImageDraw.Draw(mask).text(start, letters, fill=255, **style)
-    _blend(window, np.asarray(mask, dtype=np.float32) / np.float32(255), colour)
-
-
-def _paint_shape(page: Page, shape: Path | Circle, clip: Box) -> None:
-    pen = shape.pen
-    if isinstance(shape, Path) and pen.dash:
-        for dash in _dashes(shape, *pen.dash, clip):
-            _paint_shape(page, dash, clip)
-        return
-    if isinstance(shape, Circle):
-        box = Box(*shape.centre, 0, 0).grown(shape.radius)
-    else:
-        box = bounds(list(shape.points))
-    rows, columns = _pixels(clip.intersection(box.grown(pen.width / 2 + pen.halo + 1)))
-    window = page[rows, columns]
-    if not window.size:
-        return
-    origin = (columns.start, rows.start)
-    if pen.halo and pen.stroke:
-        share = _covered(window, shape, origin, pen.width + 2 * pen.halo)
-        _blend(window, share * pen.opacity, PAPER)
-    if pen.fill:
-        _blend(window, _covered(window, shape, origin, None) * pen.opacity, pen.fill)
-    if pen.stroke:
-        _blend(window, _covered(window, shape, origin, pen.width) * pen.opacity, pen.stroke)
-
-
-def _covered(window: Page, shape: Path | Circle, origin: Point, width: float | None) -> Page:
-    """Return the share of each pixel that a line of this width, or None the inside, covers."""
-    height, wide = window.shape[:2]
-    cells = np.zeros((height * _OVERSAMPLING, wide * _OVERSAMPLING), dtype=np.uint8)
-    if isinstance(shape, Circle):
-        _disc(cells, _fixed(shape.centre, origin), shape.radius + (width or 0) / 2, 255)
-        if width is not None:
-            _disc(cells, _fixed(shape.centre, origin), shape.radius - width / 2, 0)
-    elif width is None:
-        corners = np.array([_fixed(point, origin) for point in shape.points], dtype=np.int32)
-        cv2.fillPoly(cells, [corners], 255, cv2.LINE_8, _SUBPIXEL_BITS)
-    else:
-        thickness = max(round(width * _OVERSAMPLING), 1)
-        for line in _lines(shape, Box(*origin, wide, height).grown(width)):
-            start, end = (_fixed(point, origin) for point in line)
-            cv2.line(cells, start, end, 255, thickness, cv2.LINE_8, _SUBPIXEL_BITS)
-    shrunk = cv2.resize(cells, (wide, height), interpolation=cv2.INTER_AREA)
-    return shrunk.astype(np.float32) / np.float32(255)
-
-
-def _fixed(point: Point, origin: Point) -> Cell:
-    """Return a point of the page in cv2's fractions of the cells, counted at their centres."""
-    x, y = ((v - o) * _OVERSAMPLING - 0.5 for v, o in zip(point, origin, strict=True))
-    return round(x * _UNIT), round(y * _UNIT)
-
-
-def _disc(cells: NDArray[np.uint8], centre: Cell, radius: float, value: int) -> None:
-    if radius > 0:
-        # cv2 covers half a cell more than the radius it is given
-        fixed = max(round((radius * _OVERSAMPLING - 0.5) * _UNIT), 0)
-        cv2.circle(cells, centre, fixed, value, cv2.FILLED, cv2.LINE_8, _SUBPIXEL_BITS)
-
-
-def _lines(path: Path, box: Box) -> Iterator[tuple[Point, Point]]:
-    """Yield the parts of a path's straight lines inside `box`; coordinates are rounded."""
-    scale = _OVERSAMPLING * _UNIT
-    rectangle = [round(v * scale) for v in (box.x, box.y, box.width, box.height)]
-    corners = [(round(x * scale), round(y * scale)) for x, y in path.points]
-    for start, end in pairwise(corners + corners[:1] if path.closed else corners):
-        inside, first, last = cv2.clipLine(rectangle, start, end)
-        if inside:
-            yield (first[0] / scale, first[1] / scale), (last[0] / scale, last[1] / scale)
-
-
-def _dashes(path: Path, dash: float, gap: float, box: Box) -> Iterator[Path]:
-    """Yield the visible dashes of a path."""
-    pen = replace(path.pen, dash=None)
-    for start, end in _lines(path, box.grown(pen.width)):
-        length = math.dist(start, end)
-        for begin in np.arange(0.0, length, dash + gap):
-            shares = np.array([[begin], [min(begin + dash, length)]]) / length
-            (x0, y0), (x1, y1) = (start + shares * np.subtract(end, start)).tolist()
-            yield Path(((x0, y0), (x1, y1)), pen)
+    image = Image.fromarray(window)
+    pencil = ImageDraw.Draw(image)
+    for (letters, _, rise, typeface), length in zip(written, lengths, strict=True):
+        place = (x - left, text.y - rise - top)
+        pencil.text(place, letters, colour, typeface, "ls", stroke_width=stroke)
+        x += length
+    window[:] = np.asarray(image)
 
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
@@ -224,12 +233,7 @@ def data_url(content: bytes, kind: str) -> str:
 
 def reduced(picture: NDArray[np.uint8], *, width: int, height: int) -> NDArray[np.uint8]:
     """Return a picture made smaller, where it is larger, to fit into a width and a height."""
-    rows, columns = picture.shape[:2]
-    factor = min(width / columns, height / rows)
-    if factor >= 1:
-        return picture
-    size = (max(round(columns * factor), 1), max(round(rows * factor), 1))
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return shrunk(picture, min(width / picture.shape[1], height / picture.shape[0]))
 
 
 def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> bytes:

@@ -36,7 +36,7 @@ def svg_text(scene: Scene) -> str:
     root = ElementTree.Element("svg", {"xmlns": "http://www.w3.org/2000/svg"} | size | view)
     ElementTree.SubElement(root, "title").text = _legal(scene.description)
     ElementTree.SubElement(root, "style").text = f"text{{font-family:{_FONTS}}}"
-    _add(root, "rect", width="100%", height="100%", fill=hexadecimal(scene.paper))
+    _add(root, "rect", width="100%", height="100%", fill=hexadecimal(PAPER))
     _add_items(root, scene.items, count(1))
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 

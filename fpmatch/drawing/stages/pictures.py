@@ -12,9 +12,9 @@ import numpy as np
 from fpmatch.base.folders import write_files
 from fpmatch.drawing.overlay.marks import MarkStyle, marks
 from fpmatch.drawing.scene.ink import shrunk
-from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Scene, Text, zoomed
+from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text, zoomed
 from fpmatch.drawing.scene.palette import PANEL_EDGE, PROBE_MARK, REFERENCE_MARK, TEXT, TEXT_MUTED
-from fpmatch.drawing.scene.raster import paint, paint_over, png_bytes
+from fpmatch.drawing.scene.raster import paint_over, png_bytes
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 
@@ -40,8 +40,8 @@ _NEEDLE: Final = Pen((20, 20, 20), width=1.3)
 _NEEDLE_HALF: Final = 4.5  # of their length
 _HUES: Final = 180  # OpenCV's full circle of hue
 _PALE: Final = 95  # saturation, of 255, of an orientation's colour
-_ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, "ending")
-_BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, "bifurcation")
+_ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, "ending")
+_BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, "bifurcation")
 
 
 def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:
@@ -243,14 +243,16 @@ def _sheet(stages: Mapping[str, NDArray[Any]], pictures: dict[str, Picture]) -> 
     tile_height = max(round(height * factor), 1)
     cell_width, cell_height = tile_width + _GAP, tile_height + _GAP + _TITLE_HEIGHT
     columns = _columns(len(pictures), cell_width, cell_height)
+    rows = math.ceil(len(pictures) / columns)
+    size = (_GAP + rows * cell_height, _GAP + columns * cell_width, 3)
+    sheet = np.full(size, 255, np.uint8)
     items: list[Item] = []
-    tiles: list[tuple[int, int, Picture]] = []
     for n, (name, picture) in enumerate(pictures.items()):
         height, width = picture.shape[:2]
         tile = shrunk(picture, min(tile_width / width, tile_height / height))
         x = _GAP + (n % columns) * cell_width
         y = _GAP + _TITLE_HEIGHT + (n // columns) * cell_height
-        tiles.append((x, y, tile))
+        sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
         values = value_range(name, np.asarray(stages[name]))
         edge = Box(x, y, tile.shape[1], tile.shape[0]).grown(0.5)
         items += [
@@ -258,11 +260,7 @@ def _sheet(stages: Mapping[str, NDArray[Any]], pictures: dict[str, Picture]) -> 
             Text(x + tile_width, y - 9, values, _DETAIL_SIZE, TEXT_MUTED, "end"),
             Path(edge.corners, _EDGE, closed=True),
         ]
-    rows = math.ceil(len(tiles) / columns)
-    sheet = paint(Scene(_GAP + columns * cell_width, _GAP + rows * cell_height, tuple(items)))
-    for x, y, tile in tiles:
-        sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
-    return sheet
+    return paint_over(sheet, tuple(items))
 
 
 def _columns(count: int, cell_width: float, cell_height: float) -> int:

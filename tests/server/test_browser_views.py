@@ -109,7 +109,7 @@ def test_a_chosen_pair_stays_lit_on_ridges_and_on_the_overlay(page):
     assert "Ridge agreement 0.57" in page.text("#drawn")
     page.keep("ridges")
     page.one("#view-over").click()
-    assert page.text("#drawn") == "Picture of probe: similarity transform."
+    assert page.text("#drawn") == "The probe, moved by the similarity transform."
     page.until(lambda: len(page.all(".viewer .mark.lit")) == 2)
 
 

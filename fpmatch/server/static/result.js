@@ -325,7 +325,7 @@ class ResultView {
         layer.ink(reference, "reference"), layer.ink(probe, "probe", this.move),
         theirs.lone, ours.lone, theirs.paired, layer.links(this.shown, this.move), ours.paired,
         this.examination.layer("reference", same, there));
-      this.drawn.textContent = "Picture of probe: similarity transform.";
+      this.drawn.textContent = "The probe, moved by the similarity transform.";
       this.#fade();
     }
     views?.forEach(({ centre, unit, degrees, whole }, k) => {

@@ -43,10 +43,6 @@ def fail_at(last, chunk):
     return chunk
 
 
-def back_and_forth(shared, chunk):
-    return chunk + shared
-
-
 def looks_for_garbage(shared, chunk):
     """Tell whether this worker does, but not in what it has from where it was forked."""
     return gc.isenabled() and gc.get_freeze_count() > 0
@@ -87,7 +83,3 @@ def die_on_piece(folder, piece, chunk):
     time.sleep(0.01)
     die_once(folder, chunk)
     return float(piece.sum()) + chunk
-
-
-def die_always(shared, piece, chunk):
-    os.kill(os.getpid(), signal.SIGKILL)

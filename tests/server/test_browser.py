@@ -36,20 +36,6 @@ def test_two_prints_that_match(page):
     page.keep("match")
 
 
-def test_the_view_zooms_and_moves_by_keys(page):
-    compare(page, "101_1.tif", "101_3.tif")
-    viewer = page.one(".viewer")
-    whole = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
-    viewer.send_keys("+++")
-    near = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
-    assert near[2] < whole[2] / 1.8
-    viewer.send_keys(Keys.ARROW_RIGHT)
-    assert float(viewer.get_dom_attribute("viewBox").split()[0]) > near[0]
-    page.keep("zoomed")
-    viewer.send_keys("0")
-    assert [float(part) for part in viewer.get_dom_attribute("viewBox").split()] == whole
-
-
 def test_another_threshold_another_decision(page):
     compare(page, "101_1.tif", "101_3.tif")
     score = float(page.text("#score"))

@@ -30,34 +30,6 @@ def test_a_pair_is_lit_on_both_prints_at_once(page):
     page.until(lambda: page.text(".pair-info").startswith("Pair 1: "))
 
 
-def test_linked_prints_show_the_same_place(page):
-    """Zoomed, moved and rotated on one side, the middles of both views correspond."""
-    compare(page, "101_1.tif", "101_3.tif")
-    page.one("#view-beside").click()
-    left, right = page.all(".viewer")
-
-    def apart_px(number):
-        """Return how far a pair lies apart on the screen, as seen from the middles of the views."""
-        return page.browser.execute_script(
-            """return Math.hypot(...(([a, b]) => [a[0] - b[0], a[1] - b[1]])(
-                [...document.querySelectorAll(`.viewer .mark[data-pair='${arguments[0]}']`)].map(
-                    (mark) => {
-                        const box = mark.ownerSVGElement.getBoundingClientRect();
-                        const at = mark.getCTM();
-                        return [at.e - box.width / 2, at.f - box.height / 2];
-                    })))""",
-            number,
-        )
-
-    for keys in ("", "+++", Keys.ARROW_RIGHT * 2, "]]"):
-        left.send_keys(keys)
-        assert max(map(apart_px, (1, 10, 20))) < 30
-    assert page.browser.execute_script("return arguments[0].clientHeight", right) > 250
-    page.one("#link").click()
-    assert max(map(apart_px, (1, 10, 20))) > 60
-    page.keep("unlinked")
-
-
 def test_marks_and_notes_stay_while_views_change(page):
     compare(page, "101_1.tif", "101_3.tif")
     page.one("#view-beside").click()
@@ -73,15 +45,6 @@ def test_marks_and_notes_stay_while_views_change(page):
     page.keep("marks")
     page.one(".own-marks button").click()
     assert not page.all(".own-mark")
-
-
-def box(page, selector):
-    """Return the left, top, right and bottom of an element in the window."""
-    return page.browser.execute_script(
-        "const { left, top, right, bottom } = arguments[0].getBoundingClientRect();"
-        "return [left, top, right, bottom]",
-        page.one(selector),
-    )
 
 
 def test_the_case_report_contains_what_the_examiner_entered(page, downloads):

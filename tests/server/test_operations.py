@@ -130,23 +130,6 @@ def test_a_case_report_contains_notes_and_marks(http, prints):
     assert "within 1,000,000 pixels" in refused.json()["error"]
 
 
-@pytest.mark.parametrize(
-    ("request_", "status"),
-    [
-        (lambda server, bad, _: server.verify(bad, bad), 422),
-        (lambda server, *_: server.remove(999), 404),
-        (lambda server, *_: server.remove_subject("nobody"), 404),
-        (lambda server, bad, _: server.verify_claim(bad, "nobody"), 422),
-        (lambda server, _, good: server.verify_claim(good, "nobody"), 404),
-    ],
-)
-def test_refusals_are_errors_with_a_status(server, prints, request_, status):
-    with pytest.raises(ServerError) as caught:
-        request_(server, b"no image", prints["1_1.png"])
-    assert caught.value.status == status
-    assert "\n" not in str(caught.value)
-
-
 def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path):
     with ServerClient("http://127.0.0.1:9") as client:
         with pytest.raises(ServerError, match="no answer") as caught:

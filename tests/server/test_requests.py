@@ -1,7 +1,6 @@
 """What a route does not take is refused with one line that names it: fields, methods, bodies."""
 
 import io
-import json
 import re
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 from PIL import Image
 
 from fpmatch.server.app import STATIC
-from fpmatch.server.client import ServerClient, ServerError
 from fpmatch.server.settings import Client, Role, digest_of
 
 from .conftest import served_gallery
@@ -201,14 +199,6 @@ def test_a_matcher_by_place_is_not_offered(server, image):
             assert "pattern" not in error
     for path in ("/openapi.json", *(f"/{file.name}" for file in STATIC.iterdir())):
         assert not re.search(r"package\.module|OBJECT|\^\[\^:\]", server.get(path).text), path
-
-
-def test_the_client_tells_what_the_server_refuses(server, image):
-    with ServerClient(f"{server.base_url}#token={TOKEN}") as client:
-        with pytest.raises(ServerError, match="unknown matcher 'a:b'; known: paper") as caught:
-            client.verify(image, image, matcher="a:b")
-        assert caught.value.status == 422
-        assert json.dumps(client.verify(image, image, threshold=30, fmr=None))
 
 
 def test_several_prints_in_one_image_are_refused_and_a_mirrored_one_is_named(server, prints):

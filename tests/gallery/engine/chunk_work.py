@@ -1,9 +1,7 @@
 """Work to hand to engines; a module, so that workers can import it."""
 
-import gc
 import os
 import signal
-import sys
 import time
 
 
@@ -41,15 +39,6 @@ def fail_at(last, chunk):
     if chunk == last:
         raise ValueError(chunk)
     return chunk
-
-
-def looks_for_garbage(shared, chunk):
-    """Tell whether this worker does, but not in what it has from where it was forked."""
-    return gc.isenabled() and gc.get_freeze_count() > 0
-
-
-def is_loaded(name, chunk):
-    return name in sys.modules
 
 
 def sleep_long(folder, chunk):

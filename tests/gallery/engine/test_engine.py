@@ -121,28 +121,6 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
         assert not [path for path in Path(temporary).rglob("*") if path.is_file()]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
-def test_what_workers_need_is_imported_before_they_start(tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import os, signal; import chunk_work\n"
-        "from fpmatch.gallery.engine.engine import processes\n"
-        "from fpmatch.gallery.engine.local import start_fork_server\n"
-        "if __name__ == '__main__':\n"
-        "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"
-        "    start_fork_server(1, 'no.such.module')\n"
-        "    start_fork_server(2, 'no.such.module', 'colorsys')\n"
-        "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
-        "    assert all(processes(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
-        "    assert not any(processes(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
-        "    assert all(processes(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
-    )
-    done = subprocess.run(
-        [sys.executable, script], env=ENVIRONMENT, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 @pytest.mark.slow
 def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
     with make_engine(scheduler=scheduler) as engine:

@@ -63,11 +63,12 @@ def test_the_index_is_trained_on_synthetic_prints(learned_on, tmp_path, request)
     command = ["train", "index", "--mates", "12", "--others", "60", "--into", str(target)]
     if learned_on == "databases":
         command.append(str(request.getfixturevalue("prints")))
+    made = []
     for _ in range(2):
         found = CliRunner().invoke(research, command)
         assert found.exit_code == 0, found.output
-        content = target.read_bytes()
-        again = content if target.exists() else None
+        made.append(target.read_bytes())
+    content, again = made
     assert content == again
     document = json.loads(content)
     assert learned_on in document["provenance"]

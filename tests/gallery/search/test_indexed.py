@@ -1,6 +1,5 @@
 """A large gallery is searched by its index, in stages, as it is at the moment of each search."""
 
-from dataclasses import replace
 from math import inf
 
 import pytest
@@ -14,7 +13,6 @@ from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed as module
 from fpmatch.gallery.search import opening
-from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.indexed import IndexedSearch
@@ -122,24 +120,6 @@ def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large)
     result, entries = identify_entries(large, search, print_of(5))
     assert 6 not in [entry.id for entry in entries]
     assert result.enrolled == SIZE - 1
-
-
-def test_the_score_of_a_finger_is_that_of_all_its_impressions(gallery):
-    fingers = [k // 4 for k in range(SIZE)]
-    gallery.add([new_entry(k, finger) for k, finger in enumerate(fingers)])
-    search, whole = opened(gallery), opened(gallery, loss=0)
-    for k in range(0, SIZE, 5):
-        one, other = (identify(s, print_of(k), count=1) for s in (search, whole))
-        (best,), (same,) = one.candidates, other.candidates
-        assert replace(best, expected_false=same.expected_false) == same
-        assert best.impressions == 4
-        assert one.fingers == other.fingers == SIZE // 4
-        assert 6 < one.compared <= 9  # the others of the best finger, too
-    finger = ConsolidatedFingers(gallery, search)
-    found = identify(search, print_of(8), count=3, consolidated=finger)
-    assert found.candidates[0].number == 9
-    single = identify(search, print_of(8), count=3, listed="impressions")
-    assert (single.candidates[0].number, single.candidates[0].impressions) == (9, 1)
 
 
 def test_skipped_entries_are_as_if_they_were_not_enrolled(gallery):

@@ -38,12 +38,7 @@ KINDS = {
     "all": {"loss": 0},
     "index": {},
 }
-LISTS = (
-    {},
-    {"transforms": True},
-    {"listed": "impressions", "count": 40},
-    {"listed": "subjects", "threshold": 2.0},
-)
+LISTS = ({"listed": "impressions", "count": 40}, {"listed": "subjects", "threshold": 2.0})
 
 
 def plan_of(loss, prints, threshold):

@@ -3,14 +3,12 @@
 import json
 import struct
 import zlib
-from itertools import islice
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_prints import FAKE, changed, entry_of, flipped, refused, scattered
 
-from fpmatch.errors import GalleryError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.engine.engine import serial
@@ -113,14 +111,6 @@ def test_identification_goes_on_without_it(place):
         check_identification(place)
 
 
-def test_identification_goes_on_without_what_is_damaged_later(tmp_path):
-    fill(tmp_path / "g.db")
-    with open_gallery(tmp_path / "g.db") as gallery:
-        open_search(gallery, engine=serial())
-    mutate(tmp_path / "g.db", "subject", b"\xff")
-    check_identification(tmp_path / "g.db")
-
-
 @few
 def test_scores_are_those_of_a_gallery_without_it(place, tmp_path):
     fill(tmp_path / "less.db")
@@ -211,14 +201,6 @@ def test_text_that_is_not_utf_8_is_damage_of_one_entry(tmp_path):
         assert list(gallery.damaged) == [DAMAGED]
 
 
-def test_a_label_that_no_file_can_have_stops_no_export(tmp_path):
-    fill(tmp_path / "g.db")
-    mutate(tmp_path / "g.db", "impression", "x" * 5000)
-    with open_gallery(tmp_path / "g.db") as gallery:
-        assert export_templates(gallery, tmp_path / "out") == len(SOUND)
-        assert list(gallery.damaged) == [DAMAGED]
-
-
 def test_a_claim_all_of_which_is_damaged_says_so(tmp_path):
     fill(tmp_path / "g.db")
     for number in (3, 4):
@@ -226,14 +208,6 @@ def test_a_claim_all_of_which_is_damaged_says_so(tmp_path):
     with open_gallery(tmp_path / "g.db") as gallery:
         refused(check_claim, gallery, scattered(4, 30), "2", code="damaged")
         refused(gallery.template, 3, code="damaged")
-
-
-def test_numbers_below_1_are_read_like_others(tmp_path):
-    fill(tmp_path / "g.db")
-    mutate(tmp_path / "g.db", "id", -7)
-    with open_gallery(tmp_path / "g.db") as gallery:
-        assert [e.id for e in islice(gallery.entries(), PRINTS)] == [-7, *SOUND]
-        assert [number for number, _ in gallery.templates()] == [-7, *SOUND]
 
 
 @given(st.data())
@@ -246,33 +220,3 @@ def test_no_change_of_a_stored_template_stops_a_search(tmp_path_factory, data):
     with open_gallery(place) as gallery:
         assert open_search(gallery, FAKE).numbers.tolist() == SOUND
         assert list(gallery.damaged) == [DAMAGED]
-
-
-def test_a_schema_that_is_no_text_is_damaged(tmp_path):
-    """SQLite puts the bytes that it cannot parse into its message, which Python cannot decode."""
-    path = tmp_path / "gallery.db"
-    with open_gallery(path, create=True) as opened:
-        opened.add([entry_of(1)])
-    content = path.read_bytes()
-    statement = b"CREATE TABLE fpmatch_gallery ("
-    assert statement in content
-    path.write_bytes(content.replace(statement, statement[:-1] + b"\xac"))
-    with pytest.raises(GalleryError, match="damaged: its text is not UTF-8"), open_gallery(path):
-        pass
-
-
-@pytest.mark.parametrize("occurrence", [0, 1])  # in the table, and in its index
-def test_a_search_of_a_database_whose_index_does_not_fit_has_a_note(tmp_path, occurrence):
-    place, subject = tmp_path / "g.db", b"a-subject-of-its-own"
-    with open_gallery(place, create=True) as gallery:
-        labels = [Label(subject.decode()), Label("another")]
-        gallery.add([entry_of(k, scattered(k, 30), label) for k, label in enumerate(labels, 1)])
-    data = place.read_bytes()
-    at = data.index(subject) if occurrence else data.rindex(subject)
-    place.write_bytes(data[:at] + b"b" + data[at + 1 :])
-    notes = []
-    with open_gallery(place) as gallery:
-        assert "missing from index" in gallery.structure_fault()
-        open_search(gallery, engine=serial(), note=notes.append)
-    (note,) = notes
-    assert note.startswith(f"{place}: the database is damaged (row 1 missing from index")

@@ -3,12 +3,9 @@
 import json
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
-from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +14,6 @@ from made_prints import entry_of
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.prepared import prepare_gallery
 from fpmatch.gallery.index.print_segment import PrintSegment
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.listing.entry import Label
@@ -139,50 +135,6 @@ def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(tmp_path,
         assert traces(tmp_path, all_runs[1].difference(*all_runs[2:])) == []
 
 
-def test_what_earlier_versions_left_is_erased(tmp_path, monkeypatch):
-    first, second, third = (random_entry(k) for k in range(3))
-    connect = sqlite3.connect
-    with open_gallery(tmp_path / "g.db", create=True) as gallery:
-        gallery.add([first, second, third])
-    with closing(connect(tmp_path / "g.db", isolation_level=None)) as old:
-        old.execute("PRAGMA secure_delete = OFF")
-        old.execute("PRAGMA user_version = 0")
-        old.execute("DELETE FROM fpmatch_entry WHERE id = 1")
-    runs = runs_of(secrets_of(first)) - runs_of([*secrets_of(second), *secrets_of(third)])
-    assert traces(tmp_path, runs) == ["g.db"]
-    with open_gallery(tmp_path / "g.db") as gallery:
-        assert not gallery.is_overwritten()
-        gallery.remove([2])
-        assert gallery.is_overwritten()
-        assert traces(tmp_path, runs) == []
-        assert (len(gallery), gallery.entry(3).label) == (1, third.label)
-
-
-@pytest.mark.parametrize("encrypt", [False, True])
-def test_prepared_prints_are_copied_without_those_removed(tmp_path, source, *, encrypt):
-    with open_gallery(tmp_path / "g.db", create=True, encrypt=encrypt) as gallery:
-        same = [random_entry(k) for k in range(6)]
-        labels = [Label("ada", "", "1"), Label("ada", "", "2"), *(e.label for e in same[2:])]
-        pairs = enumerate(zip(same, labels, strict=True))
-        gallery.add([entry_of(k, entry.template, label) for k, (entry, label) in pairs])
-        open_search(gallery, engine=serial())
-        gallery.remove([1, 4])
-
-        def refuse(*_):
-            raise AssertionError("prepared again")
-
-        idle = SimpleNamespace(__enter__=refuse, map=refuse)
-        kept = prepare_gallery(gallery, MATCHER, engine=idle, progress=refuse, note=refuse)
-        assert kept.numbers.tolist() == [2, 3, 5, 6]
-        assert kept.fingers.tolist() == [2, 3, 5, 6]
-        for folder in tmp_path.glob("g.db.prepared"):
-            for path in folder.iterdir():
-                path.unlink()
-        afresh = open_search(gallery, engine=serial())
-        for k in range(4):
-            assert kept.prints[k].key == afresh.prints[k].key
-
-
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([random_entry(k) for k in range(60)])
@@ -212,23 +164,6 @@ def test_compact_on_either_database(where):
         done = free_space(gallery)
         assert 0 < done.database_after < done.database_before
         assert len(list(gallery.templates())) == 2
-
-
-def test_compact_waits_for_another_program_and_then_refuses(tmp_path):
-    with open_gallery(tmp_path / "g.db", create=True, patience=0.1) as gallery:
-        gallery.add([random_entry(k) for k in range(3)])
-        content = (tmp_path / "g.db").read_bytes()
-        with closing(sqlite3.connect(tmp_path / "g.db", isolation_level=None)) as other:
-            other.execute("BEGIN IMMEDIATE")
-            with pytest.raises(GalleryError, match="another program has held it"):
-                free_space(gallery)
-            other.execute("ROLLBACK")
-            other.execute("BEGIN")
-            other.execute("SELECT count(*) FROM fpmatch_entry").fetchall()
-            with pytest.raises(GalleryError, match="another program has held it"):
-                free_space(gallery)
-        assert (tmp_path / "g.db").read_bytes() == content
-        free_space(gallery)
 
 
 def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(tmp_path, monkeypatch):

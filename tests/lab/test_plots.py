@@ -1,9 +1,6 @@
 """The plot of two point sets: marks are in their places, and the words are those of the result."""
 
-import math
 import re
-import sys
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import cv2
@@ -14,12 +11,10 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import PROBE_MARK, hexadecimal
 from fpmatch.errors import OutputError
 from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
-from fpmatch.lab.plots.style import degrees, match_facts, number, positive_degrees, significant
-from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 
-mpl = pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+pytest.importorskip("matplotlib", reason="the plot extra is not installed")
 
 MOVE = Similarity(2.0, 0.5, 300.0, -40.0)
 PAIRED = 8
@@ -73,37 +68,6 @@ def test_every_point_has_its_mark(tmp_path, sets, match):
     assert abs(fit.rotation) < 1e-6
 
 
-def test_a_mirrored_affine_map_is_drawn_where_it_maps_the_points(tmp_path, sets, match):
-    p, _ = sets
-    move = AffineTransform.of_parts(3.0, 1.0, 0.4, 0.5, 20.0, mirrored=True)
-    q = move.apply(p[:PAIRED])
-    svg = drawn(tmp_path / "plot.svg", p, q, replace(match, transform=move))
-    rings, dots = marks_of(svg, palette.REFERENCE_MARK), marks_of(svg, PROBE_MARK)
-    np.testing.assert_allclose(rings, dots, atol=1e-3)
-    crosses = marks_of(svg, palette.PROBE_INK)
-    truth = move.apply(p) * [1, -1]
-    fit = Similarity.fit(truth, np.vstack([dots, crosses]))
-    np.testing.assert_allclose(fit.apply(truth), np.vstack([dots, crosses]), atol=1e-3)
-    assert abs(fit.rotation) < 1e-6
-    words = words_of(svg)
-    assert "P, mirrored and moved, on Q" in words
-    assert "Stretch: mirrored (y to -y), scale 3 along x and 1 along y, shear 0.4" in words
-
-
-def test_the_words_are_those_of_the_result(tmp_path, sets, match):
-    svg = drawn(tmp_path / "plot.svg", *sets, match, names=("a.csv", "b" * 99))
-    words = words_of(svg)
-    assert "MATCH" in words
-    assert f"P (a.csv), moved, on Q (…{'b' * 29})" in words
-    assert "Pairs: 8, 80.0% of the smaller set" in words
-    assert "Transform: scale 2, rotation 28.648° from x to y, shift +300, -40" in words
-    paired = {"Q, paired (8)", "P, moved, paired (8)", "pair (8)"}
-    assert paired | {"Q, unpaired (4)", "P, moved, unpaired (2)"} <= set(words)
-    with mpl.rc_context({"font.size": 30, "axes.facecolor": "red"}):  # settings do not matter
-        again = drawn(tmp_path / "plot.svg", *sets, match, names=("a.csv", "b" * 99))
-    assert again == svg
-
-
 def test_sets_that_do_not_match_are_drawn_side_by_side(tmp_path, sets):
     words = words_of(drawn(tmp_path / "plot.svg", *sets, PointMatch.none(), names=("a", "b")))
     assert "NO MATCH" in words
@@ -127,14 +91,6 @@ def test_points_of_any_magnitude_are_drawn(tmp_path, sets, factor, move):
     p, q = (points * factor for points in sets)
     words = words_of(drawn(tmp_path / "plot.svg", p, q, match))
     assert any(word.startswith("x (1e") for word in words) == (factor != 1e12)
-
-
-def test_points_without_width_are_drawn(tmp_path):
-    pairs = np.array([[0, 0]], np.int32)
-    for points in ([[1.0, 2.0]], [[0.0, 0.0], [0.0, 5.0]], [[1e12, 0.0], [1e12 + 1, 0.0]]):
-        match = PointMatch(Similarity(), pairs, 1.0, 0.0, 1)
-        svg = drawn(tmp_path / "plot.svg", points, points, match)
-        assert len(marks_of(svg, PROBE_MARK)) == 1
 
 
 def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch):
@@ -172,62 +128,3 @@ def test_where_no_plot_can_go(tmp_path, sets, match, name, reason):
             refuse(tmp_path / name)
         assert str(caught.value) == f"{tmp_path / name}: {reason}"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
-
-
-def test_without_matplotlib_the_error_names_the_extra(tmp_path, sets, match, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(OutputError, match=r"needs matplotlib: pip install 'fpmatch\[plot\]'"):
-        save_point_plot(tmp_path / "plot.png", *sets, match)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_numbers_and_angles():
-    assert (number(-0.25, 2), number(-0.0001)) == ("−0.25", "0.000")
-    assert [significant(x) for x in (0.57, 123.4, 1e9)] == ["0.570", "123", "1.00e+09"]
-    assert (degrees(-math.pi / 3), degrees(-1e-4)) == ("−60.0°", "0.0°")
-    assert (positive_degrees(-math.pi / 3), positive_degrees(-1e-4)) == ("300.0°", "0.0°")
-
-
-def a_match(transform, chance=None):
-    pairs = np.column_stack([np.arange(1234)] * 2).astype(np.int32)
-    return PointMatch(transform, pairs, 0.9996, 0.01234567, 3, chance)
-
-
-def test_the_facts_of_a_match():
-    match = a_match(Similarity(1.2345678, math.radians(-30), 12.3456789, -4.5), chance=3.21e-41)
-    assert match_facts(match) == [
-        ("Pairs", "1,234, 100.0% of the smaller set"),
-        ("Transform", "scale 1.23457, rotation 30.000° from y to x, shift +12.3457, -4.5"),
-        ("Residual", "0.01235 rms"),
-        ("Chance", "3.2e-41 matches as good expected between independent sets"),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("transform", "words"),
-    [
-        (Similarity(1, -1e-9, -1e-15, 1e-15), "scale 1, rotation 0.000°, shift +0, +0"),
-        (Similarity(2, math.pi), "scale 2, rotation 180.000° from x to y, shift +0, +0"),
-        (Similarity(1e-9, 0, 1e12), "scale 1e-09, rotation 0.000°, shift +1e+12, +0"),
-    ],
-)
-def test_a_transform_in_words(transform, words):
-    assert dict(match_facts(a_match(transform)))["Transform"] == words
-
-
-def test_an_affine_map_in_words():
-    move = AffineTransform.of_parts(2.0, 1.5, -0.25, math.pi / 6, 3.0, -4.0, mirrored=True)
-    facts = dict(match_facts(a_match(move)))
-    assert list(facts) == ["Pairs", "Stretch", "Transform", "Residual"]
-    assert facts["Stretch"] == "mirrored (y to -y), scale 2 along x and 1.5 along y, shear -0.25"
-    assert facts["Transform"] == "rotation 30.000° from x to y, shift +3, -4"
-    alike = AffineTransform.of_parts(2.0, 2.0, mirrored=True)
-    words = "mirrored (y to -y), scale 2, rotation 0.000°, shift +0, +0"
-    assert dict(match_facts(a_match(alike)))["Transform"] == words
-
-
-def test_facts_that_are_not_known_are_left_out():
-    assert match_facts(PointMatch.none()) == []
-    assert "Chance" not in dict(match_facts(a_match(Similarity())))
-    vanishing = dict(match_facts(a_match(Similarity(), chance=0.0)))["Chance"]
-    assert vanishing.startswith("less than 1e-300 matches")

@@ -60,14 +60,6 @@ async def echo(scope, receive, send):
     await send({"type": "http.response.body", "body": body})
 
 
-@pytest.fixture(scope="session", autouse=True)
-def short_memory():
-    """Let readiness be looked at again after a tenth of a second, not a second."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.server.readiness.KEPT_S", 0.1)
-        yield
-
-
 @pytest.fixture
 def gallery(tmp_path_factory):
     """Return where a gallery may lie that nobody has made."""

@@ -7,7 +7,6 @@ docs/figures/serve.png is match.png, its colours reduced to 128.
 import json
 import re
 
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -18,10 +17,9 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
-from fpmatch import extract, read_image, save_template
 from fpmatch.server.settings import Client, Role, digest_of
 
-from .conftest import png, served_gallery, serving
+from .conftest import served_gallery, serving
 from .page import PATIENCE_S, SAMPLES, Page, compare, needs_chromium
 
 pytestmark = [pytest.mark.slow, needs_chromium]
@@ -38,28 +36,6 @@ def test_two_prints_that_match(page):
     page.keep("match")
 
 
-def test_the_same_image_twice_is_said_in_the_verdict(page):
-    compare(page, "101_1.tif", "101_1.tif")
-    assert page.text("#badge") == "MATCH, identical images"
-    assert "an impression is compared with itself" in page.text("#why")
-    assert "pairs of different fingers" not in page.text("main")
-    page.keep("identical")
-
-
-def test_the_view_zooms_and_moves_by_keys(page):
-    compare(page, "101_1.tif", "101_3.tif")
-    viewer = page.one(".viewer")
-    whole = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
-    viewer.send_keys("+++")
-    near = [float(part) for part in viewer.get_dom_attribute("viewBox").split()]
-    assert near[2] < whole[2] / 1.8
-    viewer.send_keys(Keys.ARROW_RIGHT)
-    assert float(viewer.get_dom_attribute("viewBox").split()[0]) > near[0]
-    page.keep("zoomed")
-    viewer.send_keys("0")
-    assert [float(part) for part in viewer.get_dom_attribute("viewBox").split()] == whole
-
-
 def test_another_threshold_another_decision(page):
     compare(page, "101_1.tif", "101_3.tif")
     score = float(page.text("#score"))
@@ -69,30 +45,6 @@ def test_another_threshold_another_decision(page):
     page.set("#threshold", 30)
     assert page.text("#badge") == "MATCH"
     assert "1 in 1,000 (score 30.0)" in page.text("#threshold-words")
-
-
-def test_two_prints_that_do_not_match(page):
-    compare(page, "101_1.tif", "103_1.tif")
-    assert page.text("#badge") == "NO MATCH"
-    assert page.text("#why")
-    page.keep("no_match")
-
-
-def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(page, tmp_path):
-    blank = tmp_path / "blank.png"
-    blank.write_bytes(png(np.full((300, 300), 255, np.uint8)))
-    page.give("probe", SAMPLES / "101_1.tif")
-    page.give("reference", blank)
-    page.until(lambda: page.shown("#badge") and page.idle())
-    assert page.text("#badge") == "INCONCLUSIVE"
-    assert "The reference has no ridges" in page.text("#why")
-    page.set("#threshold", 1)
-    assert page.text("#badge") == "INCONCLUSIVE"  # at any threshold
-    assert "The reference has no ridges" in page.text("#why")
-    assert len(page.all(".viewer")) == 2
-    assert not page.one("#view-over").is_enabled()
-    assert "Nearly all pairs" in page.text("#why")
-    page.keep("blank")
 
 
 def test_a_broken_file_and_an_empty_one(page, tmp_path):
@@ -111,22 +63,6 @@ def test_a_broken_file_and_an_empty_one(page, tmp_path):
     assert page.text("#error") == ""
 
 
-def test_a_huge_file_and_a_huge_picture(page, tmp_path):
-    huge = tmp_path / "huge.tif"
-    with huge.open("wb") as stream:
-        stream.truncate(40_000_000)
-    page.give("probe", SAMPLES / "101_1.tif")
-    page.give("reference", huge)
-    page.until(lambda: page.text("#error"))
-    assert page.text("#error") == ("huge.tif: 40.0 MB are more than this server takes: 32.0 MB.")
-    page.keep("huge")
-    wide = tmp_path / "wide.png"
-    wide.write_bytes(png(np.full((3000, 3000), 255, np.uint8)))
-    page.give("reference", wide)
-    page.until(lambda: "wide.png" in page.text("#error"))
-    assert "4 megapixels" in page.text("#error")
-
-
 def test_what_is_exported_is_what_was_shown(page, downloads):
     compare(page, "101_1.tif", "101_2.tif")
     for name in ("overlay.png", "overlay.svg", "result.json"):
@@ -141,19 +77,6 @@ def test_what_is_exported_is_what_was_shown(page, downloads):
     assert result["match"]
     assert f"{result['score']:.1f}" == page.text("#score")
     assert (result["probe"], result["reference"]) == ("101_1.tif", "101_2.tif")
-
-
-def test_the_stages_of_a_print(page):
-    page.give("probe", SAMPLES / "101_4.tif")
-    page.one("#probe-slot .more button").click()
-    page.until(lambda: page.shown("#stages"))
-    assert "minutiae" in page.text("#stage-words")
-    page.keep("stages")
-    before = page.text("#stage-words")
-    page.one("#stage-slider").send_keys(Keys.ARROW_LEFT)
-    page.until(lambda: page.text("#stage-words") != before)
-    page.one("#stage-slider").send_keys(Keys.ESCAPE)
-    page.until(lambda: not page.shown("#stages"))
 
 
 def test_enrol_and_identify(page, tmp_path):
@@ -186,33 +109,6 @@ def test_enrol_and_identify(page, tmp_path):
     page.keep("identify")
     page.all("#candidates button")[2].click()
     page.until(lambda: page.text("#badge") == "NO MATCH")
-
-
-def test_templates_without_ridges_are_shown_by_their_minutiae(page, tmp_path):
-    template = extract(read_image(SAMPLES / "104_1.tif"))
-    path = tmp_path / "104_1.iso"
-    save_template(path, template)
-    page.give("probe", path)
-    page.give("reference", SAMPLES / "104_2.tif")
-    page.until(lambda: page.shown("#badge") and page.idle())
-    drawn = page.all("#probe-slot span.preview svg .mark")
-    assert len(drawn) == len(template.minutiae)
-    assert page.shown("#probe-slot span.preview")
-    assert not page.shown("#probe-slot img.preview")
-    assert page.shown("#reference-slot img.preview")
-    page.keep("template")
-
-    page.one("#tab-enrol").click()
-    page.give("enrol", path)
-    page.one("#enrol-start").click()
-    page.until(lambda: page.text("#enrol-words").startswith("1 of 1"))
-    page.until(page.idle)
-    page.one("#tab-identify").click()
-    page.give("identify", SAMPLES / "104_2.tif")
-    page.until(lambda: page.shown("#badge") and page.idle())
-    page.until(lambda: page.all("#candidates .thumb .mark.reference"))
-    assert len(page.all("#candidates li:first-child .thumb .mark.reference")) == len(drawn)
-    page.keep("template_enrolled")
 
 
 def test_it_works_by_keyboard_alone(page):
@@ -255,16 +151,6 @@ def test_it_fits_a_phone(page, scheme):
     height = page.browser.execute_script("return document.documentElement.scrollHeight")
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size | {"height": height})
     page.keep(f"phone_{scheme}")
-
-
-def test_the_page_of_the_api(page):
-    page.one(".about a").click()
-    page.until(lambda: len(page.all("#operations section")) > 8)
-    text = page.text("#operations")
-    assert "POST /verify" in text
-    assert "curl -X DELETE" in text
-    assert '/gallery/prints?subject=…"' in text
-    page.keep("api")
 
 
 def test_a_token_is_asked_for(browser, screenshots):

@@ -17,7 +17,7 @@ from fpmatch.server.guard import Guard
 from fpmatch.server.running import make_server
 from fpmatch.server.settings import Limits, Settings
 
-from .conftest import LARGE_BYTES, echo
+from .conftest import echo
 
 QUICK = Limits(header_seconds=0.6, stalled_seconds=0.6, upload_seconds=1.5, waiting=1)
 HEAD = b"GET /health HTTP/1.1\r\nhost: localhost\r\n"
@@ -119,17 +119,6 @@ def test_a_header_that_does_not_come_is_waited_for_no_longer_than_the_limit():
         assert served.status() == 200
 
 
-def test_a_connection_may_be_used_again_and_again():
-    with serving() as served:
-        one = served.connect()
-        for _ in range(4):
-            time.sleep(0.3)  # less than the limit, and together more
-            one.sendall(HEAD + b"\r\n")
-            while not one.recv(1000).endswith(b"0"):  # the body
-                pass
-        assert not served.app.closed("header too late")
-
-
 @pytest.mark.slow
 def test_slow_bodies_take_no_place_from_others_and_end():
     with serving() as served:
@@ -144,15 +133,6 @@ def test_slow_bodies_take_no_place_from_others_and_end():
         assert all(rest(one).startswith(b"HTTP/1.1 408 ") for one in slow)
         for one in large:
             one.close()
-
-
-@pytest.mark.slow
-def test_a_body_that_trickles_faster_ends_at_the_limit_of_uploads():
-    with serving() as served:
-        one = served.connect(POST % 1_000_000)
-        start = time.monotonic()
-        send_until_closed(one, bytes(1000))
-        assert 1.0 < time.monotonic() - start < 9
 
 
 def large_answer(served):
@@ -180,28 +160,6 @@ def test_answers_that_are_not_read_are_dropped():
         assert served.number == 0
 
 
-@pytest.mark.slow
-def test_many_answers_that_are_not_read_are_dropped_before_their_time():
-    with serving(stalled_seconds=60.0, unread_megabytes=8.0) as served:
-        for _ in range(6):
-            large_answer(served)
-        wait_until(lambda: served.app.closed("too much not read") >= 2)
-        assert served.number <= 4
-        assert served.status() == 200
-
-
-def test_an_answer_that_is_read_slowly_is_whole():
-    with serving(stalled_seconds=0.5) as served:
-        one = served.connect(HEAD.replace(b"/health", b"/large") + b"\r\n")
-        size = 0
-        while size < LARGE_BYTES:
-            part = one.recv(100_000)
-            assert part, size
-            size += len(part)
-            time.sleep(0.02)
-        assert not served.app.closed("answer not read")
-
-
 def test_one_client_has_no_more_connections_than_its_limit_and_others_have_theirs():
     with serving(header_seconds=30.0, connections_per_client=5) as served:
         if sys.platform != "linux":
@@ -216,43 +174,6 @@ def test_one_client_has_no_more_connections_than_its_limit_and_others_have_their
             served.connect(HEAD)
         assert served.status() == 200
         assert served.number > 30
-
-
-def is_open(one):
-    one.settimeout(0.05)
-    try:
-        while one.recv(9_000):
-            pass
-    except TimeoutError:
-        return True
-    except OSError:
-        pass
-    return False
-
-
-def test_one_client_has_its_limit_where_all_connections_have_reached_theirs():
-    if sys.platform != "linux":
-        pytest.skip("only 127.0.0.1 is an address of this computer")
-    with serving(header_seconds=30.0, connections=12, connections_per_client=5) as served:
-        for last in (2, 3, 4):
-            for _ in range(20):
-                served.connect(HEAD, f"127.0.0.{last}")
-        mine = [served.connect(HEAD, "127.0.0.5") for _ in range(20)]
-        wait_until(lambda: served.app.closed("too many, the slowest") == 68)
-        assert served.number == 12
-        assert sum(is_open(one) for one in mine) == 5
-
-
-def test_at_the_limit_of_all_connections_the_slowest_makes_room():
-    with serving(header_seconds=30.0, connections=10) as served:
-        for _ in range(50):
-            served.connect(HEAD)
-        for _ in range(5):
-            assert served.status() == 200
-        assert served.number <= 11
-        busy = [served.connect(POST % 60_000_000 + b"x") for _ in range(30)]
-        assert served.status() == 200
-        assert busy
 
 
 ODD = {
@@ -281,15 +202,7 @@ def test_odd_requests_are_answered_or_refused_and_end():
         assert served.status() == 200
 
 
-def test_requests_that_do_not_wait_for_the_response_are_not_served_in_a_row():
-    with serving() as served:
-        assert rest(served.connect(100 * (HEAD + b"\r\n"))).count(b"HTTP/1.1 200") == 1
-        assert served.app.closed("pipelined") == 1
-        assert served.status(data=HEAD + b"\r\n\r\n") == 200
-
-
 SERVE = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0", "--workers", "1"]
-LIMITED = ["bash", "-c", 'ulimit -n 96; exec "$0" "$@"', *SERVE]
 
 
 def start(words, **options):
@@ -298,31 +211,6 @@ def start(words, **options):
     )
     assert server.stdout is not None
     return server, int(server.stdout.readline().rsplit(":", 1)[1].rstrip("/\n"))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="there is no such limit")
-def test_with_few_open_files_others_are_answered_and_the_log_is_short():
-    server, port = start(LIMITED)
-    with server:
-        try:
-            attack = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(150)]
-            for one in attack:
-                with suppress(OSError):  # closed already
-                    one.sendall(HEAD + b"x: ")
-            for _ in range(20):
-                with socket.create_connection(("127.0.0.1", port), 5) as one:
-                    one.sendall(HEAD + b"\r\n")
-                    assert one.recv(20).startswith(b"HTTP/1.1 200")
-            for one in attack:
-                one.close()
-            server.terminate()
-            _, errors = server.communicate(timeout=30)
-            assert server.returncode == 0
-            assert len(errors) < 10_000
-            assert "Traceback" not in errors
-        finally:
-            server.kill()
 
 
 @pytest.mark.slow

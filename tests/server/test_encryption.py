@@ -1,16 +1,12 @@
 """A server of an encrypted gallery: with its key as any other, without it one sentence."""
 
-import time
-from pathlib import Path
-
 import pytest
 
 from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server import readiness
 
-from .conftest import serving, wait_until_ready
+from .conftest import serving
 
 
 @pytest.fixture
@@ -33,37 +29,6 @@ def test_a_server_with_the_key_enrols_and_searches(source, gallery, prints, monk
         assert len(list(opened.templates())) == 1
         ((_, template),) = opened.packed_templates()
     assert template not in gallery.read_bytes()
-
-
-@pytest.mark.slow
-def test_a_key_file_that_is_replaced_meanwhile_is_read_again(source, gallery, prints, monkeypatch):
-    monkeypatch.setenv("FPMATCH_KEY", source)
-    file = Path(source.removeprefix("file:"))
-    right, other = file.read_text(), make_keys(f"file:{file.with_name('other')}").current.as_line()
-    with serving(gallery=str(gallery)) as http:
-
-        def enrol(name):
-            return http.post("/enrol", files={"image": (name, prints[name])})
-
-        def identify():
-            return http.post("/identify", files={"probe": ("b.png", prints["1_2.png"])})
-
-        assert enrol("1_1.png").status_code == 201
-        before = identify().json()["candidates"]  # the worker keeps what it has prepared
-        for wrong in (other, "no key"):
-            file.write_text(wrong)
-            for answer in (identify(), enrol("2_1.png")):
-                assert answer.status_code == 500
-                assert "the server has not its key" in answer.json()["error"]
-        time.sleep(readiness.KEPT_S)
-        assert http.get("/ready").status_code == 503
-        file.write_text(f"{other}\n{right}")  # another key, and the one in use
-        assert identify().json()["candidates"] == before
-        assert enrol("2_1.png").status_code == 201
-        wait_until_ready(http)
-    with open_gallery(gallery, key=source) as opened:
-        assert [entry.label.subject for entry in opened.entries()] == ["1", "2"]
-        opened.check_keys()
 
 
 @pytest.mark.parametrize("given", ["", "file:/nowhere/secret-keys"])

@@ -6,7 +6,6 @@ import socket
 
 import pytest
 
-from fpmatch.server.gallery import short_name
 from fpmatch.server.logs import Incidents, OncePerSecond
 from fpmatch.server.settings import Client, Role, digest_of
 
@@ -116,19 +115,6 @@ def test_no_answer_contains_the_place_of_a_database(prints, caplog):
         secrets = (f":{port}", str(port), "127.0.0.1", "olga", "hidden-word", "inner")
         check_answers(http, prints, secrets, caplog)
     assert "hidden-word" not in caplog.text
-
-
-@pytest.mark.parametrize(
-    ("place", "name"),
-    [
-        ("postgresql://ada:secret@host:5432/prints?sslmode=require", "prints"),
-        ("postgresql://ada:secret@host:5432", "gallery"),
-        ("postgresql://ada:sec/ret@host/prints", "prints"),
-        (r"C:\prints\all.db", "all.db"),
-    ],
-)
-def test_the_name_of_a_gallery_has_no_host(place, name):
-    assert short_name(place) == name
 
 
 def test_the_same_reason_within_a_second_is_one_incident(caplog):

@@ -4,21 +4,13 @@ import io
 import json
 import logging
 import re
-from concurrent.futures import ThreadPoolExecutor
 
-import httpx
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.search.opening import open_search
-from fpmatch.server import gallery as gallery_module
 from fpmatch.server.client import ServerClient, ServerError
 from fpmatch.server.logs import set_up_logging
-from fpmatch.server.settings import Client, Limits, Role, digest_of
-from fpmatch.templates.minutiae import Minutiae, Template
+from fpmatch.server.settings import Client, Role, digest_of
 
 from .conftest import served_gallery, serving
 
@@ -111,24 +103,6 @@ def test_the_client_does_all_that_the_server_does(server, prints, tmp_path, audi
     assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
 
 
-def test_requests_that_a_role_does_not_permit_are_audited(http, audit_log):
-    with ServerClient(f"{http.base_url}#token={GUEST}") as guest:
-        for request in (lambda: guest.identify(b"none"), lambda: guest.remove_subject("ada")):
-            with pytest.raises(ServerError, match="needs the role"):
-                request()
-    first, last = map(json.loads, audit_log.read_bytes().splitlines()[-2:])
-    assert (first["client"], first["action"], first["needs"]) == (
-        "guest",
-        "POST /identify",
-        "verify",
-    )
-    assert (last["action"], last["status"], last["needs"]) == (
-        "DELETE /gallery/prints",
-        403,
-        "admin",
-    )
-
-
 def test_a_case_report_contains_notes_and_marks(http, prints):
     files = {side: (f"{side}.png", prints["1_1.png"]) for side in ("probe", "reference")}
     bearer = {"authorization": f"Bearer {TOKEN}"}
@@ -156,23 +130,6 @@ def test_a_case_report_contains_notes_and_marks(http, prints):
     assert "within 1,000,000 pixels" in refused.json()["error"]
 
 
-@pytest.mark.parametrize(
-    ("request_", "status"),
-    [
-        (lambda server, bad, _: server.verify(bad, bad), 422),
-        (lambda server, *_: server.remove(999), 404),
-        (lambda server, *_: server.remove_subject("nobody"), 404),
-        (lambda server, bad, _: server.verify_claim(bad, "nobody"), 422),
-        (lambda server, _, good: server.verify_claim(good, "nobody"), 404),
-    ],
-)
-def test_refusals_are_errors_with_a_status(server, prints, request_, status):
-    with pytest.raises(ServerError) as caught:
-        request_(server, b"no image", prints["1_1.png"])
-    assert caught.value.status == status
-    assert "\n" not in str(caught.value)
-
-
 def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path):
     with ServerClient("http://127.0.0.1:9") as client:
         with pytest.raises(ServerError, match="no answer") as caught:
@@ -180,24 +137,6 @@ def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path):
         assert caught.value.status == 0
         with pytest.raises(FpmatchError, match=r"missing\.png"):
             client.verify(tmp_path / "missing.png", b"")
-
-
-@pytest.mark.slow
-def test_sixty_clients_at_once_are_all_answered(prints):
-    """Requests beyond those that are read wait for their turn, and none is refused."""
-    with serving(limits=Limits(waiting=2)) as http:
-
-        def extract(_):
-            files = {"image": ("1_1.png", prints["1_1.png"])}
-            response = httpx.post(f"{http.base_url}/extract", files=files, timeout=120)
-            return response.status_code, response.content
-
-        with ThreadPoolExecutor(60) as pool:
-            responses = list(pool.map(extract, range(60)))
-        assert {status for status, _ in responses} == {200}
-        assert len({content for _, content in responses}) == 1
-        metrics = http.get("/metrics").text
-        assert "fpmatch_requests_waiting 0.0" in metrics
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
@@ -221,18 +160,3 @@ def test_requests_are_logged(http, form):
         assert (second["client"], second["status"]) == ("-", 401)
     else:
         assert "GET /health 200" in lines[0]
-
-
-def test_damaged_prepared_prints_are_a_line_of_the_log(tmp_path, caplog, monkeypatch):
-    minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
-    template = Template(minutiae, 100, 100)
-    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
-        gallery.add([NewEntry(Label("ada"), "ada.tif", bytes(32), template)])
-        open_search(gallery, engine=serial())
-        (path,) = (tmp_path / "prints.db.prepared").iterdir()
-        path.write_bytes(path.read_bytes()[:-1])
-        monkeypatch.setattr(gallery_module, "_kept", {})
-        with caplog.at_level(logging.WARNING):
-            assert len(gallery_module._search(gallery, "unit-circle")) == 1
-    (record,) = caplog.records
-    assert record.message.endswith("prints.db are damaged: prepared again")

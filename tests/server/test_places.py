@@ -92,15 +92,14 @@ def asked(prints):
         probe = {"probe": (name, data)}
         image = {"image": (name, data)}
         reference = {"reference": ("/etc/x.png", prints["1_1.png"])}
-        for path in pairs:
+        for path in pairs if name == "2_1.png" else pairs[:1]:
             yield "POST", path, {"files": probe | reference}
         for path in ("/extract", "/stages", "/enrol"):
             yield "POST", path, {"files": image}
         yield "POST", "/enrol", {"files": image, "data": {"subject": "../ada", "impression": "1"}}
         yield "POST", "/identify", {"files": probe}
         yield "POST", "/gallery/verify", {"files": probe, "data": {"subject": "1"}}
-        for path in ("compare", "views", "overlay"):
-            yield "POST", f"/gallery/1/{path}", {"files": probe}
+        yield "POST", "/gallery/1/compare", {"files": probe}
     probe = {"probe": ("1_2.png", prints["1_2.png"])}
     for values in (*options, *matchers):
         subject = values | {"subject": "2"}
@@ -111,6 +110,8 @@ def asked(prints):
         yield "POST", "/enrol", {"files": {"image": probe["probe"]}, "data": subject}
     for name in ("broken", "csv", "../x", "json"):
         yield "POST", "/extract", {"files": {"image": probe["probe"]}, "data": {"format": name}}
+    for path in ("/gallery/1/views", "/gallery/1/overlay"):
+        yield "POST", path, {"files": {"probe": ("2_1.png", bad["2_1.png"])}}
     for path in ("/", "/gallery/7/compare", "/gallery/0", "/%2e%2e/x.py", "/gallery/%2e%2e"):
         yield "POST", path, {"files": probe}
     for path in (

@@ -1,6 +1,5 @@
 """Readiness, and a gallery that does not answer: whoever needs none of it does not notice."""
 
-import ast
 import asyncio
 import sqlite3
 import threading
@@ -8,16 +7,12 @@ import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
-from pathlib import Path
 
 import pytest
 
-from fpmatch import server
 from fpmatch.errors import GalleryError
 from fpmatch.server import readiness
-from fpmatch.server.guard import OF_GALLERY
 from fpmatch.server.readiness import Check, in_own_thread
-from fpmatch.server.routes import gallery_router, router
 
 from .conftest import served_gallery, wait_until_ready
 
@@ -60,47 +55,6 @@ def test_one_look_answers_all_who_ask_within_a_second(monkeypatch):
         assert await ask(1) == {"missing": 1}
 
     asyncio.run(test())
-
-
-def test_while_a_look_hangs_there_is_no_other_and_all_are_told(monkeypatch):
-    monkeypatch.setattr(readiness, "CHECK_S", 0.1)
-    monkeypatch.setattr(readiness, "KEPT_S", 0.0)
-    looks = Looks()
-    check = Check("the gallery", lambda: in_own_thread(looks))
-
-    async def test():
-        faults = await asyncio.gather(*(check.fault() for _ in range(CLIENTS)))
-        assert codes(faults) == {"late": CLIENTS}
-        start = time.monotonic()
-        again = [await check.fault() for _ in range(CLIENTS)]
-        assert codes(again) == {"late": CLIENTS}
-        assert time.monotonic() - start < 0.1
-        assert looks.begun == 1
-        looks.open.set()
-        while await check.fault() is not None:
-            await asyncio.sleep(0.01)
-
-    asyncio.run(test())
-
-
-def test_addresses_that_need_the_gallery_are_told_by_their_beginning():
-    paths = [route.path for route in gallery_router.routes]
-    assert paths
-    assert all(path.startswith(OF_GALLERY) for path in paths)
-    others = [route.path for route in router.routes]
-    assert not any(path.startswith(OF_GALLERY) for path in others)
-
-
-def test_the_server_measures_time_by_a_clock_that_nobody_sets():
-    files = sorted(Path(server.__file__).parent.glob("*.py"))
-    assert len(files) > 10
-    for file in files:
-        named = {
-            f"{node.value.id}.{node.attr}"
-            for node in ast.walk(ast.parse(file.read_text("utf-8")))
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
-        }
-        assert not named & {"time.time", "time.time_ns", "datetime.now", "date.today"}, file
 
 
 @contextmanager

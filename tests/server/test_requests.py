@@ -1,7 +1,6 @@
 """What a route does not take is refused with one line that names it: fields, methods, bodies."""
 
 import io
-import json
 import re
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 from PIL import Image
 
 from fpmatch.server.app import STATIC
-from fpmatch.server.client import _OPTIONS, ServerClient, ServerError
 from fpmatch.server.settings import Client, Role, digest_of
 
 from .conftest import served_gallery
@@ -201,35 +199,6 @@ def test_a_matcher_by_place_is_not_offered(server, image):
             assert "pattern" not in error
     for path in ("/openapi.json", *(f"/{file.name}" for file in STATIC.iterdir())):
         assert not re.search(r"package\.module|OBJECT|\^\[\^:\]", server.get(path).text), path
-
-
-def test_the_client_refuses_options_that_a_request_does_not_take(operations):
-    fields = {path: schemas for _, path, schemas in operations}
-    labels = {"subject", "finger", "impression"}
-    for path, options in _OPTIONS.items():
-        files = {name for name, schema in fields[path].items() if "contentMediaType" in schema}
-        old = {name for name, schema in fields[path].items() if schema.get("deprecated")}
-        assert set(options) == set(fields[path]) - files - labels - old, path
-    with ServerClient("http://127.0.0.1:9") as client:
-        for request, near in (
-            (lambda: client.verify(b"", b"", treshold=30), "Did you mean 'threshold'?"),
-            (lambda: client.overlay(b"", b"", side_by=True), "Did you mean 'side_by_side'?"),
-            (lambda: client.extract(b"", dpi_=500), "Did you mean 'dpi'?"),
-            (lambda: client.identify(b"", count=3), "known: dpi, matcher, candidates, threshold"),
-            (lambda: client.verify_claim(b"", "ada", probe_dpi=500), "unknown option 'probe_dpi'"),
-        ):
-            with pytest.raises(ServerError) as caught:
-                request()
-            assert near in str(caught.value)
-            assert caught.value.status == 0
-
-
-def test_the_client_tells_what_the_server_refuses(server, image):
-    with ServerClient(f"{server.base_url}#token={TOKEN}") as client:
-        with pytest.raises(ServerError, match="unknown matcher 'a:b'; known: paper") as caught:
-            client.verify(image, image, matcher="a:b")
-        assert caught.value.status == 422
-        assert json.dumps(client.verify(image, image, threshold=30, fmr=None))
 
 
 def test_several_prints_in_one_image_are_refused_and_a_mirrored_one_is_named(server, prints):

@@ -16,7 +16,6 @@ from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.batch.candidates import COLUMNS, write_candidates
 from fpmatch.gallery.batch.sources import FolderSource
-from fpmatch.gallery.engine.engine import dask, processes
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.search import entries as entries_module
@@ -25,7 +24,6 @@ from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
-from tests.gallery.conftest import kill_one
 
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
@@ -138,30 +136,6 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
     assert failed["reason"] == dict(done.failures)[failed["probe"]]
     _, nobody = run(gallery, probes, tmp_path / "none.jsonl", SearchOptions(threshold=100.0))
     assert [json.loads(line)["reason"] for line in nobody.splitlines()].count("no candidate") == 10
-
-
-def test_several_processes(gallery, probes, tmp_path):
-    with processes(2) as engine:
-        for options, suffix in zip(OPTIONS.values(), 2 * (".csv", ".jsonl"), strict=True):
-            _, expected = run(gallery, probes, tmp_path / f"expected{suffix}", options)
-            assert run(gallery, probes, tmp_path / f"c{suffix}", options, engine)[1] == expected
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["index", "whole"])
-def test_a_cluster_of_which_a_worker_is_killed(
-    gallery, probes, tmp_path, kind, monkeypatch, local_cluster
-):
-    options = OPTIONS["over a threshold"]
-    if kind == "index":
-        monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 10)
-    _, expected = run(gallery, probes, tmp_path / "expected.csv", options)
-    address = local_cluster.scheduler_address
-    assert run(gallery, probes, tmp_path / "calm.csv", options, dask(address))[1] == expected
-    kill, alive = kill_one(address, lambda stage, done, total: done >= 2)
-    again = run(gallery, probes, tmp_path / "killed.csv", options, dask(address), progress=kill)
-    assert again[1] == expected
-    assert len(alive) == 1
 
 
 class Stopped(Exception):

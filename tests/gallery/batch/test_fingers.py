@@ -8,11 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.errors import ScoringError
 from fpmatch.gallery.batch.fingers import (
     FINGER_COLUMNS,
-    MAX_CELLS,
-    check_fingers,
     finger_of_name,
     write_fingers,
 )
@@ -64,9 +61,3 @@ def test_the_score_is_that_of_the_harmonic_mean(scores):
 )
 def test_the_name_of_a_file_tells_the_finger(name, finger):
     assert finger_of_name(name) == finger
-
-
-def test_more_than_fits_into_memory_is_refused():
-    check_fingers(1000, ["1", "1", "2"])
-    with pytest.raises(ScoringError, match=f"more than {MAX_CELLS:,}"):
-        check_fingers(MAX_CELLS, ["1", "2"])

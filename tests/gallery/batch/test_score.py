@@ -6,24 +6,19 @@ import os
 import sqlite3
 import subprocess
 import sys
-from contextlib import closing
 from pathlib import Path
 
 import pytest
 from made_prints import flipped
 
 from fpmatch.errors import (
-    DatasetError,
-    EngineError,
     FpmatchError,
     MatcherError,
     OutputError,
     ScoringError,
 )
-from fpmatch.gallery.batch import resumed_rows, score_file
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
-from fpmatch.gallery.batch.store import Store
 from fpmatch.lab.evaluation.rates.scores import read_scores
 from fpmatch.matching.calibration import Calibration
 
@@ -76,13 +71,6 @@ def test_a_row_a_pair_probe_by_probe(output):
     assert (failure.side, failure.name) == ("probes", "probe_1")
 
 
-def test_bands_of_references(output):
-    run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=4))
-    order = [(r["probe"][-1], r["reference"][-1]) for r in rows(output)]
-    assert order[:6] == [(p, r) for p in "012" for r in "01"]
-    assert order[-3:] == [(p, "4") for p in "012"]
-
-
 def test_a_threshold_keeps_candidates_and_what_nobody_knows(output):
     done = run(output, calibration=TEN_A_UNIT, threshold=20)
     assert [(r["probe"], r["reference"]) for r in rows(output)] == [
@@ -131,26 +119,6 @@ def test_parquet_holds_the_same(output, monkeypatch):
     ]
     assert found[7]["score"] is None
     assert found[7]["reason"] == "probe: no image, but text"
-
-
-@needs_pyarrow
-def test_a_changed_page_of_parquet_is_found(output):
-    from pyarrow import parquet
-
-    table = output.with_suffix(".parquet")
-    run(table)
-    content = table.read_bytes()
-    columns = parquet.ParquetFile(table).metadata.row_group(0)
-    end = sum(columns.column(k).total_compressed_size for k in range(columns.num_columns))
-    expected = list(score_file._rows_of(table))
-    refused = 0
-    for place in range(4, end, 7):
-        table.write_bytes(flipped(content, place, 1 << place % 8))
-        try:
-            assert list(score_file._rows_of(table)) == expected
-        except DatasetError as error:
-            refused += "\n" not in str(error)
-    assert refused > end // 14
 
 
 @pytest.mark.slow
@@ -216,13 +184,6 @@ def test_another_run_does_not_go_on_with_it(output, unfinished, options, what):
         score(REFERENCES, other, output, matcher=Near(), pairs=SMALL_CHUNKS)
 
 
-@pytest.mark.parametrize("name", ["state.db", "rows.csv"])
-def test_a_damaged_rest_is_one_line(output, unfinished, name):
-    (unfinished / name).write_bytes(b"?" * 5)
-    with pytest.raises(ScoringError, match="delete the folder and start again"):
-        go_on(output)
-
-
 def made_or_refused(output, expected):
     """Return why a run is not resumed; "" if it was, and has made the expected rows."""
     try:
@@ -247,52 +208,6 @@ def test_a_changed_bit_never_changes_the_rows(output, unfinished, tmp_path, name
         (unfinished / name).write_bytes(flipped(kept[name], place, 1 << place % 8))
         refused += made_or_refused(output, expected) != ""
     assert refused > 3
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        "UPDATE run SET what = '{'",
-        "UPDATE run SET what = '[]'",
-        "UPDATE run SET what = x'ff'",
-        "UPDATE run SET what = 5",
-        "DELETE FROM position",
-        "INSERT INTO position SELECT * FROM position",
-        "UPDATE position SET pairs = 3",
-        "UPDATE position SET chunks = 'many'",
-        "UPDATE item SET data = x'00' WHERE data IS NOT NULL",
-        "UPDATE item SET data = 'text'",
-        "UPDATE item SET notes = '{'",
-        "UPDATE item SET quality = 7",
-        "DELETE FROM item WHERE number = 0",
-        "DROP TABLE item",
-        "ALTER TABLE position RENAME COLUMN rows TO lines",
-        "ALTER TABLE item DROP COLUMN notes",
-    ],
-)
-def test_a_changed_state_is_refused_or_makes_the_same_rows(output, unfinished, tmp_path, change):
-    with closing(sqlite3.connect(unfinished / "state.db")) as database, database:
-        database.execute(change)
-    go_on(tmp_path / "whole.csv")
-    refused = made_or_refused(output, (tmp_path / "whole.csv").read_bytes())
-    assert refused == "" or "delete the folder" in refused
-
-
-def test_rows_that_are_gone_are_made_again(output, unfinished):
-    (unfinished / "rows.csv").unlink()
-    assert go_on(output).resumed == 0
-    assert len(rows(output)) == 15
-
-
-def test_a_run_that_was_killed_while_clearing_up(output, unfinished, monkeypatch):
-    with monkeypatch.context() as patch:
-        patch.setattr(Store, "clear", lambda self: None)
-        go_on(output)
-    assert unfinished.exists()
-    done = go_on(output)
-    assert (done.pairs, done.resumed, done.rows) == (15, 15, 15)
-    assert len(rows(output)) == 15
-    assert not unfinished.exists()
 
 
 def test_two_runs_do_not_write_one_output(output, unfinished):
@@ -333,26 +248,6 @@ def test_what_cannot_be_scored(tmp_path, monkeypatch, name, options, error, reas
     with pytest.raises(error, match=reason):
         run(tmp_path / name, **options)
     assert [p.name for p in tmp_path.iterdir()] == ["folder.csv"]
-
-
-def test_an_engine_that_breaks_down_leaves_what_is_done(output, monkeypatch):
-    class Breaking:
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
-        def map(self, work, shared, chunks):
-            for number, chunk in enumerate(chunks):
-                if number == 2:
-                    raise EngineError("broke down")
-                yield work(shared, chunk)
-
-    monkeypatch.setattr(resumed_rows, "SAVE_EVERY_S", 1000)
-    with pytest.raises(EngineError):
-        go_on(output, engine=Breaking())
-    assert go_on(output).resumed == 4
 
 
 def test_a_file_of_scores_is_read_as_that_of_an_evaluation(output):

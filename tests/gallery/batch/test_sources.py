@@ -13,12 +13,10 @@ from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import (
     FolderSource,
     GallerySource,
-    StoredTemplate,
     open_source,
     pack,
     unpack,
 )
-from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
@@ -130,12 +128,3 @@ def test_scores_are_those_of_verify(folder, tmp_path):
         if ",9_1.png,10_1.png," in line
     )
     assert float(line.split(",")[6]) == verify(probe, reference).score
-
-
-@pytest.mark.parametrize("notes", ["1.5", "[1]", "[", "null"])
-def test_notes_of_a_damaged_state_are_one_error(tmp_path, notes):
-    with Store(tmp_path / "scores.csv", {}) as store:
-        list(store.add_items("probes", [(0, StoredTemplate(None, "no print"))]))
-        store._database.execute("UPDATE item SET notes = ?", [notes])
-        with pytest.raises(ScoringError, match="damaged; delete the folder and start again"):
-            store.notes("probes")

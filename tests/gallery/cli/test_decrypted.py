@@ -122,13 +122,9 @@ def kill(process):
 
 COMMANDS = [
     "identify GALLERY probes/101_1.tif --workers 2",
-    "identify GALLERY --probes probes -o OUT.csv --workers 2",
     "score --references GALLERY --probes GALLERY -o OUT.csv --workers 2",
     "evaluate GALLERY --workers 2 --bootstrap 0",
-    "evaluate-identification GALLERY --workers 2 --bootstrap 0",
-    "calibrate GALLERY -o OUT.json --workers 2",
     "enrol GALLERY probes --workers 2",
-    "gallery check GALLERY",
     "gallery rewrite GALLERY --encrypt",
     "verify probes/101_1.tif --gallery GALLERY --subject 1",
     "serve --gallery GALLERY --port 0",

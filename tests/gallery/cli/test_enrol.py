@@ -6,12 +6,9 @@ from PIL import Image
 
 from fpmatch import assess
 from fpmatch.formats.files import save_template
-from fpmatch.gallery.cli import notes
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.plausibility import NO_FINGER, UNEVEN
-from tests.conftest import assert_refused, copied
+from tests.conftest import copied
 
 
 @pytest.fixture
@@ -86,16 +83,6 @@ def test_options_reach_the_work(run, tmp_path, folder):
     assert (str(entry.label), entry.dpi) == ("1_folder", 450.0)
 
 
-def test_many_failures_are_counted(run, tmp_path, prints, monkeypatch):
-    monkeypatch.setattr(notes, "MOST_SHOWN", 2)
-    folder = copied(prints, tmp_path / "many", **{f"x{k}": "empty.png" for k in range(5)})
-    place = tmp_path / "prints.db"
-    result = run("enrol", place, folder, "--workers", 1)
-    assert result.exit_code == 1
-    assert len(result.stderr.splitlines()) == 3
-    assert f"3 more; `fpmatch gallery list {place} --failures`" in result.stderr
-
-
 def test_two_prints_in_one_are_named_and_refused_if_strict(run, prints, tmp_path):
     folder = copied(prints, tmp_path / "folder", "1_1.png")
     sides = [np.asarray(Image.open(prints / name)) for name in ("1_1.png", "2_1.png")]
@@ -116,53 +103,6 @@ def test_two_prints_in_one_are_named_and_refused_if_strict(run, prints, tmp_path
     save_template(folder / "3_1.json", template)
     for name in ("3_1.png", "3_1.json"):
         assert "; probably two prints in one: " in run("inspect", folder / name).stdout
-
-
-def test_few_minutiae_with_all_of_the_quality_are_named_and_refused_if_strict(run, tmp_path):
-    x, y, angle = np.random.default_rng(0).uniform((50, 50, 0), (350, 350, 6), (18, 3)).T
-    made = Template(Minutiae(x, y, angle, quality=[1] * 17 + [25]), 400, 400)
-    save_template(tmp_path / "1_1.json", made)
-    reason = f"{NO_FINGER}: {UNEVEN}"
-    assert f"; {reason}" in run("inspect", tmp_path / "1_1.json").stdout
-    words = "enrol", tmp_path / "g.db", tmp_path / "1_1.json", "--workers", 1
-    refused = run(*words, "--strict")
-    assert refused.exit_code != 0
-    assert f"1_1.json: refused: {reason}" in refused.stderr
-    done = run(*words)
-    assert (done.exit_code, f"1_1.json: {reason}" in done.stderr) == (0, True)
-
-
-def test_other_people_of_the_same_names_are_told(run, tmp_path, prints):
-    place = tmp_path / "prints.db"
-    first = copied(prints, tmp_path / "first", "1_1.png", "2_1.png")
-    second = copied(prints, tmp_path / "second", _1_2="2_1.png", _3_1="1_2.png")
-    for name in second.iterdir():  # other files, of which one has the pixels of one enrolled
-        Image.open(name).save(name.with_suffix(".bmp"), dpi=(500, 500))
-        name.unlink()
-    assert run("enrol", place, first, "--workers", 1).exit_code == 0
-    words = ("enrol", place, second, "--workers", 1)
-    result = run(*words)
-    assert result.exit_code == 0
-    assert result.stdout.splitlines()[1:] == [
-        "1 impression added to 1 subject that existed before; 1 of them match no other",
-        "1 copy of other prints",
-        f"{place}: 4 impressions of 3 subjects",
-    ]
-    copy, unmatched = result.stderr.splitlines()
-    assert copy == f"fpmatch: note: {second}/1_2.bmp: the same print as 2_1"
-    line = f"fpmatch: no match: {second}/1_2.bmp: 1_2 does not match 1_1: another finger"
-    assert unmatched.startswith(line)
-    document = json.loads(run(*words, "--json").stdout)
-    assert document["added"] == {"impressions": 1, "subjects": 1}
-    assert [one["source"] for one in document["unmatched"]] == [f"{second}/1_2.bmp"]
-    assert run("gallery", "remove", place, 3).exit_code == 0
-    result = run(*words, "--strict")
-    assert result.exit_code == 1
-    assert f"failed: {second}/1_2.bmp: refused: does not match 1_1" in result.stderr
-    result = run(*words, "--prefix", "B-")
-    assert "enrolled 1 of 2 pictures, 1 failed" in result.stdout  # the other one is enrolled as 3_1
-    bad = run("enrol", place, second, "--prefix", "a\nb")
-    assert_refused(bad, "prefix of subjects: must be text of one line")
 
 
 def test_a_mirrored_sensor_is_enrolled_and_searched_for(run, prints, tmp_path):

@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import sqlite3
-from contextlib import closing
 
 import pytest
 
@@ -89,41 +87,6 @@ def test_an_audit_is_verified_with_its_gallery_and_as_a_file(gallery, run, tmp_p
     )
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "DELETE FROM fpmatch_entry WHERE id = 2",
-        "UPDATE fpmatch_entry SET impression = 'x' WHERE id = 2",
-        "UPDATE fpmatch_entry SET id = 99 WHERE id = 2",
-    ],
-)
-def test_entries_that_another_program_changed_are_an_error(statement, gallery, run):
-    with closing(sqlite3.connect(gallery)) as connection, connection:
-        connection.execute(statement)
-    result = run("gallery", "audit", "verify", gallery)
-    assert result.exit_code == 2
-    assert len(result.stderr.splitlines()) == 1
-
-
-def test_an_incomplete_line_is_named(run, tmp_path):
-    from fpmatch.gallery.store.audit_log import AuditLog
-
-    log = AuditLog(tmp_path / "audit.jsonl")
-    log.append("ada", "POST /verify", {})
-    with log.path.open("ab") as stream:
-        stream.write(b'{"time": "2026')
-    result = run("gallery", "audit", "verify", str(log.path))
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert "line 2 is damaged" in result.stderr
-    log.append("ada", "POST /verify", {})
-    result = run("gallery", "audit", "verify", str(log.path))
-    assert result.exit_code == 0
-    assert "4 events" in result.stdout
-    assert result.stderr == (
-        "fpmatch: note: line 2 is incomplete: the program that wrote it was stopped\n"
-    )
-
-
 def test_it_ends_with_a_confirmation_only(gallery, run):
     result = run("gallery", "audit", "switch", gallery, "off")
     assert result.exit_code == 2
@@ -148,34 +111,6 @@ def test_enrol_turns_it_on_and_searches_are_events(run, tmp_path, prints):
     assert found[0]["probe"] == hashlib.sha256(probe.read_bytes()).hexdigest()
     assert found[0]["candidates"] == [1]
     assert (found[1]["subject"], found[1]["best"], found[1]["match"]) == ("1", 1, True)
-
-
-def test_a_batch_and_an_evaluation_are_events(gallery, run, tmp_path):
-    out = tmp_path / "scores.csv"
-    words = ("score", "--references", gallery, "--probes", gallery, "-o", out, "--workers", "1")
-    assert run(*words).exit_code == 0
-    found = json.loads(run("gallery", "audit", "show", gallery, "--json").stdout)[3:]
-    assert {(event["action"], event["entries"]) for event in found} == {("read templates", "1-2")}
-    before = len(found)
-    run("evaluate", gallery, "--workers", "1")
-    found = json.loads(run("gallery", "audit", "show", gallery, "--json").stdout)[3:]
-    assert len(found) > before
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("verify", "--expect", "3"), "is not of the form NUMBER:HASH"),
-        (("verify", "--expect", f"٣:{'0' * 64}"), "is not of the form NUMBER:HASH"),
-        (("verify", "--expect", f"{'9' * 5000}:{'0' * 64}"), "has 3 lines"),
-        (("switch", "on", "--yes"), "--yes confirms off"),
-        (("show", "--since", "yesterday"), "does not match the formats"),
-    ],
-)
-def test_bad_options_are_one_error(gallery, run, options, words):
-    result = run("gallery", "audit", options[0], gallery, *options[1:])
-    assert result.exit_code == 2
-    assert words in " ".join(result.stderr.split())
 
 
 def test_a_gallery_without_and_a_file_that_is_none(run, tmp_path):

@@ -1,29 +1,11 @@
 import json
 
 import pytest
-from made_prints import flipped
 from PIL import Image
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.prints.reading import ASSUMED_DPI
-from tests.conftest import ROOT, assert_refused, copied, rows_of
-
-
-def test_candidates_in_words(run, gallery, prints):
-    words = ("identify", gallery, prints / "1_1.png", "-k", 2, "--transform", "--workers", 1)
-    result = run(*words, "--impressions")
-    assert (result.exit_code, result.stderr) == (0, "")
-    head, columns, first, first_moved, second, _, note = result.stdout.splitlines()
-    assert head.startswith(f"{prints}/1_1.png: 3 prints compared in ")
-    assert columns.split() == ["rank", "score", "FMR", "by", "chance", "print", "number", "picture"]
-    assert first.split()[0] == "1"
-    assert float(first.split()[1]) > 60
-    assert first.split()[-3:] == ["1_1", "1", f"{prints}/1_1.png"]
-    assert first_moved.strip().startswith("rotation 0.0°")
-    assert second.split()[-3] == "1_2"
-    assert note.strip().startswith("* extrapolated: measured up to 1 in ")
-    fingers = [line.split() for line in run(*words).stdout.splitlines() if "number" not in line]
-    assert [line[-3] for line in fingers if line[-1].endswith(".png")] == ["1_1", "2_1"]
+from tests.conftest import ROOT, copied, rows_of
 
 
 def test_candidates_as_json(run, gallery, prints, tmp_path):
@@ -69,18 +51,6 @@ def test_a_person_is_listed_once_or_with_all_fingers(run, prints, tmp_path):
     assert listed("--impressions") == ("impressions", [(1, "left"), (2, "right"), (3, "right")])
 
 
-def test_consolidated_templates_change_scores_of_fingers_alone(run, gallery, prints):
-    words = ("identify", gallery, prints / "1_1.png", "--workers", 1, "--json")
-    plain, together = (
-        json.loads(run(*words, *more).stdout)["probes"][0]["candidates"]
-        for more in ((), ("--consolidate",))
-    )
-    assert {c["subject"]: c["impressions"] for c in together} == {"1": 2, "2": 1}
-    scores = [{c["subject"]: c["score"] for c in found} for found in (plain, together)]
-    assert scores[0]["2"] == scores[1]["2"]
-    assert scores[0]["1"] != scores[1]["1"]
-
-
 def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     open_gallery(tmp_path / "empty.db", create=True).close()
     probe = prints / "untagged.tif"
@@ -116,22 +86,6 @@ def test_a_probe_without_a_resolution_is_searched_at_others_for_a_lower_score(ru
     assert as_500["score"] < 40
     none = run("identify", db, tmp_path / "probe.png", "--threshold", found["score"] + 1, "--json")
     assert json.loads(none.stdout)["probes"][0]["candidates"] == []
-
-
-def test_damaged_prepared_prints_are_noted_and_renewed(run, gallery, prints):
-    words = ("identify", gallery, prints / "1_1.png", "--json", "--workers", 1)
-
-    def candidates(result):
-        return [probe["candidates"] for probe in json.loads(result.stdout)["probes"]]
-
-    whole = run(*words)
-    (path,) = gallery.with_name(f"{gallery.name}.prepared").iterdir()
-    path.write_bytes(flipped(path.read_bytes(), path.stat().st_size // 2))
-    again = run(*words)
-    line = f"fpmatch: note: prepared prints of {gallery} are damaged: prepared again\n"
-    assert (again.exit_code, again.stderr) == (0, line)
-    assert candidates(again) == candidates(whole)
-    assert run(*words).stderr == ""
 
 
 @pytest.fixture
@@ -191,13 +145,6 @@ def test_what_two_fingers_exclude_is_refused(run, gallery, prints, words):
     assert (result.exit_code, result.stdout) == (2, "")
 
 
-def test_a_second_finger_that_cannot_be_read_ends_the_search(run, gallery, prints, tmp_path):
-    (tmp_path / "empty.png").touch()
-    result = run("identify", gallery, prints / "1_1.png", "--with", tmp_path / "empty.png")
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == f"fpmatch: error: {tmp_path}/empty.png: the file is empty\n"
-
-
 def test_candidates_in_a_file_are_those_that_are_shown(run, gallery, prints, tmp_path):
     folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png", other="2_1.png")
     words = ("--workers", 1, "-k", 2, "--json")
@@ -220,25 +167,6 @@ def test_candidates_in_a_file_are_those_that_are_shown(run, gallery, prints, tmp
         ]
 
 
-def test_json_lines_are_what_is_shown_of_each_probe(run, gallery, prints, tmp_path):
-    folder = copied(prints, tmp_path / "probes", "empty.png", probe="1_1.png", other="2_1.png")
-    words = ("--workers", 1, "-k", 2, "--transform")
-    shown = json.loads(run("identify", gallery, folder, "--json", *words).stdout)
-    output = tmp_path / "c.jsonl"
-    result = run("identify", gallery, "--probes", folder, "-o", output, *words)
-    assert result.exit_code == 1
-    assert result.stdout.endswith(f"{output}: 3 lines\n")
-    failed, *documents = map(json.loads, output.read_text().splitlines())
-    assert failed["reason"] == "the file is empty"
-    of_all = ("gallery", "matcher", "enrolled", "compared", "fingers", "loss", "listed")
-    for document, probe in zip(documents, shown["probes"], strict=True):
-        assert document.items() >= {name: shown[name] for name in of_all}.items()
-        assert document["reason"] is None
-        del probe["seconds"]
-        assert document.items() >= probe.items()
-        assert document["candidates"][0]["transform"]["scale"] > 0
-
-
 @pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
 def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
     run, gallery, prints, tmp_path, suffix
@@ -250,29 +178,6 @@ def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
     named = [line.split(": ")[2] for line in result.stderr.splitlines()]
     assert named == [f"{folder}/empty.png", f"{folder}/text.png"]
     assert output.read_text().count("the file is empty") == 1
-
-
-def test_a_file_of_candidates_is_said_in_words_and_resumed(run, gallery, prints, tmp_path):
-    output, words = tmp_path / "c.csv", ("--workers", 1, "-k", 1)
-    probes = (prints / "1_1.png", prints / "2_1.png")
-    usual = ("identify", gallery, probes[0], "--probes", probes[1], "-o", output, *words)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.gallery.batch.candidates.identify_each", _interrupt)
-        interrupted = run(*usual)
-    assert interrupted.exit_code == 130
-    assert interrupted.stderr == "fpmatch: note: the same command resumes the run\n"
-    assert (tmp_path / "c.csv.unfinished").is_dir()
-    assert_refused(run(*usual, "--threshold", 3), "but with another threshold")
-    result = run(*usual)
-    assert (result.exit_code, result.stderr) == (0, "")
-    head, last = result.stdout.splitlines()
-    assert head.startswith("2 probes: ")
-    assert last == f"{output}: 2 rows"
-    assert [row["subject"] for row in rows_of(output)] == ["1", "2"]
-
-
-def _interrupt(*_, **__):
-    raise KeyboardInterrupt
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,8 @@
 """`--scheduler` of `enrol` and `identify`: as in this process, though a worker be killed."""
 
 import json
-import os
-import re
 import sqlite3
 from contextlib import closing
-from pathlib import Path
 
 import pytest
 
@@ -13,7 +10,7 @@ from fpmatch.cli.progress import ProgressBars
 from tests.conftest import assert_refused, copied
 from tests.gallery.conftest import kill_one, start_cluster
 
-distributed = pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
+pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
 pytestmark = pytest.mark.slow
 
 
@@ -61,41 +58,6 @@ def test_enrolled_on_a_cluster_a_gallery_is_the_same(run, folder, tmp_path, clus
     assert (near["enrolled"], near["failures"]) == (far["enrolled"], far["failures"])
     assert far["enrolled"] == 6
     assert entries(places[0]) == entries(places[1])
-
-
-@pytest.mark.parametrize(
-    ("words", "status"),
-    [
-        (("--probes", "{scans}", "-k", 2, "-o", "{out}"), 1),
-        (("{scans}", "-k", 2, "--transform", "--json"), 1),
-        (("{prints}/1_1.png", "--with", "{prints}/2_1.png", "--json"), 0),
-    ],
-    ids=["file", "shown", "two fingers"],
-)
-def test_candidates_are_the_same(run, folder, prints, gallery, tmp_path, cluster, words, status):
-    outputs = []
-    for number, engine in enumerate((("--workers", 1), ("--scheduler", cluster))):
-        out = tmp_path / f"{number}.csv"
-        given = [str(word).format(scans=folder, prints=prints, out=out) for word in words]
-        done = run("identify", gallery, *given, *engine)
-        shown = out.read_text() if out.exists() else re.sub(r'"seconds": [^,}]*', "", done.stdout)
-        outputs.append((done.exit_code, done.stderr, shown))
-    assert outputs[0] == outputs[1]
-    assert outputs[0][0] == status
-
-
-def test_workers_need_none_of_the_files(run, folder, gallery, tmp_path, cluster):
-    """They are elsewhere: in a folder, and with a name for the files, that they do not have."""
-    with distributed.Client(cluster, set_as_default=False) as client:
-        client.run(os.chdir, "/")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder.parent)
-        words = ("--scheduler", cluster, "--json")
-        made = run("enrol", "g.db", folder.name, *words)
-        searched = run("identify", "g.db", folder.name, "-o", "c.csv", *words)
-    assert json.loads(made.stdout)["enrolled"] == 6
-    assert json.loads(searched.stdout)["failed"] == 1
-    assert Path(tmp_path, "c.csv").is_file()
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,13 @@
 
 import json
 import shutil
-from importlib import import_module
 
 import pytest
 from PIL import Image, ImageOps
 
 from fpmatch.gallery.batch import score as scoring
 from fpmatch.image.quality.polarity import INVERTED
-from tests.conftest import assert_refused, copied, rows_of
+from tests.conftest import copied, rows_of
 
 SAME = "fpmatch: note: 2 pairs of identical prints: 1_1.png with 1_1.png; 1_2.png with 1_2.png\n"
 
@@ -89,16 +88,6 @@ def test_a_calibration_of_one_s_own(score, tmp_path):
     assert all(0 < float(row["score"]) < 17 for row in rows_of(output))
 
 
-def test_no_scheduler_is_one_line_and_status_2(run, pair, tmp_path, monkeypatch):
-    pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-    from fpmatch.gallery.engine import cluster
-
-    monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
-    usual = ("--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv")
-    result = run("score", *usual, "--scheduler", "tcp://127.0.0.1:1")
-    assert_refused(result, "tcp://127.0.0.1:1: no Dask scheduler answers")
-
-
 def test_interrupted_it_says_how_to_go_on(score, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
@@ -107,13 +96,6 @@ def test_interrupted_it_says_how_to_go_on(score, monkeypatch):
     result = score()
     assert result.exit_code == 130
     assert result.stderr == "fpmatch: note: the same command resumes the run\n"
-
-
-def test_every_stage_has_a_bar(pair, tmp_path):
-    stages = set()
-    output = tmp_path / "scores.csv"
-    scoring.score(pair, str(pair), output, progress=lambda stage, *_: stages.add(stage))
-    assert stages < set(import_module("fpmatch.gallery.cli.score")._STAGES)
 
 
 def test_identical_prints_are_found_in_images_and_a_gallery(run, prints, gallery, tmp_path):

@@ -1,9 +1,7 @@
 """Work to hand to engines; a module, so that workers can import it."""
 
-import gc
 import os
 import signal
-import sys
 import time
 
 
@@ -43,19 +41,6 @@ def fail_at(last, chunk):
     return chunk
 
 
-def back_and_forth(shared, chunk):
-    return chunk + shared
-
-
-def looks_for_garbage(shared, chunk):
-    """Tell whether this worker does, but not in what it has from where it was forked."""
-    return gc.isenabled() and gc.get_freeze_count() > 0
-
-
-def is_loaded(name, chunk):
-    return name in sys.modules
-
-
 def sleep_long(folder, chunk):
     (folder / str(os.getpid())).touch()
     time.sleep(60)
@@ -87,7 +72,3 @@ def die_on_piece(folder, piece, chunk):
     time.sleep(0.01)
     die_once(folder, chunk)
     return float(piece.sum()) + chunk
-
-
-def die_always(shared, piece, chunk):
-    os.kill(os.getpid(), signal.SIGKILL)

@@ -3,12 +3,10 @@
 import os
 import subprocess
 import sys
-from itertools import islice
 from pathlib import Path
 
 import pytest
 
-from fpmatch.errors import EngineError
 from fpmatch.gallery.engine.engine import make_engine
 
 FOLDER = str(Path(__file__).parent)
@@ -47,20 +45,6 @@ if len(sys.argv) > 1:  # a worker that cannot import fpmatch
 print(cluster.scheduler_address, flush=True)
 time.sleep(60)
 """
-
-
-@pytest.fixture
-def killed_after_a_result():
-    """Return a function that kills a scheduler after a first result, and returns the refusal."""
-
-    def kill(process, results):
-        next(results)
-        process.kill()
-        with pytest.raises(EngineError) as raised:
-            list(islice(results, 1000))
-        return str(raised.value)
-
-    return kill
 
 
 @pytest.fixture

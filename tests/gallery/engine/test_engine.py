@@ -1,7 +1,6 @@
 """`fpmatch.gallery.engine`: the same results in the same order, wherever the work is done."""
 
 import os
-import pickle
 import signal
 import socket
 import subprocess
@@ -58,26 +57,6 @@ def test_an_error_of_the_work_comes_through(engine):
         list(engine.map(chunk_work.fail, TimeoutError("late"), range(3)))
 
 
-def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
-    with processes(2) as engine:
-        first = set(engine.map(chunk_work.process, None, range(8)))
-        again = set(engine.map(chunk_work.process, None, range(8)))
-        # how many of the two get work is a matter of time
-        assert 1 <= len(first | again) <= 2
-        assert all(_is_there(process) for process in first)
-    assert not any(_is_there(process) for process in first | again)
-    not_held = set(engine.map(chunk_work.process, None, range(8)))
-    assert (first | again).isdisjoint(not_held)
-    assert not any(_is_there(process) for process in not_held)
-
-
-def test_an_engine_is_held_until_the_outermost_block_ends(engine):
-    with engine:
-        before = {pid for pid, _ in engine.map(chunk_work.count, [], range(30))}
-    after = {pid for pid, _ in engine.map(chunk_work.count, [], range(30))}
-    assert len(before | after) <= 2
-
-
 @pytest.fixture(params=["files in memory", "shared memory"])
 def tasks(request, monkeypatch):
     """Return the tasks that workers can read now, in each kind of memory."""
@@ -96,45 +75,12 @@ def tasks(request, monkeypatch):
     return lambda: [one for one in there if task._is_there(one)]
 
 
-def test_two_works_in_turn_keep_what_is_theirs(engine):
-    with (
-        closing(engine.map(chunk_work.count, [], count())) as first,
-        closing(engine.map(chunk_work.add, 10, count())) as second,
-    ):
-        seen = {}
-        for number in range(12):
-            worker, before = next(first)
-            seen.setdefault(worker, []).append(before)
-            assert next(second) == 10 + number
-        # what waits to be taken is in nobody's way
-        assert list(engine.map(chunk_work.add, 10, range(20))) == list(range(10, 30))
-        assert next(second) == 22
-    assert all(sorted(order) == list(range(len(order))) for order in seen.values())
-
-
-def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
-    with processes(2) as engine:
-        with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
-            assert next(left_off) == 0
-            assert next(left_off) == 1
-            assert len(tasks()) == 1
-        assert tasks() == []
-        assert list(engine.map(chunk_work.add, 10, range(3))) == [10, 11, 12]
-    assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
-
-
 def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
     with processes(2) as engine:
         with pytest.raises(EngineError, match="a worker process ended before its work was done"):
             list(engine.map(chunk_work.die_once, tmp_path, range(8)))
         assert tasks() == []
         assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
-
-
-def test_what_is_larger_than_a_pipe_comes_through(engine):
-    large = bytes(300_000)
-    found = list(engine.map(chunk_work.back_and_forth, large, [large] * 12))
-    assert found == [2 * large] * 12
 
 
 def test_results_before_an_error_come_first(engine, request):
@@ -175,28 +121,6 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
         assert not [path for path in Path(temporary).rglob("*") if path.is_file()]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
-def test_what_workers_need_is_imported_before_they_start(tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import os, signal; import chunk_work\n"
-        "from fpmatch.gallery.engine.engine import processes\n"
-        "from fpmatch.gallery.engine.local import start_fork_server\n"
-        "if __name__ == '__main__':\n"
-        "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"
-        "    start_fork_server(1, 'no.such.module')\n"
-        "    start_fork_server(2, 'no.such.module', 'colorsys')\n"
-        "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
-        "    assert all(processes(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
-        "    assert not any(processes(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
-        "    assert all(processes(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
-    )
-    done = subprocess.run(
-        [sys.executable, script], env=ENVIRONMENT, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 @pytest.mark.slow
 def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
     with make_engine(scheduler=scheduler) as engine:
@@ -220,44 +144,6 @@ def test_no_scheduler_is_one_line(monkeypatch, who):
 
 
 @pytest.mark.slow
-def test_a_cluster_without_workers_is_given_up(monkeypatch):
-    monkeypatch.setattr(cluster, "NO_WORKERS_S", 0.2)
-    monkeypatch.setattr(cluster, "POLL_S", 0.1)
-    with (
-        start_cluster(workers=0) as empty,
-        make_engine(scheduler=empty.scheduler_address) as engine,
-        pytest.raises(EngineError, match=r"no worker has answered for 0.2 seconds"),
-    ):
-        list(engine.map(chunk_work.add, 1, [2]))
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_is_lost_meanwhile_is_one_line(
-    other_cluster, killed_after_a_result, capfd
-):
-    address, process = other_cluster()
-    with make_engine(scheduler=address) as engine:
-        results = engine.map(chunk_work.process, None, count())
-        refusal = killed_after_a_result(process, results)
-    assert refusal == f"{address}: the connection to the scheduler is lost"
-    assert capfd.readouterr().err == ""
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_hangs_is_given_up(other_cluster, monkeypatch):
-    address, process = other_cluster()
-    with make_engine(scheduler=address) as engine:
-        results = engine.map(chunk_work.process, None, count())
-        next(results)
-        for name in ("CONNECT_S", "POLL_S", "NO_WORKERS_S"):
-            monkeypatch.setattr(cluster, name, 0.3)
-        process.send_signal(signal.SIGSTOP)
-        with pytest.raises(EngineError, match=r"no worker has answered|connection"):
-            list(islice(results, 100))
-        process.kill()
-
-
-@pytest.mark.slow
 def test_a_worker_without_fpmatch_is_one_line(other_cluster):
     address, _ = other_cluster("without")
     with (
@@ -266,12 +152,6 @@ def test_a_worker_without_fpmatch_is_one_line(other_cluster):
     ):
         list(engine.map(chunk_work.add, 1, [2]))
     assert "\n" not in str(raised.value)
-
-
-def test_a_worker_of_another_version_refuses():
-    task = pickle.dumps(("0.0.1", chunk_work.add, 1))
-    with pytest.raises(EngineError, match=r"a worker has fpmatch .*, not 0\.0\.1: scores might"):
-        cluster.run_chunk("run", task, 2)
 
 
 def test_without_dask_the_extra_is_named(monkeypatch):

@@ -47,19 +47,6 @@ def test_so_many_threads_work_at_once_and_the_callers_is_one():
         assert len({threading.get_ident(), *threads.map(meet, None, range(3))}) == 3
 
 
-def test_a_thread_a_core_is_the_default(monkeypatch):
-    meeting = threading.Barrier(2)
-    monkeypatch.setattr(in_threads, "available_cores", lambda: 2)
-    with Threads() as threads:
-        list(threads.map(lambda _, chunk: meeting.wait(WAIT_S) + chunk, None, range(2)))
-
-
-@pytest.mark.parametrize(("workers", "chunks"), [(1, 5), (2, 1)])
-def test_one_worker_or_chunk_needs_no_other_thread(workers, chunks):
-    with Threads(workers) as threads:
-        assert set(threads.map(this_thread, None, range(chunks))) == {threading.get_ident()}
-
-
 def test_the_threads_end_with_the_block():
     before = threading.active_count()
     with Threads(2) as threads:
@@ -100,9 +87,3 @@ def test_an_interrupt_while_threads_start_leaves_them_no_work(monkeypatch, empti
     with pytest.raises(KeyboardInterrupt), Threads(2) as threads:
         list(threads.map(work, None, range(50)))
     assert len(begun) <= 1
-
-
-@pytest.mark.parametrize("workers", [0, -1])
-def test_less_than_one_worker_is_refused(workers):
-    with pytest.raises(ValueError, match="at least 1"):
-        Threads(workers)

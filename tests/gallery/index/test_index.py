@@ -3,11 +3,9 @@
 import os
 import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +16,6 @@ from made_prints import DAMAGES, changed, entry_of, scattered
 
 from fpmatch.errors import GalleryError, OutputError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
 from fpmatch.gallery.index import state as index_state
@@ -121,138 +118,6 @@ def test_only_what_is_new_is_built(filled, monkeypatch):
     assert built == [3]
 
 
-def test_a_search_adds_prints_while_removed_ones_are_erased(gallery, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
-    gallery.add([new_entry(number, number // 3) for number in range(12)])
-    index = index_of(gallery)
-    index.refresh()
-    without, lengths = index_state.Part.without, []
-
-    def meanwhile(part, removed):
-        with folder_lock(part.folder.path, wait=False):
-            pass
-        gallery.add([new_entry(20 + len(lengths))])
-        lengths.append(len(index.refresh()))
-        return without(part, removed)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(index_state.Part, "without", meanwhile)
-        gallery.remove([2, 7])
-    assert lengths == [11, 12]
-    assert not len(index_of(gallery).refresh().removed)
-    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
-
-
-def test_a_search_reads_few_of_the_segments_again_that_another_program_wrote(gallery, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
-    monkeypatch.setattr(index_state, "MOST_PRINTS", 4)
-    monkeypatch.setattr(index_state, "READ_AGAIN", 1)
-    gallery.add([new_entry(number, number // 3) for number in range(20)])
-    index = index_of(gallery)
-    contents(index)
-
-    def names():
-        return {part.listed.name for part in index.refresh().parts}
-
-    before = names()
-    gallery.remove([2, 5, 6, 7, 11, 20])
-    assert contents(index) == afresh(gallery)
-    assert len(before & names()) == 4  # of the others, one has lost nothing
-    assert index.refresh().removed.tolist() == [2, 11, 20]
-    gallery.add([new_entry(30, 3)])
-    assert contents(index) == afresh(gallery)
-    assert index.refresh().removed.tolist() == [2, 11]
-    on_disk = index_of(gallery)
-    assert contents(on_disk) == contents(index)
-    assert not len(on_disk.refresh().removed)
-    assert {part.listed.name for part in on_disk.refresh().parts} == index_of(
-        gallery
-    ).refresh().folder.names()
-
-
-def test_a_search_that_goes_on_waits_for_no_other_program(filled):
-    one, other = index_of(filled), index_of(filled)
-    assert contents(one) == contents(other)
-    folder = one.refresh().folder
-    written = folder.names()
-    with folder_lock(folder.path):
-        filled.add([new_entry(20), new_entry(21, 1)])
-        assert len(one.refresh()) == 12
-        filled.add([new_entry(22)])
-        assert len(one.refresh()) == 13
-        assert folder.names() == written
-    assert len(other.refresh()) == 13  # which writes the same
-    with folder_lock(folder.path):
-        filled.add([new_entry(23, 0)])
-        assert len(one.refresh()) == 14
-    filled.remove([3, 11])
-    for index in (one, other):
-        assert contents(index) == afresh(filled)
-        assert all(part.folder is not None for part in index.refresh().parts)
-        filled.add([new_entry(len(filled.fingers()) + 30, 2)])
-
-
-def test_a_search_that_goes_on_notices_removals_that_fpmatch_did_not_make(gallery):
-    gallery.add([new_entry(number) for number in range(5)])
-    index = index_of(gallery)
-    contents(index)
-    changed(gallery.file, "DELETE FROM fpmatch_entry WHERE id = 3")
-    with pytest.raises(GalleryError, match="exchanged by something else"):
-        index.refresh()
-
-
-def test_what_is_built_is_kept_where_another_program_changes_the_index(filled, monkeypatch):
-    index = index_of(filled)
-    index.refresh()
-    build, built = GalleryIndex._built, []
-
-    def meanwhile(self, rows, *rest):
-        built.append(len(rows))
-        filled.remove([len(built), 10 + len(built)])
-        return build(self, rows, *rest)
-
-    filled.add([new_entry(20, 0), new_entry(21, 1), new_entry(22, 0)])
-    with monkeypatch.context() as patch:
-        patch.setattr(GalleryIndex, "_built", meanwhile)
-        assert len(index.refresh()) == 11
-    assert built == [3]
-    assert contents(index) == contents(index_of(filled)) == afresh(filled)
-
-
-def test_a_finger_keeps_its_prints_when_its_first_one_is_removed(filled):
-    index = index_of(filled)
-    filled.add([new_entry(30, 0), new_entry(31, 0)])
-    index.refresh()
-    for gone, first in ((1, 2), (2, 11), (11, 12)):
-        filled.remove([gone])
-        filled.add([new_entry(40 + gone, 0)])
-        found = contents(index)
-        assert found == contents(index_of(filled)) == afresh(filled)
-        assert [finger for _, finger, _ in found].count(first) == 4
-
-
-def test_segments_stay_few(gallery, monkeypatch):
-    monkeypatch.setattr(index_state, "MOST_PRINTS", 16)
-    index = index_of(gallery)
-    for number in range(50):
-        gallery.add([new_entry(number)])
-        state = index.refresh()
-        assert len(state.parts) <= 7 * 2 + number // 8
-        assert all(part.listed.prints <= 16 for part in state.parts)
-    assert len(segment_files(gallery)) == len(state.parts)
-    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
-
-
-def test_large_galleries_have_many_segments(gallery, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 16)
-    monkeypatch.setattr(index_state, "MOST_PRINTS", 16)
-    gallery.add([new_entry(number, number // 3) for number in range(50)])
-    index = index_of(gallery)
-    assert [part.listed.prints for part in index.refresh().parts] == [16, 16, 16, 2]
-    gallery.remove([5, 17, 18, 50])
-    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
-
-
 @given(st.lists(st.integers(0, 9), min_size=1, max_size=12))
 @settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, steps):
@@ -312,38 +177,6 @@ def test_what_is_damaged_is_built_again_with_a_note(gallery, damage, which):
         assert set(whole) < set(segment_files(gallery))
 
 
-def test_segments_that_are_replaced_whenever_they_are_read_are_read_once_they_are_locked(
-    gallery, monkeypatch
-):
-    """A program that removes one entry after the other replaces what is being read."""
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
-    gallery.add([new_entry(number) for number in range(60)])
-    contents(index_of(gallery))
-    read_segment, locked = index_files.IndexFolder.read_segment, []
-    left = np.random.default_rng(5).permutation(np.arange(1, 61)).tolist()
-
-    @contextmanager
-    def noted_lock(path, **options):
-        with folder_lock(path, **options):
-            locked.append(path)
-            yield
-            locked.pop()
-
-    def read_slowly(folder, listed):
-        if not locked:
-            with open_gallery(gallery.file) as other, monkeypatch.context() as patch:
-                patch.setattr(index_files.IndexFolder, "read_segment", read_segment)
-                other.remove([left.pop()])
-        return read_segment(folder, listed)
-
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.folder_lock", noted_lock)
-    monkeypatch.setattr(index_files.IndexFolder, "read_segment", read_slowly)
-    index = index_of(gallery)
-    assert len(index.loaded()) >= len(gallery) == len(left) > 20
-    monkeypatch.undo()
-    assert contents(index) == afresh(gallery)
-
-
 def test_missing_files_are_built_again(gallery):
     gallery.add([new_entry(number) for number in range(5)])
     expected = contents(index_of(gallery))
@@ -388,24 +221,6 @@ def test_removals_that_fpmatch_did_not_make_are_not_followed(gallery):
         index_of(gallery).refresh()
 
 
-def test_the_index_of_a_copy_that_was_changed_since_is_not_used(gallery, tmp_path):
-    gallery.add([new_entry(number) for number in range(5)])
-    contents(index_of(gallery))
-    shutil.copyfile(gallery.file, tmp_path / "copy.db")
-    with open_gallery(tmp_path / "copy.db") as copy:
-        copy.add([new_entry(7)])
-        copy.remove([2])
-        contents(index_of(copy))
-        gallery.add([new_entry(8)])
-        gallery.remove([3])
-        folder = files_of(gallery)[0].parent
-        shutil.rmtree(folder)
-        shutil.copytree(files_of(copy)[0].parent, folder)
-    notes = []
-    assert contents(index_of(gallery, notes)) == afresh(gallery)
-    assert len(notes) == 1
-
-
 def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):
     gallery.add([new_entry(number) for number in range(4)])
     contents(index_of(gallery))
@@ -429,46 +244,6 @@ def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):
         assert contents(index) == afresh(gallery)
     gallery.add([new_entry(9)])
     assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
-
-
-def test_beside_a_gallery_where_nothing_can_be_written_the_cache_is_used(gallery, cache):
-    gallery.file.with_name(f"{gallery.file.name}.prepared").write_text("in the way")
-    gallery.add([new_entry(number) for number in range(3)])
-    expected = contents(index_of(gallery))
-    (folder,) = (cache / "fpmatch" / "galleries").iterdir()
-    assert len(list(folder.iterdir())) == 2
-    assert contents(index_of(gallery)) == expected
-
-
-def test_a_gallery_of_an_earlier_version_has_no_history_before_its_next_change(gallery):
-    gallery.add([new_entry(number) for number in range(4)])
-    with closing(sqlite3.connect(gallery.file, isolation_level=None)) as database:
-        for kind, name in database.execute(
-            "SELECT type, name FROM sqlite_master WHERE name LIKE 'fpmatch_history_%' "
-            "OR name IN ('fpmatch_state', 'fpmatch_removal')"
-        ).fetchall():
-            database.execute(f"DROP {kind} {name}")
-    index = index_of(gallery)
-    expected = contents(index)
-    assert contents(index) == contents(index_of(gallery)) == expected
-    with open_gallery(gallery.file) as again:
-        again.add([new_entry(7)])
-        again.remove([2])
-    notes = []
-    index = index_of(gallery, notes)
-    assert contents(index) == afresh(gallery)
-    assert notes == []  # the files were deleted with the removed entry
-    with open_gallery(gallery.file) as again:
-        again.add([new_entry(8)])
-    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
-
-
-def test_files_are_private(gallery):
-    gallery.add([new_entry(number) for number in range(3)])
-    contents(index_of(gallery))
-    if os.name == "posix":
-        assert {path.stat().st_mode & 0o777 for path in files_of(gallery)} == {0o600}
-        assert files_of(gallery)[0].parent.stat().st_mode & 0o777 == 0o700
 
 
 WORK = """

@@ -1,6 +1,5 @@
 """Segments: the mate has most votes, kernels do as their numpy forms, damage is refused."""
 
-import dataclasses
 import json
 
 import numpy as np
@@ -22,9 +21,9 @@ from fpmatch.gallery.index import numpy_forms
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
 from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
 from fpmatch.gallery.index.embedding import LENGTH
-from fpmatch.gallery.index.model import CURVATURES, MODEL_FILE, TERMS, IndexModel, index_model
+from fpmatch.gallery.index.model import MODEL_FILE, TERMS, IndexModel, index_model
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
-from fpmatch.gallery.index.stages import most_voted, preselect, unoriented_share
+from fpmatch.gallery.index.stages import most_voted, preselect
 from fpmatch.gallery.index.terms import UNKNOWN, curvatures, edges_of, print_terms, probe_terms
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import RidgeField
@@ -116,25 +115,6 @@ def test_a_mate_is_found_whether_or_not_its_orientation_is_known(fields):
     assert votes.argmax() == len(segment) - 1
 
 
-@pytest.mark.parametrize("known", [0, 10, 20])
-def test_the_share_of_prints_without_orientation_is_seen(known):
-    templates = gallery(5, 20)
-    fields = [striped_field(side=25) if k < known else None for k in range(len(templates))]
-    made = [dataclasses.replace(t, field=f) for t, f in zip(templates, fields, strict=True)]
-    segments = [segment_of(made[:7]), segment_of(made[7:], 7)]
-    assert unoriented_share(segments) == {0: 1.0, 10: 0.5, 20: 0.0}[known]
-    assert unoriented_share([]) == 0.0
-
-
-def test_where_no_print_has_an_orientation_lookups_are_of_terms_without_curvature():
-    probe = prepare(
-        template_of(spread_points(np.random.default_rng(2), 30), field=whorl((150, 150)))
-    )
-    for unoriented in (0.0, 1.0):
-        curvature = probe_terms(probe, 0.3, unoriented=unoriented).term % CURVATURES
-        assert (curvature == CURVATURES - 1).all() == (unoriented == 1.0)
-
-
 def test_ridges_that_bend_alike_add_votes():
     rng = np.random.default_rng(9)
     finger = spread_points(rng, 20)
@@ -172,16 +152,6 @@ def test_similarities_are_those_of_the_numpy_form(seed, most):
     numpy_forms.add_similarity(embedding, embedding[0].astype(np.int16), expected)
     assert made.tolist() == expected.tolist()
     assert made[0] > 6000
-
-
-def test_votes_of_many_prints_are_those_of_each_alone():
-    templates = gallery(1, 6, 20)
-    many = [templates[k % 6] for k in range(4200 if COMPILED else 30)]
-    probe = probe_terms(prepare(templates[2]))
-    alone = [int(segment_of([t]).votes(probe)[0]) for t in templates]
-    votes = segment_of(many).votes(probe)
-    assert votes.tolist() == [alone[k % 6] for k in range(len(many))]
-    assert np.argmax(alone) == 2
 
 
 @pytest.mark.parametrize("turn_deg", [0, 31, 90, 180, 275])

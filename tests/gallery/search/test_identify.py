@@ -10,16 +10,14 @@ from made_prints import FAKE, entries_of, scattered, template_at
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.fingers.finger import fused_score, verify_finger
+from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.search import consolidated as consolidated_module
 from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.identification import expected_by_chance
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
-from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
+from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.verify import verify
-from fpmatch.templates.minutiae import Template
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
 
@@ -199,60 +197,3 @@ def test_impressions_can_be_listed_by_themselves(fingers):
     assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
     assert found.candidates[0].expected_false == pytest.approx(5e-10)
     assert numbers_of(identify_at(fingers, 52, count=2)) == [2, 3]
-
-
-def touches_of(finger):
-    """Return windows of a print that share a part of its minutiae: the probe, and four others."""
-    m = scattered(40 + finger).minutiae
-    windows = [(abs(m.x - 150 - 18 * n) < 90) for n in (0, -2, -1, 1, 2)]
-    return [Template(m.take(np.flatnonzero(one)), 300, 300) for one in windows]
-
-
-@pytest.fixture
-def touches(gallery):
-    """Return a search of three fingers of four touches each, and their consolidated templates."""
-    labels = [Label(f"{k}", "", f"{n}") for k in range(3) for n in range(4)]
-    gallery.add(entries_of(*(one for k in range(3) for one in touches_of(k)[1:]), labels=labels))
-    search = open_search(gallery, engine=serial())
-    return search, ConsolidatedFingers(gallery, search)
-
-
-def test_candidates_are_compared_with_what_their_impressions_show_together(touches, gallery):
-    search, together = touches
-    curve = load_calibration(search.matcher.name)
-    for k in range(3):
-        probe = touches_of(k)[0]
-        found = identify(search, probe, consolidated=together)
-        assert set(numbers_of(found)) == set(numbers_of(identify(search, probe)))
-        assert [c.rank for c in found.candidates] == [1, 2, 3]
-        scores = [c.score for c in found.candidates]
-        assert scores == sorted(scores, reverse=True)
-        best = found.candidates[0]
-        assert gallery.entry(best.number).label.subject == f"{k}"
-        stored = [gallery.template(4 * k + n) for n in range(1, 5)]
-        expected = verify_finger(probe, stored, calibration=curve).verification.score
-        assert best.score == expected
-        assert best.fmr == score_to_fmr(best.score)
-        assert best.expected_false == pytest.approx(3 * best.fmr)
-    removed = {4 * k + n for k in (0, 1) for n in range(1, 5)}
-    best, *_ = identify(search, touches_of(2)[0], consolidated=together, skipped=removed).candidates
-    assert best.expected_false == pytest.approx(best.fmr)  # one finger is left
-
-
-def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
-    touches, gallery, monkeypatch
-):
-    search, together = touches
-    probe = touches_of(1)[0]
-    best, *_ = identify(search, probe, consolidated=together).candidates
-    for threshold, left in ((best.score, 1), (min(best.score + 0.01, 100), best.score == 100)):
-        found = identify(search, probe, consolidated=together, threshold=threshold)
-        assert len(found.candidates) == left
-    with pytest.raises(MatcherError, match="single impressions"):
-        identify(search, probe, listed="impressions", consolidated=together)
-    # however many fingers are kept
-    monkeypatch.setattr(consolidated_module, "FINGERS_KEPT", 1)
-    few = ConsolidatedFingers(gallery, search)
-    found = [identify(search, probe, consolidated=one).candidates for one in (few, together)]
-    assert found[0] == found[1]
-    assert few._finger.cache_info().currsize == 1

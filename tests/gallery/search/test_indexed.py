@@ -1,38 +1,24 @@
 """A large gallery is searched by its index, in stages, as it is at the moment of each search."""
 
-import json
-from dataclasses import replace
 from math import inf
 
-import numpy as np
 import pytest
-from made_prints import entry_of, flipped, scattered
+from made_prints import entry_of, scattered
 
-from fpmatch import identify as identify_in
 from fpmatch.errors import MatcherError
 from fpmatch.formats.files import save_template
-from fpmatch.gallery.cli.identify import identify as identify_command
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
-from fpmatch.gallery.index.prints.compact_template import CompactTemplates, prepare_compact
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed as module
 from fpmatch.gallery.search import opening
-from fpmatch.gallery.search.consolidated import ConsolidatedFingers
-from fpmatch.gallery.search.entries import GallerySubjects, identify_entries
-from fpmatch.gallery.search.fused import identify_fused
-from fpmatch.gallery.search.identify import compare_probes, identify
+from fpmatch.gallery.search.entries import identify_entries
+from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.search.search import SearchOptions
-from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers.unit_circle import MATCHER
 
 SIZE = 40
-OPTIONS = SearchOptions(count=1)
 
 
 @pytest.fixture(autouse=True)
@@ -91,83 +77,6 @@ def test_each_print_is_found_among_few_that_are_compared(filled):
         assert result.preselected
 
 
-def test_fewer_prints_are_passed_on_where_candidates_have_to_reach_a_threshold(large, monkeypatch):
-    asked = []
-
-    def rounds(loss, prints, threshold, all_mates):
-        asked.append((loss, prints, threshold, all_mates))
-        return [(SearchPlan(loss, 0.5, 20, 6), inf)]
-
-    monkeypatch.setattr(module, "search_rounds", rounds)
-    search, curve = opened(large), load_calibration("unit-circle")
-    identify(search, print_of(3), threshold=70.0, loss=0.02)
-    identify(search, print_of(3))
-    # a consolidated template may raise a score above the threshold
-    consolidated = ConsolidatedFingers(large, search, curve)
-    identify(search, print_of(3), threshold=70.0, consolidated=consolidated)
-    identify(search, print_of(3), listed="impressions")
-    identify(search, print_of(3), skipped={4})
-    usual, every = (DEFAULT_LOSS, SIZE, 0.0, False), (DEFAULT_LOSS, SIZE, 0.0, True)
-    assert asked == [(0.02, SIZE, 70.0, False), usual, usual, every, every]
-
-
-def test_a_search_ends_with_the_round_that_finds_a_clear_mate(large, monkeypatch):
-    few, many = SearchPlan(0.1, 0.5, 8, 2), SearchPlan(0.1, 0.5, 20, 6)
-    monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(few, 60.0), (many, inf)])
-    search, unmated = opened(large), scattered(1000, 30)
-    for engine in (Threads(2), serial()):
-        own, other = compare_probes(search, [print_of(3), unmated], OPTIONS, engine)
-        assert own.listed.passed_on == (8, 2, 2)
-        assert search.numbers[own.listed.compared].tolist()[0] <= 4
-        assert len(own.listed.compared) == 2
-        assert other.listed.passed_on == (20, 6, 6)
-        assert len(other.listed.compared) == len(set(other.listed.compared.tolist())) >= 6
-    assert identify(search, print_of(3), count=1).candidates[0].number == 4
-    # without the first round, the same prints are compared for a probe that has no mate
-    monkeypatch.setattr(module, "search_rounds", lambda *_, **__: [(many, inf)])
-    (once,) = compare_probes(search, [unmated], OPTIONS, serial())
-    assert set(once.listed.compared.tolist()) <= set(other.listed.compared.tolist())
-    assert other.listed.similarities.max() >= once.listed.similarities.max()
-
-
-def verified(gallery, one, probe):
-    """Return the similarity that a verification finds, and that of the compact template."""
-    template = gallery.find_template(one.number)
-    several = prepare_compact(CompactTemplates.pack([template]), np.arange(1))
-    prepared = MATCHER.prepare(probe)
-    whole = MATCHER.compare(prepared, MATCHER.prepare(template)).similarity
-    return whole, MATCHER.compare(prepared, several[0]).similarity
-
-
-def test_the_most_similar_are_compared_again_by_the_templates_of_the_gallery(gallery):
-    shown = list(make_templates(5, range(12), 2))
-    gallery.add([entry_of(k, one, Label(str(k))) for k, one in enumerate(shown[::2])])
-    search, probes = opened(gallery).with_prints(shown[2:4:2]), shown[1:9:2]
-    differ = 0
-    for number, probe in enumerate(probes, start=1):
-        result = identify(search, probe, count=2, transforms=True)
-        first, second = result.candidates
-        assert number in {first.number, 2}  # the second was added, too
-        for one in (first, second):
-            if one.number <= len(shown) // 2:
-                whole, compact = verified(gallery, one, probe)
-                assert one.similarity == whole == one.comparison.similarity
-                differ += whole != compact
-    assert differ
-    # a subject of two fingers is compared again by both
-    pair, subjects = probes[:2], GallerySubjects(gallery)
-    fused = identify_fused(opened(gallery), pair, subjects, engine=serial())
-    for one in fused.candidates[0].fingers:
-        whole, _ = verified(gallery, one, pair[one.probe])
-        assert one.score == load_calibration("unit-circle").score(whole)
-    # one that has been removed since keeps the similarity of its compact template
-    search = opened(gallery)
-    before = identify(search, probes[0], count=1).candidates[0]
-    _, compact = verified(gallery, before, probes[0])
-    gallery.remove([before.number])
-    assert identify(search, probes[0], count=1).candidates[0].similarity == compact
-
-
 def test_a_loss_of_0_compares_all_prints_and_so_does_a_search_of_a_small_gallery(large):
     search, whole = opened(large), opened(large, loss=0)
     assert not isinstance(whole, IndexedSearch)
@@ -204,19 +113,6 @@ def test_an_open_search_follows_the_gallery_and_so_does_that_of_another_server(f
         assert identify_entries(filled, search, print_of(5))[0].enrolled == SIZE - 1
 
 
-def test_the_server_continues_the_index_of_its_last_search(filled, monkeypatch):
-    from fpmatch.server import gallery as served
-
-    monkeypatch.setattr(served, "_kept", {})
-    first = served._search(filled, "unit-circle")
-    assert served._search(filled, "unit-circle") is first
-    filled.add([new_entry(100)])
-    second = served._search(filled, "unit-circle")
-    assert second is not first
-    assert second.index is first.index
-    assert best(filled, second, 100)[0] == SIZE + 1
-
-
 def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large):
     search = opened(large, loss=0)
     assert best(large, search, 5)[0] == 6
@@ -226,42 +122,11 @@ def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large)
     assert result.enrolled == SIZE - 1
 
 
-def test_the_score_of_a_finger_is_that_of_all_its_impressions(gallery):
-    fingers = [k // 4 for k in range(SIZE)]
-    gallery.add([new_entry(k, finger) for k, finger in enumerate(fingers)])
-    search, whole = opened(gallery), opened(gallery, loss=0)
-    for k in range(0, SIZE, 5):
-        one, other = (identify(s, print_of(k), count=1) for s in (search, whole))
-        (best,), (same,) = one.candidates, other.candidates
-        assert replace(best, expected_false=same.expected_false) == same
-        assert best.impressions == 4
-        assert one.fingers == other.fingers == SIZE // 4
-        assert 6 < one.compared <= 9  # the others of the best finger, too
-    finger = ConsolidatedFingers(gallery, search)
-    found = identify(search, print_of(8), count=3, consolidated=finger)
-    assert found.candidates[0].number == 9
-    single = identify(search, print_of(8), count=3, listed="impressions")
-    assert (single.candidates[0].number, single.candidates[0].impressions) == (9, 1)
-
-
 def test_skipped_entries_are_as_if_they_were_not_enrolled(gallery):
     gallery.add([new_entry(k, k // 2) for k in range(SIZE)])
     result = identify(opened(gallery), print_of(4), skipped={5, 999, 7, 8})
     assert result.candidates[0].number != 5
     assert (result.enrolled, result.fingers) == (SIZE - 3, SIZE // 2 - 1)
-
-
-def test_damage_of_a_segment_is_noted_at_the_first_search(large):
-    expected = repr(identify(opened(large), print_of(3)))
-    folder = large.file.with_name(f"{large.file.name}.prepared")
-    (path,) = folder.glob("*.segment")
-    path.write_bytes(flipped(path.read_bytes(), path.stat().st_size // 2))
-    notes = []
-    search = open_search(large, engine=serial(), note=notes.append)
-    assert (len(search), notes) == (SIZE, [])
-    assert repr(identify(search, print_of(3))) == expected
-    assert notes == [f"segments of the index of {large.name} are damaged: built again"]
-    assert repr(identify(opened(large), print_of(3))) == expected
 
 
 @pytest.mark.parametrize("loss", [-1.0, 1.0, float("nan")])
@@ -274,47 +139,6 @@ def test_an_impossible_loss_is_refused(large, loss):
 def probe(tmp_path):
     save_template(tmp_path / "probe.json", print_of(3))
     return str(tmp_path / "probe.json")
-
-
-def test_the_command_states_loss_and_stages(run, large, probe):
-    words = ["identify", large.name, probe, "-k", "1", "--loss", "0.1%"]
-    text = run(*words)
-    assert text.exit_code == 0, text.output
-    (head, *_) = text.stdout.splitlines()
-    assert head.startswith(f"{probe}: 6 of {SIZE} prints compared in ")
-    assert head.endswith(" s (loss 0.1%: 20 by index, 6 by descriptors, 6 by ridges)")
-    document = json.loads(run(*words, "--json").stdout)
-    assert (document["loss"], document["compared"]) == (0.001, 6)
-    assert document["probes"][0]["passed_on"] == [20, 6, 6]
-    document = json.loads(run(*words[:-1], "0", "--json").stdout)
-    assert (document["loss"], document["compared"]) == (None, SIZE)
-
-
-def test_a_gallery_over_the_limit_is_indexed(large, monkeypatch):
-    monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE - 1)
-    assert isinstance(open_search(large), IndexedSearch)
-    assert not isinstance(open_search(large, loss=0), IndexedSearch)
-    monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", SIZE)
-    assert not isinstance(open_search(large), IndexedSearch)
-
-
-def test_the_function_of_the_package_takes_a_loss(large):
-    found = identify_in(large, print_of(3), count=1, loss=0.2)
-    assert found[0].number == 4
-    with pytest.raises(MatcherError, match="loss"):
-        identify_in(large, print_of(3), loss=2.0)
-
-
-def test_the_default_of_the_command_is_that_of_the_function():
-    (option,) = (one for one in identify_command.params if one.name == "loss")
-    assert option.callback(None, option, option.default) == DEFAULT_LOSS
-
-
-@pytest.mark.parametrize("loss", ["100", "-1", "x", "", "0.00000001", "1e-3", "5 % %"])
-def test_the_command_refuses_an_impossible_loss(run, large, probe, loss):
-    done = run("identify", large.name, probe, "--loss", loss)
-    assert done.exit_code == 2
-    assert "not a percentage" in done.stderr
 
 
 @pytest.mark.usefixtures("source")

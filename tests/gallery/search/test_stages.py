@@ -3,19 +3,14 @@
 What they find is held against plain loops over all prints.
 """
 
-import json
-from itertools import product
 from math import inf
 
 import numpy as np
 import platformdirs
 import pytest
-from made_prints import FAKE, entries_of, entry_of, scattered, template_at
+from made_prints import entry_of, scattered
 
-from fpmatch import identify as identify_in
-from fpmatch.formats.files import save_template
-from fpmatch.gallery.engine import in_threads
-from fpmatch.gallery.engine.engine import dask, processes, serial
+from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import loss
@@ -26,19 +21,14 @@ from fpmatch.gallery.index.terms import probe_terms
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed, whole
 from fpmatch.gallery.search.entries import (
-    GallerySubjects,
     identify_each,
     identify_entries,
-    identify_entries_fused,
 )
-from fpmatch.gallery.search.fused import identify_fused
-from fpmatch.gallery.search.identify import compare_probes, identify
+from fpmatch.gallery.search.identify import compare_probes
 from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
-from fpmatch.gallery.search.whole import WholeSearch, piece_size
 from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.server import gallery as served
 
 SIZE = 60
 SHOWN = list(make_templates(5, range(25)))  # with ridges; every third print has none
@@ -48,12 +38,7 @@ KINDS = {
     "all": {"loss": 0},
     "index": {},
 }
-LISTS = (
-    {},
-    {"transforms": True},
-    {"listed": "impressions", "count": 40},
-    {"listed": "subjects", "threshold": 2.0},
-)
+LISTS = ({"listed": "impressions", "count": 40}, {"listed": "subjects", "threshold": 2.0})
 
 
 def plan_of(loss, prints, threshold):
@@ -136,15 +121,6 @@ def test_candidates_are_those_of_one_thread(filled, helpers, kind, workers):
             assert list(map(repr, made)) == expected
 
 
-@pytest.mark.slow
-def test_candidates_of_a_cluster_are_those_of_one_thread(filled, local_cluster):
-    with dask(local_cluster.scheduler_address) as engine:
-        for kind, more in product(KINDS.values(), LISTS):
-            search, options = opened(filled, kind), kind | more
-            made = in_batches(engine, filled, search, SearchOptions(**options))
-            assert list(map(repr, made)) == alone(filled, search, options)
-
-
 def alone(gallery, search, options):
     """Return what one thread finds for the probes, in words; none of it was removed."""
     found = [identify_entries(gallery, search, p, workers=1, **options) for p in PROBES]
@@ -159,38 +135,6 @@ def in_batches(engine, gallery, search, options):
     one, two, nothing, *others = identify_each(gallery, search, probes, options, engine)
     assert nothing is None
     return [one, two, *others]
-
-
-@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
-def test_subjects_of_two_fingers_are_those_of_one_thread(filled, helpers, kind, workers):
-    search, options = opened(filled, kind), {"positions": ["", ""], **kind}
-    probes, subjects = PROBES[:2], GallerySubjects(filled)
-    expected = identify_fused(search, probes, subjects, workers=1, **options)
-    assert expected.candidates
-    assert not helpers
-    made = identify_fused(search, probes, subjects, engine=workers, workers=2, **options)
-    assert made == expected
-    assert identify_fused(search, probes, subjects, workers=2, **options) == expected
-    assert helpers
-    assert identify_entries_fused(filled, search, probes, **options)[0] == expected
-
-
-@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
-def test_probes_are_drawn_as_their_outcomes_are_taken(filled, kind, workers):
-    """Each outcome can be written before the next probes are read; a batch has three."""
-    search, drawn = opened(filled, kind), []
-
-    def probes():
-        for k in range(300):
-            drawn.append(k)
-            yield PROBES[k % 4]
-
-    for engine, most in ((serial(), 3), (workers, 240)):
-        drawn.clear()
-        outcomes = identify_each(filled, search, probes(), SearchOptions(**kind), engine)
-        assert next(outcomes)[0].candidates
-        assert len(drawn) <= most
-        outcomes.close()
 
 
 def compared(search, probe, engine, **options):
@@ -237,42 +181,6 @@ def test_the_index_passes_on_what_a_loop_over_all_its_prints_does(filled, probe,
     ]
 
 
-def test_all_segments_are_searched_for_the_share_without_orientation_of_the_whole(
-    filled, monkeypatch
-):
-    """A segment of oriented prints beside one without: each alone would look up other terms."""
-    asked = []
-
-    def recorded(probe, budget, unoriented):
-        asked.append(unoriented)
-        return probe_terms(probe, budget, unoriented=unoriented)
-
-    monkeypatch.setattr(indexed, "probe_terms", recorded)
-    monkeypatch.setattr(indexed, "unoriented_share", lambda segments: 0.25 * len(segments))
-    search = opened(filled, {})
-    for engine in (Threads(2), serial()):
-        compared(search, PROBES[0], engine)
-    assert asked == 2 * [0.25 * len(search.division(True).pieces)]
-
-
-def test_other_matchers_are_compared_in_one_thread(gallery, helpers, workers):
-    gallery.add(entries_of(*map(template_at, (10, 50, 200, 52, 45))))
-    search = open_search(gallery, FAKE)
-    for engine in (search.threads(3), serial(), workers):
-        listed = compared(search, template_at(50), engine)
-        assert listed.similarities.tolist() == [60.0, 100.0, 0.0, 98.0, 95.0]
-    assert not helpers
-
-
-def test_prints_that_cannot_be_sent_are_compared_in_this_process(gallery, workers):
-    gallery.add(entries_of(*(scattered(k, 12) for k in range(6))))
-    search = open_search(gallery, "paper", engine=serial())
-    assert not search.can_be_sent()
-    expected = [identify(search, probe) for probe in PROBES]
-    made = in_batches(workers, gallery, search, SearchOptions())
-    assert [repr(one) for one, _ in made] == list(map(repr, expected))
-
-
 @pytest.mark.parametrize("limit", [-1, 10], ids=["index", "whole"])
 def test_an_empty_gallery_and_no_probes(gallery, monkeypatch, limit):
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", limit)
@@ -282,68 +190,3 @@ def test_an_empty_gallery_and_no_probes(gallery, monkeypatch, limit):
         assert len(compared(search, PROBES[0], engine).similarities) == 0
         with engine:
             assert list(identify_each(gallery, search, [], SearchOptions(), engine)) == []
-
-
-@pytest.mark.parametrize("prints", [0, 1, 31, 33, 20_000, 100_003])
-def test_pieces_cover_all_prints(prints):
-    numbers = np.arange(prints)
-    search = WholeSearch(FAKE, numbers, numbers, numbers)
-    for of_threads in (True, False):
-        pieces, sizes, locate = search.division(of_threads)
-        covered = [one.prints for one in pieces]
-        assert np.concatenate([numbers[:0], *covered]).tolist() == numbers.tolist()
-        assert sizes == list(map(len, covered))
-        if prints:
-            piece, local = locate(numbers)
-            assert (piece * sizes[0] + local).tolist() == numbers.tolist()
-            assert (
-                (len(pieces) == 1) if of_threads else (sizes[0] == min(piece_size(prints), prints))
-            )
-
-
-def test_all_cores_are_the_default(filled, helpers, monkeypatch):
-    monkeypatch.setattr(in_threads, "available_cores", lambda: 3)
-    identify_entries(filled, open_search(filled, engine=serial()), PROBES[0])
-    assert helpers
-
-
-def test_the_function_and_the_command_take_a_number_of_threads(run, filled, helpers, tmp_path):
-    expected = identify_in(filled, PROBES[1], workers=1)
-    save_template(tmp_path / "probe.json", PROBES[1])
-    words = ["identify", filled.name, str(tmp_path / "probe.json"), "--json", "--workers"]
-    documents = []
-    for workers in ("1", "2"):
-        assert not helpers
-        done = run(*words, workers)
-        assert done.exit_code == 0, done.output
-        documents.append(json.loads(done.stdout))
-        del documents[-1]["probes"][0]["seconds"]
-    assert helpers
-    assert documents[0] == documents[1]
-    helpers.clear()
-    assert identify_in(filled, PROBES[1], workers=2) == expected
-    assert helpers
-    with pytest.raises(ValueError, match="workers"):
-        identify_in(filled, PROBES[1], workers=0)
-
-
-def test_the_server_searches_in_one_thread(filled, helpers, monkeypatch):
-    """Its workers are processes: as many as there are cores."""
-
-    class Given:
-        template, name, notes = PROBES[0], "probe.tif", ()
-        dpi_stated, image = True, None
-
-    class Reading:
-        class limits:
-            candidates = 10
-
-    class Upload:
-        data = b"probe"
-
-    monkeypatch.setattr(served, "_kept", {})
-    monkeypatch.setattr(served, "open_upload_with_minutiae", lambda *_: Given)
-    monkeypatch.setattr(in_threads, "available_cores", lambda: 2)
-    answer = served.identify_print(Upload, Reading, filled.name, "unit-circle", 5, 0.0)
-    assert len(answer["candidates"]) == 5
-    assert not helpers

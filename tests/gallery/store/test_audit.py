@@ -2,9 +2,7 @@
 
 import hashlib
 import json
-import re
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
@@ -16,11 +14,9 @@ from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_off, turn_on
 from fpmatch.gallery.store.audit_chain import AuditError, acting_as, event_line, hash_of
-from fpmatch.gallery.store.audit_log import check_audit_log
 from fpmatch.gallery.tasks.api import identify
 from fpmatch.gallery.tasks.consistency import check_fingers
 from fpmatch.gallery.tasks.export import export_templates
-from fpmatch.gallery.tasks.space import free_space
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -110,20 +106,6 @@ def test_it_is_off_until_it_is_turned_on(where):
         gallery.remove([3])
         found = [event["action"] for event in events(gallery)]
     assert found == ["audit on", "enrol", "audit off", "audit on", "remove"]
-
-
-def test_the_database_refuses_to_change_events(audited):
-    audited.add([entry("101")])
-    replacing = "INSERT OR REPLACE INTO fpmatch_audit VALUES (2, 'x')"
-    for statement in (
-        "UPDATE fpmatch_audit SET line = 'x' WHERE number = 2",
-        "DELETE FROM fpmatch_audit WHERE number = 2",
-        "DELETE FROM fpmatch_audit",
-        "TRUNCATE fpmatch_audit" if audited.file is None else replacing,
-    ):
-        with pytest.raises(GalleryError, match="only appended to"), audited.writing() as connection:
-            connection.execute(sa.text(statement))
-    assert check_audit(audited).events == 2
 
 
 def without_triggers(gallery, statement):
@@ -220,61 +202,6 @@ def test_several_programs_share_one_chain(audited, where):
         list(pool.map(enrol, "abcd"))
     assert check_audit(audited).events == 41
     assert len(audited) == 20
-
-
-def test_its_lines_are_those_of_a_log(audited, tmp_path):
-    audited.add([entry("Zoë")])
-    copy = tmp_path / "copy.jsonl"
-    copy.write_bytes(b"".join(audit_lines(audited)))
-    assert check_audit_log(copy) == check_audit(audited)
-    assert copy.read_bytes().isascii()
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        "subject = CAST(x'ff41' AS TEXT)",
-        "subject = x'ff41'",
-        "finger = 3.5",
-        "content = 'text'",
-        "template = 'text'",
-    ],
-)
-def test_a_damaged_entry_is_removed_with_its_event(gallery, damage):
-    turn_on(gallery)
-    gallery.add([entry("101"), entry("102")])
-    with gallery.writing() as connection:
-        connection.execute(sa.text(f"UPDATE fpmatch_entry SET {damage} WHERE id = 1"))
-    gallery.record("list")
-    assert gallery.remove([1]) == 1
-    *_, event = events(gallery)
-    assert event["action"] == "remove"
-    assert event["entries"][0]["number"] == 1
-    assert check_audit(gallery).events == 4
-
-
-def test_the_guide_names_every_action():
-    root = Path(__file__).resolve().parents[3]
-    code = "\n".join(path.read_text("utf-8") for path in sorted((root / "fpmatch").rglob("*.py")))
-    used = set(
-        re.findall(r"\b(?:audit|gallery|opened)\.record\(\s*(?:connection,\s*)?\"([a-z ]+)\"", code)
-    )
-    (row,) = re.findall(
-        r"^\| `--action NAME` \| (.+) \|$",
-        (root / "docs/how-to/protect_a_gallery.md").read_text("utf-8"),
-        re.M,
-    )
-    named = set(re.findall(r"`([a-z ]+)`", row)) - {"score", "evaluate"}
-    assert named == used | {audit.ON, audit.OFF}
-
-
-def test_it_is_whole_after_a_compaction(audited):
-    audited.add([entry("101"), entry("102")])
-    audited.remove([1])
-    noted = check_audit(audited)
-    free_space(audited)
-    assert check_audit(audited, expect=(noted.events, noted.last)).events == 4
-    assert events(audited)[-1]["action"] == "compact"
 
 
 def test_a_rotation_of_keys_is_an_event(audited, where, source):

@@ -9,7 +9,6 @@ import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.store import postgresql as module
 from fpmatch.gallery.tasks.space import free_space
 from tests.gallery.store.hanging import HangingDatabase, HangingFile
 
@@ -45,33 +44,6 @@ def test_a_server_that_says_nothing_is_waited_for_no_longer():
         url = f"postgresql://ada:secret@127.0.0.1:{silent.getsockname()[1]}/prints"
         line = refusal(lambda: open_gallery(url, patience=2))
     assert line == f"{url.replace('secret', '***')}: no answer for more than 2 seconds"
-
-
-def test_a_call_may_take_long_while_something_is_heard(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(module, "monotonic", lambda: now[0])
-
-    def call():
-        heard = 0
-        for _ in range(4):
-            heard += yield 1
-        return f"{heard} rows"
-
-    def outcome(pauses):
-        waiting = module._heard(call(), 10.0)
-        next(waiting)
-        try:
-            for pause, ready in pauses:
-                now[0] += pause
-                waiting.send(ready)
-        except StopIteration as end:
-            return str(end.value)
-        return "waits"
-
-    assert outcome([(9.0, 1)] * 4) == "4 rows"
-    assert outcome([(9.0, 1), (0.5, 0), (9.4, 0)]) == "waits"
-    with pytest.raises(TimeoutError):
-        outcome([(9.0, 1), (0.5, 0), (9.6, 0)])
 
 
 def statement(gallery, text):

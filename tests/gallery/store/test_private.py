@@ -66,18 +66,6 @@ def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
         assert rights(tmp_path) == {"g.db": after}
 
 
-def test_enrol_states_that_others_may_read_a_gallery(run, tmp_path):
-    save_template(tmp_path / "1_1.json", scattered(1, 30))
-    place, probe = tmp_path / "g.db", tmp_path / "1_1.json"
-    for rights_before, noted in ((None, False), (0o644, False), (0o664, True)):
-        if rights_before is not None:
-            (tmp_path / "g.db").chmod(rights_before)
-        result = run("enrol", place, probe, "--workers", 1)
-        (tmp_path / "1_1.json").unlink()
-        save_template(tmp_path / "1_1.json", scattered(2 + (rights_before or 0), 30))
-        assert ("other users may read it" in result.stderr) is noted, result.stderr
-
-
 def test_exports_and_scores(run, tmp_path):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k, scattered(k, 30), Label(str(k))) for k in (1, 2)])

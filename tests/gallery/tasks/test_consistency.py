@@ -64,14 +64,6 @@ def test_a_print_with_too_little_skin_is_not_called_another_finger(gallery):
     assert unmatched[0].reason.startswith("a_2 cannot be compared with a_1: 2 minutiae on ")
 
 
-def test_among_new_prints_alone_the_most_are_kept(gallery):
-    new = entries(("a", 1, 2), ("a", 2, 1), ("a", 3, 1))
-    gallery.add(new)
-    refused, _ = check_added(gallery, [entry.label for entry in new], {}, strict=True)
-    assert [failure.source for failure in refused.values()] == ["a_1.tif"]
-    assert check_added(gallery, [entry.label for entry in new[1:]], {}, strict=True) == ({}, [])
-
-
 def added_to(gallery, new):
     """Return what `find_added` finds of new entries and those that were enrolled with them."""
     given = {entry.content for entry in new}
@@ -93,14 +85,6 @@ def test_what_joins_a_subject_is_told_however_often_a_run_was_interrupted(galler
     assert [one.source for one in refused.values()] == ["a_5.tif", "b_2.tif"]
     assert [one.source for one in unmatched] == ["a_3.tif"]  # enrolled before: not removed
     assert [entry.id for entry in gallery.entries()] == [1, 2, 3, 4, 5, 7]
-
-
-def test_who_came_first_joined_nobody(gallery):
-    first, second = entries(("a", 1, 1)), entries(("a", 2, 2))
-    gallery.add([*first, *second])
-    assert added_to(gallery, first) == {}
-    assert added_to(gallery, second) == {"a": [2]}
-    assert added_to(gallery, [*first, *second]) == {}
 
 
 def test_a_print_that_matches_any_group_of_its_finger_is_accepted(gallery):

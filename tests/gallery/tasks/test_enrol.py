@@ -130,16 +130,6 @@ def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder
         enrol(gallery, *files)
 
 
-def test_what_took_long_is_committed_at_once(gallery, folder, monkeypatch):
-    sizes = []
-    add = gallery.add
-    noting = lambda new, failures=(): sizes.append(len(new)) or add(new, failures)  # noqa: E731
-    monkeypatch.setattr(gallery, "add", noting)
-    monkeypatch.setattr(enrol_module, "SECONDS_PER_COMMIT", 0.0)
-    enrol(gallery, *sorted(folder.iterdir())[:3])
-    assert sizes == [1, 1, 1]
-
-
 RUN = """
 import sys
 import made_prints
@@ -207,11 +197,6 @@ def test_killed_at_any_moment_it_loses_nothing_and_goes_on(where, start):
     finish(where, start(where))
 
 
-@pytest.mark.slow
-def test_two_runs_share_the_work_of_one_gallery(where, start):
-    finish(where, start(where), start(where))
-
-
 def write_prints(folder, **fingers):
     """Write files that show an impression of a finger each: a name without ``_`` and a finger."""
     folder.mkdir()
@@ -262,19 +247,6 @@ def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
         assert labels(gallery) == ["1_1", "1_2", "2_1", "2_2", "2_3", "3_1"]
 
 
-def test_an_interrupted_run_does_not_take_its_own_prints_for_others(gallery, colliding):
-    first, second = colliding
-    enrol(gallery, first / "1_1.tif", extractor=finger_extractor)  # and it is killed
-    done = enrol(gallery, first, extractor=finger_extractor)
-    assert (done.known, done.enrolled, done.added, done.unmatched) == (1, 3, {}, ())
-    enrol(gallery, second / "1_3.tif", extractor=finger_extractor)  # so is the next one
-    done = enrol(gallery, second, extractor=finger_extractor)
-    assert done.added == {"1": 2, "2": 2}
-    assert len(done.unmatched) == 3
-    enrol(gallery, second, extractor=finger_extractor, strict=True)
-    assert len(gallery) == 9  # what was enrolled before is named, not removed
-
-
 def test_with_a_prefix_nobody_is_mixed_up(gallery, colliding):
     first, second = colliding
     enrol(gallery, first, extractor=finger_extractor)
@@ -288,26 +260,3 @@ def test_with_a_prefix_nobody_is_mixed_up(gallery, colliding):
         enrol(gallery, second, prefix="a" * 256)
     too_long = enrol(gallery, first, extractor=finger_extractor, prefix="a" * 255)
     assert {one.reason for one in too_long.failures} == {"subject: longer than 255 characters"}
-
-
-def test_copies_in_other_files_are_noted_and_counted(gallery, colliding, tmp_path):
-    first, _ = colliding
-    enrol(gallery, first, extractor=finger_extractor)
-    copies = tmp_path / "copies"
-    copies.mkdir()
-    (copies / "7_1.tif").write_text("1 2 0")
-    (copies / "7_2.tif").write_text("1 2 1")
-    (copies / "8_1.tif").write_text("8 1")
-    done = enrol(gallery, copies, extractor=finger_extractor)
-    assert (done.enrolled, done.copies) == (3, 2)
-    assert done.noted == {"the same print as 1_2": (copies / "7_1.tif", copies / "7_2.tif")}
-
-
-def test_a_gallery_all_of_whose_subjects_collide(gallery, tmp_path):
-    names = [f"_{subject}_{k}" for subject in range(1, 13) for k in range(1, 4)]
-    fingers = {name: int(name.split("_")[1]) for name in names}
-    enrol(gallery, write_prints(tmp_path / "a", **fingers), extractor=finger_extractor)
-    others = {f"{name[:-1]}{int(name[-1]) + 3}": 50 + finger for name, finger in fingers.items()}
-    done = enrol(gallery, write_prints(tmp_path / "b", **others), extractor=finger_extractor)
-    assert (done.enrolled, sum(done.added.values()), len(done.added)) == (36, 36, 12)
-    assert len(done.unmatched) == 36

@@ -1,16 +1,14 @@
 """The index of a large gallery grows while prints are enrolled, a full segment at a time."""
 
 import pytest
-from made_prints import entry_of, scattered
+from made_prints import scattered
 
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.gallery_index import GalleryIndex
 from fpmatch.gallery.listing.prints import ExtractedPrint, find_prints
 from fpmatch.gallery.tasks import enrol as enrol_module
 from fpmatch.gallery.tasks import enrolment_index, transfer
 from fpmatch.gallery.tasks.enrol import enrol
-from fpmatch.gallery.tasks.transfer import enrol_gallery
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
 SIZE = 60
@@ -79,38 +77,3 @@ def test_an_interrupted_enrolment_leaves_an_index_of_all_full_segments(gallery, 
     assert built[3:] == [12]
     assert sizes_of(gallery) == [FULL, FULL, FULL, 12]
     assert len(built) == 4
-
-
-def test_so_does_an_interrupted_copy_of_a_gallery(gallery, tmp_path, built):
-    with open_gallery(tmp_path / "source.db", create=True) as source:
-        source.add([entry_of(number, scattered(number, 12)) for number in range(SIZE)])
-        with pytest.raises(KeyboardInterrupt):
-            enrol_gallery(gallery, source, progress=stop_at(40))
-        assert built == [FULL, FULL]
-        assert enrol_gallery(gallery, source).enrolled == 20
-    assert built == [FULL, FULL, FULL, 12]
-    assert sizes_of(gallery) == [FULL, FULL, FULL, 12]
-
-
-def test_a_gallery_that_stays_small_gets_no_index(gallery, files, built):
-    options = {"engine": serial(), "extractor": extractor}
-    assert enrol(gallery, files[:40], **options).enrolled == 40
-    assert built == []
-    assert enrol(gallery, files[:41], **options).enrolled == 1
-    assert built == [FULL, FULL, 9]
-
-
-def test_removed_prints_are_in_no_segment(gallery, files):
-    options = {"engine": serial(), "extractor": extractor}
-    with pytest.raises(KeyboardInterrupt):
-        enrol(gallery, files, progress=stop_at(40), **options)
-    gallery.remove([3, 20, 39])
-    assert enrol(gallery, files, **options).enrolled == 23
-    assert sum(sizes_of(gallery)) == SIZE
-
-
-def test_where_nothing_can_be_written_memory_is_not_filled(gallery, files, built, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index.kept_folders", lambda _: [])
-    with pytest.raises(KeyboardInterrupt):
-        enrol(gallery, files, engine=serial(), extractor=extractor, progress=stop_at(SIZE))
-    assert built == [FULL]

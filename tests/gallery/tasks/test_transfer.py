@@ -10,7 +10,6 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.audit import audit_lines, turn_on
 from fpmatch.gallery.tasks import transfer
 from fpmatch.gallery.tasks.transfer import enrol_gallery
 
@@ -100,24 +99,6 @@ def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path):
     assert len(err.strip().splitlines()) == 1
 
 
-def test_the_audit_of_the_source_has_what_was_copied(source, tmp_path):
-    with open_gallery(source) as given, open_gallery(tmp_path / "g.db", create=True) as gallery:
-        turn_on(given)
-        enrol_gallery(gallery, given)
-        event = json.loads(list(audit_lines(given))[-1])
-    assert event["action"] == "export"
-    assert event["entries"] == f"2-{COUNT + 1}"
-
-
-def test_strict_refuses_what_matches_no_other_impression(tmp_path):
-    one, other = Label("ada", "", "1"), Label("ada", "", "2")
-    with open_gallery(tmp_path / "a.db", create=True) as given:
-        given.add(entries_of(scattered(1, 30), scattered(2, 30), labels=[one, other]))
-        with open_gallery(tmp_path / "g.db", create=True) as gallery:
-            done = enrol_gallery(gallery, given, strict=True)
-            assert (done.enrolled, len(done.failures), len(gallery)) == (1, 1, 1)
-
-
 def test_galleries_and_files_in_one_run(source, tmp_path):
     template = tmp_path / "9_1.csv"
     minutiae = "".join(f"{k},{2 * k},{k},ending,90\n" for k in range(20))
@@ -126,14 +107,6 @@ def test_galleries_and_files_in_one_run(source, tmp_path):
     status, out, _ = run(tmp_path / "g.db", source, template)
     assert status == 0
     assert out.startswith(f"enrolled {COUNT + 1} of {COUNT + 1} pictures")
-
-
-@pytest.mark.parametrize("option", [("--dpi", "500"), ("--by-folder",), ("--min-quality", "3")])
-def test_options_of_files_are_refused_for_galleries(source, tmp_path, option):
-    status, _, err = run(tmp_path / "g.db", source, *option)
-    assert status == 2
-    assert "are not for the entries of galleries" in err
-    assert not (tmp_path / "g.db").exists()
 
 
 def test_a_gallery_is_not_enrolled_in_itself(source, tmp_path):

@@ -54,6 +54,7 @@ def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
     assert used == ["unit-circle:beyond_share=0"]
 
 
+@pytest.mark.slow
 def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_command(run, tmp_path):
     """The command that the reason names makes a file that is taken: as the prints are."""
     prints = tmp_path / "prints.db"

@@ -5,11 +5,9 @@ import pytest
 from PIL import Image
 
 from fpmatch.image.io.grey import RawSize
-from fpmatch.lab.evaluation import cropping
 from fpmatch.lab.evaluation import run as work
-from fpmatch.lab.evaluation.databases import comparison, extraction
-from fpmatch.matching.calibration import Calibration
-from tests.conftest import assert_refused, copied, rows_of
+from fpmatch.lab.evaluation.databases import extraction
+from tests.conftest import assert_refused, copied
 
 KEYS = ["matcher", "sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
 
@@ -50,46 +48,6 @@ def test_rates_in_a_table_and_as_json_and_failures_on_stderr(evaluate, database)
     assert 0 < document["pooled"]["eer"] < 1
     row = document["sets"][0]
     assert (row["name"], row["failures"]) == ("Five fingers", 1)
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_squares_are_compared_with_whole_prints(evaluate, database, bench, monkeypatch):
-    sides, failed = [], []
-    monkeypatch.setattr(cropping, "failed_crops", lambda sets: failed)
-
-    def squares(side_px, enhance, reader):
-        sides.append(side_px)
-        return bench.extractor
-
-    monkeypatch.setattr(cropping, "crop_extractor_of", squares)
-    (database / "3_3.tif").write_text("print")
-    result, whole = evaluate(database, "--crop", 160), evaluate(database)
-    assert result.exit_code == 0
-    assert result.stdout.split("\n\n", 1)[1].split("\n")[2:] == whole.stdout.split("\n")[2:]
-    document = json.loads(evaluate(database, "--crop", 128, "--json").stdout)
-    assert document["crop"] == {"side_px": 128, "failures": []}
-    failed.append(database / "1_1.tif")
-    bad = evaluate(database, "--crop", 64)
-    assert (bad.exit_code, bad.stderr.count(f"{failed[0]}\n")) == (1, 1)
-    assert sides == [160, 128, 64]
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_several_impressions_are_enrolled_as_one_finger(evaluate, database, monkeypatch, tmp_path):
-    curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
-    monkeypatch.setattr(comparison, "load_calibration", lambda name: curve)
-    others = tmp_path / "others"
-    others.mkdir()
-    for name in ("1_1.tif", "9_1.tif", "9_2.tif"):
-        (others / name).write_text("print")
-    words = (database, "--enrol", 3, "--impostors", others)
-    document = json.loads(evaluate(*words, "--json").stdout)
-    assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (5, 35)
-    assert document["enrol"]["impressions"] == 3
-    assert document["enrol"]["impostors"] == ["others"]
-    assert [row["score"] for row in document["enrol"]["scores"]] == [20, 30, 40]
-    assert "at random" in evaluate(*words, "--enrol-seed", 1).stdout.partition("\n")[0]
-    assert_refused(evaluate(database, "--enrol", 3, "--impostors", database), "twice")
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -144,47 +102,6 @@ def test_the_options_of_reading_come_before_dataset_toml(
     for given in ((), options):
         run(*words, *given)
     assert asked == {(569.0, "dark", ()), (1000.0, "white", (RawSize(9, 8),))}
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_matchers_stand_side_by_side(evaluate, database, bench, tmp_path, monkeypatch):
-    class Blind(bench.Fake):  # to all but the first finger
-        name = "blind"
-
-        def prepare(self, template):
-            return min(super().prepare(template), 150.0)
-
-    named = {"fake": bench.MATCHER, "blind": Blind()}
-    command = importlib.import_module("fpmatch.lab.cli.matchers")
-    monkeypatch.setattr(work, "get_matcher", named.__getitem__)
-    monkeypatch.setattr(command, "matcher_names", lambda: list(named))
-    path = tmp_path / "scores.csv"
-    result = evaluate(database, "--matcher", "all", "--scores", path)
-    assert result.exit_code == 1
-    _, _, _, _, both, against = result.stdout.split("\n\n")
-    assert [line.split()[0] for line in both.splitlines()] == ["side", "fake", "blind"]
-    assert "worse" in against
-    assert [row["matcher"] for row in rows_of(path)] == ["fake"] * 190 + ["blind"] * 190
-    words = ["--matcher", "fake", "--matcher", "blind", "--matcher", "fake", "--json"]
-    document = json.loads(evaluate(database, *words).stdout)
-    assert [one["matcher"] for one in document["matchers"]] == ["fake", "blind"]
-    assert document["against_first"][0]["pooled"]["eer"]["verdict"] == "worse"
-
-
-@pytest.mark.usefixtures("known_answers")
-@pytest.mark.parametrize("workers", [1, 2])
-def test_what_was_noticed_on_reading_is_said_once(evaluate, database, bench, monkeypatch, workers):
-    monkeypatch.setattr(extraction, "extractor_of", lambda *_, **__: bench.noting_extractor)
-    (database / "dataset.toml").unlink()
-    result = evaluate(database, "--workers", workers, "--json")
-    assumed, green, broken = result.stderr.splitlines()
-    assert f"{database}/1_1.tif and 18 others: " in assumed
-    assert f"{database}/2_1.tif and 3 others: its ridges are green" in green
-    assert broken.endswith(f"{database}/3_3.tif: broken")
-    document = json.loads(result.stdout)
-    assert document["dpi_assumed"] == 19
-    prints = [str(database / f"2_{number}.tif") for number in range(1, 5)]
-    assert document["notes"] == [{"note": "its ridges are green", "prints": prints}]
 
 
 @pytest.fixture

@@ -73,27 +73,3 @@ def test_a_page_lists_the_searches_that_fail(evaluate, searched, tmp_path):
     refused = evaluate(*words, tmp_path / "file")
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert str(tmp_path / "file") in refused.stderr
-
-
-def test_the_background_contains_no_print_that_is_searched_for(evaluate, run, searched, tmp_path):
-    gallery = tmp_path / "prints.db"
-    run("enrol", gallery, searched, "--workers", 1)
-    for background in (searched, gallery):
-        words = (searched, "--background", background)
-        result = evaluate(*words)
-        assert (result.exit_code, result.stdout) == (2, "")
-        assert "searched for" in result.stderr
-
-
-def test_identification_without_intervals_and_with_a_background(evaluate, searched, tmp_path):
-    others = tmp_path / "others"
-    shutil.copytree(searched, others)
-    (others / "3_3.xyt").unlink()
-    words = (searched, "--fpir", "0.1", "--bootstrap", 0)
-    result = evaluate(*words, "--background", others)
-    assert (result.exit_code, "95 %" in result.stdout) == (1, False)
-    assert "6 of them background" in result.stdout
-    for path in searched.iterdir():
-        path.write_text("broken")
-    result = evaluate(*words)
-    assert (result.exit_code, "100.00 %" in result.stdout) == (1, True)

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from tests.conftest import assert_refused, copied, rows_of
+from tests.conftest import assert_refused, rows_of
 
 
 @pytest.fixture
@@ -60,30 +60,6 @@ def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, 
     assert {row["genuine"] for row in scored(scans, tmp_path / "people")} == {""}
 
 
-@pytest.mark.parametrize(
-    ("content", "place"),
-    [
-        ("path,subject\ngone.png,1\n", "line 2, column path: gone.png"),
-        ("path,subject,dpi\n1_1.png,1,x\n", "line 2, column dpi: 'x'"),
-        ("path,subject\n1_1.png,1\n1_1.png,2\n", "line 3, column path: 1_1.png"),
-    ],
-)
-def test_a_wrong_manifest_stops_every_command_before_any_work(
-    run, prints, tmp_path, content, place
-):
-    manifest = copied(prints, tmp_path / "some", "1_1.png") / "manifest.csv"
-    manifest.write_text(content)
-    out = tmp_path / "out.csv"
-    for words in (
-        ("evaluate", manifest, "--scores", out),
-        ("calibrate", manifest, "-o", out),
-        ("score", "--references", manifest, "--probes", prints, "-o", out),
-        ("enrol", out, manifest),
-    ):
-        assert_refused(run(*words), f"manifest.csv: {place}")
-    assert not list(tmp_path.glob("out*"))
-
-
 def test_options_that_exclude_each_other(run, prints, tmp_path):
     listed = tmp_path / "list.txt"
     listed.write_text("1_1 1_2\n")
@@ -92,23 +68,3 @@ def test_options_that_exclude_each_other(run, prints, tmp_path):
     assert_refused(run("evaluate", prints, prints, "--pairs", listed), "one database")
     assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
     assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: ")
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "evaluate {list} --bootstrap 0",
-        "score --references {list} --probes {list} -o {out}.csv",
-        "enrol {out}.db {list}",
-    ],
-)
-def test_resolutions_that_differ_are_noted_by_every_command(run, scans, tmp_path, words):
-    manifest = scans / "manifest.csv"
-    one, other = (f"index-b.png,1,left index,{dpi}" for dpi in (500, 480))
-    manifest.write_text(manifest.read_text().replace(one, other))
-    given = words.format(list=manifest, out=tmp_path / "out").split()
-    result = run(*given, "--workers", 1, "--json")
-    (noted,) = json.loads(result.stdout)["notes"]
-    assert (result.exit_code, result.stderr.count(noted["note"])) == (0, 1)
-    assert noted["note"].startswith("480 dpi")
-    assert noted["prints"][0].endswith("1-left index-b.png")

@@ -1,6 +1,5 @@
 import json
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -49,19 +48,6 @@ def match(run):
     return run_match
 
 
-def test_columns_of_other_names(run, match, stars):
-    given = match(*stars)[1]
-    for path, columns in zip(stars, ("ra{}dec", "lon{}lat"), strict=True):
-        separator = ",;"[path == stars[1]]
-        path.write_text(path.read_text().replace(f"x{separator}y", columns.format(separator), 1))
-    both = ("--columns", "ra,dec", "--columns", "LON, lat")
-    assert match(*stars, *both)[1] == given
-    assert_refused(run("points", *stars, *both[:2]), f"{stars[1]}, line 1: expected a header")
-    for wrong in ("ra", "ra,", "ra,dec,z", "ra,RA"):
-        assert "names of columns" in run("points", *stars, "--columns", wrong).stderr
-    assert "once for each" in run("points", *stars, *both, *both).stderr
-
-
 @pytest.mark.parametrize("matcher", POINT_MATCHERS)
 def test_a_known_transform_is_printed(match, stars, matcher):
     result, document = match(*stars, "--matcher", matcher)
@@ -93,15 +79,6 @@ def test_no_match_is_status_1_and_null(match, unlike, tmp_path, matcher):
     assert document["reason"]
     assert "--" not in document["reason"]
     assert (tmp_path / "pairs.csv").read_text() == "p,q,p_x,p_y,q_x,q_y,distance\n"
-
-
-def test_the_words_of_a_match_and_of_none(run, stars, unlike):
-    result, none = (run("points", *files) for files in (stars, unlike))
-    assert (result.exit_code, none.exit_code) == (0, 1)
-    names = [[line.split()[0] for line in one.stdout.splitlines()] for one in (result, none)]
-    assert names[0] == ["MATCH", "Points", "Pairs", "Transform", "Residual", "Chance"]
-    assert names[1] == ["NO", "Points", "Reason"]
-    assert "scale 1.7, rotation 130.000° from y to x, shift +250, -40\n" in result.stdout
 
 
 @pytest.mark.parametrize(("rho", "status"), [("0.93", 0), ("0.94", 1)])
@@ -143,57 +120,6 @@ def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
     assert " mirrored (" in run("points", *words, "--reflect").stdout
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_an_affine_map_is_found_on_request(match, run, views, tmp_path, mirrored):
-    truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=mirrored)
-    words = (*views(truth), *["--reflect"] * mirrored)
-    without = match(*words)[1]
-    assert (without["match"], "--model affine" in without["reason"]) == (False, True)
-    words += ("--model", "affine")
-    result, document = match(*words, "--pairs", tmp_path / "pairs.csv")
-    assert result.exit_code == 0
-    transform = document["transform"]
-    parts = ["scale_x", "scale_y", "shear", "rotation_deg", "tx", "ty"]
-    assert list(transform) == [*parts, "mirrored", "matrix"]
-    assert [transform[part] for part in parts] == pytest.approx(
-        [3, 1.2, 0.5, math.degrees(0.7), 250, -40]
-    )
-    assert transform["mirrored"] is document["reflect"] is mirrored
-    np.testing.assert_allclose(transform["matrix"], truth.matrix, atol=1e-6)
-    assert document["pairs"] == [[i, i - 2] for i in range(2, 30)]
-    rows = rows_of(tmp_path / "pairs.csv")
-    assert max(float(row["distance"]) for row in rows) < 1e-6
-    text = run("points", *words).stdout
-    assert "scale 3 along x and 1.2 along y, shear 0.5\n" in text
-    assert ("  Stretch     mirrored " in text) == mirrored
-
-
-def test_both_options_are_named_where_both_are_needed(match, views):
-    truth = AffineTransform.of_parts(3, 1.2, 0.5, 0.7, 250, -40, mirrored=True)
-    words = views(truth)
-    result, document = match(*words)
-    assert (result.exit_code, document["transform"]) == (1, None)
-    assert "--model affine --reflect" in document["reason"]
-    reason = match(*words, "--model", "affine")[1]["reason"]
-    assert ("--reflect" in reason, "--model" in reason) == (True, False)
-
-
-def test_maps_that_cannot_be_sought_are_refused(run, stars, tmp_path):
-    words = (*stars, "--model", "affine", "--matcher", "paper")
-    assert_refused(run("points", *words), "triangles")
-    along = np.arange(9.0)
-    near = write(tmp_path / "near.csv", np.column_stack([along, along**2 / 1e9]))
-    assert_refused(run("points", near, stars[1], "--model", "affine"), "line")
-
-
-def test_a_smaller_area_tolerance_follows_fewer_local_matches(match, stars):
-    words = [*stars, "--matcher"]
-    (_, few), (_, many) = (match(*words, f"paper:area_tolerance={a}") for a in ("0.001", "1"))
-    assert few["match"] is many["match"] is True
-    assert few["local_matches"] < many["local_matches"]
-    assert few["area_tolerance"] == 0.001
-
-
 def test_pairs_are_written_as_a_table(match, stars, tmp_path):
     _, document = match(*stars, "--pairs", tmp_path / "pairs.csv")
     rows = rows_of(tmp_path / "pairs.csv")
@@ -213,27 +139,12 @@ def test_a_plot_is_drawn_whatever_the_decision(match, stars, unlike, tmp_path, s
         assert path.stat().st_size > 5000
 
 
-def test_without_matplotlib_there_is_no_plot(run, stars, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert_refused(run("points", *stars, "--plot", tmp_path / "plot.png"), "matplotlib")
-    assert run("points", *stars).exit_code == 0
-
-
 def test_a_dash_reads_standard_input(match, run, stars):
     p, q = map(str, stars)
     for words, file in ((["-", q], stars[0]), ([p, "-"], stars[1])):
         _, document = match(*words, input=file.read_bytes())
         assert (document["match"], [document["p"], document["q"]]) == (True, words)
     assert_refused(run("points", p, "-", input=b"1,2\n3,a\n"), "standard input, line 2: ")
-
-
-def test_repeated_points_are_noted_once(run, stars):
-    p, q = stars
-    lines = p.read_text().splitlines()
-    p.write_text("\n".join([*lines, lines[2], lines[2], lines[8]]))
-    result = run("points", p, q)
-    assert result.exit_code == 0
-    assert result.stderr == f"fpmatch: note: {p}: points that repeat another: 3\n"
 
 
 @pytest.mark.parametrize(("option", "name"), [("--pairs", "a.csv"), ("--plot", "a.png")])
@@ -250,14 +161,3 @@ def test_a_full_disk_does_not_cost_the_decision(run, stars, tiny_disk, option, n
     line = f"{target}: cannot be written: no space left on device"
     assert result.stderr == f"fpmatch: error: {line}\n"
     assert [path.name for path in tiny_disk.iterdir()] == ["fill"]
-
-
-def test_equal_maps_are_counted_in_text_and_json(match, run, tmp_path):
-    path = tmp_path / "grid.csv"
-    path.write_text("".join(f"{15 * i},{15 * j}\n" for i in range(8) for j in range(8)))
-    for words in ((path, path), (path, path, "--reflect")):
-        result, document = match(*words)
-        assert (result.exit_code, document["match"]) == (1, False)
-        assert document["equal_maps"] == 4
-        assert "--" not in document["reason"]
-    assert "at least 4 maps fit equally well" in run("points", path, path).stdout

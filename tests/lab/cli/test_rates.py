@@ -38,25 +38,6 @@ def test_a_report_of_scores_names_the_hardest_pairs_where_they_have_names(run, t
         assert ("ann&lt;1&gt; and ann 2" in page.read_text(encoding="utf-8")) == shown
 
 
-def test_imposters_are_impostors(run, tmp_path):
-    texts = {
-        "label.csv": "probe,reference,label,score\na,b,genuine,0.9\na,c,{},0.1\nb,c,{},0.3\n",
-        "columns.csv": "genuine,{}\n0.9,0.1\n,0.3\n",
-    }
-    for name, text in texts.items():
-        rates = []
-        for word in ("impostor", "imposter"):
-            (tmp_path / name).write_text(text.format(word, word))
-            result = run("rates", tmp_path / name, "--json", "--bootstrap", 0)
-            assert result.exit_code == 0, result.stderr
-            rates.append(json.loads(result.stdout)["pooled"])
-        assert rates[0] == rates[1]
-    (tmp_path / "genuine.txt").write_text("0.9\n")
-    (tmp_path / "other.txt").write_text("0.1\n0.3\n")
-    files = ("--genuine-scores", tmp_path / "genuine.txt", "--imposter-scores")
-    assert run("rates", *files, tmp_path / "other.txt").exit_code == 0
-
-
 @pytest.mark.parametrize(("option", "name"), [("--table", "a.csv"), ("--det", "a.svg")])
 def test_a_full_disk_does_not_cost_the_rates(run, tmp_path, tiny_disk, option, name):
     if option == "--det":

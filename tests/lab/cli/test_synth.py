@@ -1,4 +1,3 @@
-import importlib
 import json
 from typing import Any
 
@@ -6,8 +5,6 @@ import pytest
 
 from fpmatch.lab.synthesis import database
 from fpmatch.lab.synthesis.database import DatabaseMade
-from fpmatch.lab.synthesis.presets import PRESETS
-from fpmatch.lab.synthesis.sensor import SENSORS
 from tests.conftest import assert_refused
 
 SMALL = ("--fingers", 1, "--impressions", 1, "--size", "96x112", "--workers", 1)
@@ -56,17 +53,6 @@ def test_options_reach_the_database(run, tmp_path, asked):
     assert (sensor.name, sensor.shape, sensor.dpi) == ("600x700@1000dpi", (700, 600), 1000)
 
 
-def test_help_tells_of_every_preset_and_sensor_in_words(run):
-    text, module = (
-        run("synth", "--help-all").output,
-        importlib.import_module("fpmatch.lab.cli.synth"),
-    )
-    assert (set(module._PRESETS), set(module._SENSORS)) == (set(PRESETS), set(SENSORS))
-    for name, words in (module._PRESETS | module._SENSORS).items():
-        assert f"  {name}  " in text
-        assert words in text
-
-
 def test_a_gallery_of_templates_is_made_and_then_left_alone(run, tmp_path):
     out = tmp_path / "made.db"
     words = ("synth", out, "--templates", "--fingers", 3, "--workers", 1)
@@ -78,10 +64,3 @@ def test_a_gallery_of_templates_is_made_and_then_left_alone(run, tmp_path):
     assert more.pop("seconds") >= 0
     assert more == {"gallery": str(out), "fingers": 3, "impressions": 3, "made": 3}
     assert_refused(run(*words, "--seed", 1), "101_1")
-
-
-@pytest.mark.parametrize("words", ["--fingers 0", "--impressions 0", "--seed -1", "--size 9x9"])
-def test_no_gallery_is_left_of_a_refused_plan(run, tmp_path, words):
-    result = run("synth", tmp_path / "made.db", "--templates", *words.split())
-    assert result.exit_code == 2
-    assert not list(tmp_path.iterdir())

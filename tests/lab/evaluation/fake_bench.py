@@ -5,7 +5,6 @@ import time
 import numpy as np
 
 from fpmatch.errors import ImageReadError
-from fpmatch.gallery.listing.prints import ExtractedPrint
 from fpmatch.matching.result import Comparison
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -33,12 +32,6 @@ def extractor(path, dpi):
     finger, number = map(int, path.stem.split("_"))
     x = 100 * finger + SPREAD * np.random.default_rng([finger, number]).standard_normal()
     return Template(Minutiae([x], [0.0], [0.0]), 10, 10, dpi or 500.0)
-
-
-def noting_extractor(path, dpi):
-    """Notice something on one finger; tell of every resolution that was assumed."""
-    notes = ("its ridges are green",) if path.stem.startswith("2_") else ()
-    return ExtractedPrint(extractor(path, dpi), dpi is None, notes)
 
 
 def slow_extractor(path, dpi):

@@ -1,12 +1,10 @@
 from functools import partial
 
 import numpy as np
-import pytest
 
-from fpmatch.errors import ImageError
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.image.io.read import GreyImage
-from fpmatch.lab.evaluation.cropping import crop_about_centroid, extract_crop, failed_crops
+from fpmatch.lab.evaluation.cropping import crop_about_centroid, failed_crops
 from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -32,30 +30,6 @@ def test_the_square_lies_about_the_centroid_of_the_mask_else_of_the_minutiae():
     template = Template(Minutiae([90.0, 110.0], [100.0, 200.0], [0.0, 0.0]), 200, 300)
     square = crop_about_centroid(image, template, 40)
     assert np.array_equal(square.pixels, image.pixels[130:170, 80:120])
-
-
-@pytest.mark.parametrize(("dpi", "side"), [(250.0, 32), (500.0, 64), (1000.0, 128)])
-def test_the_side_is_in_pixels_at_500_dpi_and_no_larger_than_the_image(dpi, side):
-    template = with_mask(np.ones((30, 20), bool), 200, 300, dpi)
-    image = numbered(300, 200, dpi)
-    assert crop_about_centroid(image, template, 64).pixels.shape == (side, side)
-    assert crop_about_centroid(image, template, 5000).pixels.shape == (300, 200)
-
-
-@pytest.mark.parametrize("corner", [(0, 0), (0, 19), (29, 0), (29, 19)])
-def test_a_square_beyond_the_image_is_moved_inwards(corner):
-    mask = np.zeros((30, 20), bool)
-    mask[corner] = True
-    image = numbered(300, 200)
-    square = crop_about_centroid(image, with_mask(mask, 200, 300), 100).pixels
-    top, left = (0 if at == 0 else size - 100 for at, size in zip(corner, (300, 200), strict=True))
-    assert np.array_equal(square, image.pixels[top : top + 100, left : left + 100])
-
-
-def test_a_blank_image_has_no_square(tmp_path):
-    blank = GreyImage(np.full((120, 120), 255, np.uint8), dpi=500, source="blank.png")
-    with pytest.raises(ImageError, match=r"blank\.png: no print found"):
-        extract_crop(tmp_path / "blank.png", None, 64, reader=lambda _: blank)
 
 
 def shifted(extractor, apart, path, dpi):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.lab.evaluation import enrolment, run
 from fpmatch.lab.evaluation.databases import comparison
@@ -48,32 +48,6 @@ def test_every_other_impression_meets_every_enrolled_finger_once(fingers, count,
     assert int(plan.pairs.genuine.sum()) == fingers * (6 - count)
     if seed is None:
         assert {prints[k].number for k in taken} == set(range(1, count + 1))
-
-
-def test_fingers_with_too_few_impressions_are_probes_only():
-    prints = [*impressions_of([1], 4), *impressions_of([2], 2)]
-    plan = plan_enrolment(prints, Enrolment(3))
-    assert dict(plan.enrolled) == {0: (0, 1, 2)}
-    assert plan.pairs.probe.tolist() == [3, 4, 5]
-    assert plan.pairs.genuine.tolist() == [True, False, False]
-
-
-@pytest.mark.parametrize("count", [6, 7, 0])
-def test_where_nothing_is_left_to_compare_nothing_is(count):
-    with pytest.raises(DatasetError):
-        plan_enrolment(impressions_of([1, 2], 6), Enrolment(count))
-
-
-def test_prints_of_other_databases_are_of_other_fingers():
-    one = extracted("one", [(1, 0.0), (1, 1.0), (2, 5.0)])
-    other = extracted("other", [(1, 0.0), (2, 3.0)])
-    both = enrolment.with_impostors(one, [other, other])
-    fingers = [i.finger for i in both.dataset.impressions]
-    assert fingers == [1, 1, 2, 4, 5, 7, 8]
-    plan = plan_enrolment(both.dataset.impressions, Enrolment(1), own=3)
-    assert set(plan.enrolled) == {0, 2}
-    assert int(plan.pairs.genuine.sum()) == 1
-    assert len(plan.pairs) == 2 * 5
 
 
 def test_a_probe_has_the_score_of_the_finger(fake):

@@ -57,13 +57,6 @@ def test_calibrations_take_manifests(options, folder):
     assert listed.trials.similarity.tolist() == by_name.trials.similarity.tolist()
 
 
-def test_notes_on_the_whole_database_name_it(options, folder):
-    dataset = load_dataset(folder, pattern=r"(?P<subject>[1-5])_(?P<impression>\d)")
-    noted = evaluate([dataset], **options).noted
-    note = "18 of 33 prints do not fit the pattern; they are left out"
-    assert {text: list(map(str, places)) for text, places in noted.items()} == {note: [str(folder)]}
-
-
 @pytest.fixture
 def templates(pressed):
     """Return the templates of two fingers, two impressions of each."""
@@ -106,12 +99,6 @@ def test_templates_and_galleries_are_compared_as_they_are(templates, tmp_path):
         gallery.remove([gallery.numbers_of("ada")[0]])
     with pytest.raises(DatasetError, match="has been removed meanwhile"):
         extract_datasets([dataset])
-
-
-def test_an_empty_gallery_is_no_database(tmp_path):
-    open_gallery(tmp_path / "empty.db", create=True).close()
-    with pytest.raises(DatasetError, match=r"empty\.db: the gallery is empty"):
-        load_dataset(tmp_path / "empty.db")
 
 
 def test_a_template_at_another_resolution_and_one_of_several_prints(template, tmp_path):

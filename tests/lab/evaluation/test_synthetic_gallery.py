@@ -1,6 +1,5 @@
 import pytest
 
-from fpmatch.errors import DatasetError
 from fpmatch.gallery.gallery import Gallery, open_gallery
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.lab.evaluation import synthetic_gallery
@@ -44,22 +43,3 @@ def test_an_interrupted_gallery_is_completed(tmp_path, few_at_once, monkeypatch)
     assert len(content_of(tmp_path / "half.db")) == 8
     assert make_gallery(tmp_path / "half.db", **words).made == 6
     assert content_of(tmp_path / "half.db") == content_of(tmp_path / "whole.db")
-
-
-def test_a_removed_entry_is_made_again(tmp_path):
-    words = {"fingers": 2, "impressions": 3, "workers": 1, "sensors": ["plain-288x384"]}
-    make_gallery(tmp_path / "g.db", **words)
-    before = content_of(tmp_path / "g.db")
-    with open_gallery(tmp_path / "g.db") as gallery:
-        gallery.remove([2])
-    assert make_gallery(tmp_path / "g.db", **words).made == 1
-    assert content_of(tmp_path / "g.db") == before
-
-
-def test_other_fingers_do_not_go_under_the_same_labels(tmp_path):
-    make_gallery(tmp_path / "g.db", fingers=1, impressions=1, workers=1)
-    for other in ({"seed": 1}, {"preset": "hard"}, {"sensors": ["plain-288x384"]}):
-        with pytest.raises(DatasetError, match="another picture"):
-            make_gallery(tmp_path / "g.db", fingers=1, impressions=1, workers=1, **other)
-    made = make_gallery(tmp_path / "g.db", fingers=1, impressions=1, first_finger=102, workers=1)
-    assert made.made == 1

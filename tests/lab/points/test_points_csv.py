@@ -227,19 +227,3 @@ def test_a_text_of_numpy_is_read_to_the_last_bit(points):
     stream = io.BytesIO()
     np.savetxt(stream, points)
     assert decode_points(stream.getvalue()).tobytes() == points.tobytes()
-
-
-@pytest.mark.parametrize(
-    ("array", "reason"),
-    [
-        (np.zeros((3, 3)), ": expected an array of 2 columns, x and y, found 3"),
-        (np.array([[1, 2], [3, np.inf]]), ", row 2: expected a finite number for y"),
-        (np.array([[object(), 1]]), ": expected an array of numbers, found one of Python objects"),
-    ],
-)
-def test_other_arrays_are_refused(array, reason):
-    stream = io.BytesIO()
-    np.save(stream, array)
-    with pytest.raises(PointSetError) as caught:
-        decode_points(stream.getvalue(), "stars.npy")
-    assert str(caught.value).startswith(f"stars.npy{reason}")

@@ -12,7 +12,6 @@ from fpmatch.lab.synthesis.contact import (
     SmearParameters,
     is_legible,
     press,
-    smear,
     stain,
 )
 from fpmatch.lab.synthesis.develop import develop, framed
@@ -28,7 +27,6 @@ EVEN = PressureParameters(
     dryness=(0.1, 0.1), tilt=(0, 0), wear=(0, 0), outline=0, ragged=0, **SMOOTH
 )
 LEFT_AND_RIGHT = np.array([[30.0, 60.0], [80.0, 60.0]])
-SKIN = np.cos(2 * np.pi * np.add(*np.mgrid[:120, :110]) / 13).astype(np.float32)
 
 
 def pressed(parameters, seed=1, **layers):
@@ -64,16 +62,6 @@ def test_neither_creases_nor_what_is_no_skin_touch():
     assert pressed(PRESETS["clean"].pressure, creases=NONE + 1).threshold[65, 55] < 0.5
 
 
-def test_harder_presets_press_less_evenly():
-    middle = RADIUS < 0.7
-    spread = [
-        np.mean([pressed(preset.pressure, seed).threshold[middle].std() for seed in range(6)])
-        for preset in PRESETS.values()
-        if preset.name != "stretched"  # pressed as a normal print is
-    ]
-    assert spread == sorted(spread)
-
-
 @pytest.mark.parametrize(
     ("threshold", "strength"),
     [((0.0, -1.5), (1.0, 1.0)), ((0.0, 1.5), (1.0, 1.0)), ((0.5, 0.5), (1.0, 0.4))],
@@ -99,22 +87,6 @@ def test_a_minutia_at_the_end_of_the_print_is_not_legible():
     contact = Contact(threshold, np.ones_like(threshold), np.zeros_like(threshold))
     points = np.array([[58.0, 60.0], [45.0, 60.0]])
     assert is_legible(points, contact).tolist() == [False, True]
-
-
-def test_skin_that_never_moves_stays(rng):
-    still, share = smear(SKIN, rng, SmearParameters(chance=0.0))
-    np.testing.assert_array_equal(still, SKIN)
-    assert not share.any()
-
-
-def test_patches_are_blurred_and_the_rest_stays():
-    always = SmearParameters(chance=1.0, share=(0.2, 0.2), extent_px=20.0)
-    moved, share = smear(SKIN, np.random.default_rng(2), always)
-    assert share.min() == 0
-    assert share.max() > 0.9
-    assert 0.15 < (share > 0).mean() < 0.25
-    np.testing.assert_array_equal(moved[share == 0], SKIN[share == 0])
-    assert np.abs(moved - SKIN)[share > 0.5].mean() > 0.01
 
 
 def test_stains_lie_where_the_finger_touches_and_are_no_darker_than_said():
@@ -164,15 +136,6 @@ def test_white_glass_saturates_a_vignette_darkens_the_corners_and_stripes_run_al
     assert picture.mean(axis=1).std() < 0.5
 
 
-def test_residue_lies_around_the_print_and_not_far_from_it():
-    threshold = np.zeros((200, 300), np.float32) + np.linspace(-1, 40, 300, dtype=np.float32)
-    sensor = Sensor("damp", 300, 200, residue=1.6, paper=200, noise=0, specks=0)
-    relief, rng = np.full_like(threshold, -99), np.random.default_rng(1)
-    picture = develop(relief, contact_of(threshold), sensor, rng)
-    near, far = picture[:, 20:60], picture[:, 250:]
-    assert (near < 180).mean() > (far < 180).mean() + 0.01
-
-
 def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners():
     assert not framed(SMALL).any()
     covered = framed(replace(SMALL, frame=0.2))
@@ -182,14 +145,3 @@ def test_a_frame_covers_nothing_at_the_foot_and_all_of_the_upper_corners():
     image = bare(replace(SMALL, paper=180, frame=0.2))
     assert (image[covered == 1] == SMALL.ceiling).all()
     assert image[covered == 0].max() < 200
-
-
-def test_stains_darken_the_glass():
-    flat = np.zeros(SMALL.shape, np.float32)
-    glass = [
-        develop(flat - 9, contact_of(flat), SMALL, np.random.default_rng(1), flat + share)
-        for share in (0.0, 0.3, 0.6)
-    ]
-    means = [picture.mean() for picture in glass]
-    assert means == sorted(means, reverse=True)
-    assert means[0] - means[2] > 80

@@ -221,16 +221,6 @@ def test_damaged_files_are_found_and_made_again(tmp_path, undisturbed, name, dam
     assert make(tmp_path).faults == ()
 
 
-@every_damage
-def test_a_damaged_image_without_its_truth_is_made_again(tmp_path, undisturbed, damage):
-    make(tmp_path)
-    (tmp_path / "truth" / "102.json").unlink()
-    path = tmp_path / "102_1.tif"
-    path.write_bytes(damage(path.read_bytes()))
-    assert make(tmp_path).made == 1
-    assert contents(tmp_path) == undisturbed
-
-
 def test_any_changed_byte_of_a_truth_is_noticed(tmp_path):
     make(tmp_path, fingers=1)
     path = tmp_path / "truth" / "101.json"
@@ -262,15 +252,6 @@ def test_files_of_another_database_are_made_again(tmp_path, undisturbed, changes
     (found,) = made.faults
     assert reason in found
     assert contents(tmp_path / "prints") == undisturbed
-
-
-def test_truths_of_earlier_versions_have_no_digest_and_are_whole(tmp_path):
-    make(tmp_path, fingers=1)
-    path = tmp_path / "truth" / "101.json"
-    earlier = json.loads(path.read_bytes())
-    del earlier["sha256"]
-    path.write_text(json.dumps(earlier, separators=(",", ":")) + "\n")
-    assert make(tmp_path, fingers=1).faults == ()
 
 
 @pytest.mark.parametrize(

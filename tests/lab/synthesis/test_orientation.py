@@ -1,5 +1,3 @@
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +7,6 @@ from fpmatch.lab.synthesis.classes import (
     NATURAL_SHARES,
     SINGULAR_RANGES,
     PatternClass,
-    SingularPoints,
     draw_pattern,
     draw_singular_points,
 )
@@ -101,13 +98,6 @@ def test_fingers_of_a_class_differ():
     assert np.std(cores, axis=0).min() > 5 * SIZE
 
 
-def test_without_variation_an_arch_is_level_along_the_middle(rng):
-    calm = OrientationParameters(variation_deg=(0, 0))
-    none = SingularPoints(np.empty((0, 2)), np.empty((0, 2)))
-    orientation = ridge_orientation(PatternClass.ARCH, none, SHAPE, rng, calm, SIZE)
-    assert not orientation[:, 110].any()
-
-
 @given(st.integers(0, 2**32))
 def test_the_index_of_every_point_survives_every_correction(seed):
     cores, deltas = [-5 + 60j, 8 - 10j], [-100 - 110j, 95 - 120j]
@@ -131,11 +121,3 @@ def test_without_corrections_it_is_the_plain_model(rng):
     expected = 0.5 * (np.angle(place) - np.angle(place - (50 - 80j)))
     np.testing.assert_allclose(found, expected, atol=1e-12)
     assert not zero_pole_turning(place, [], [], rng, ZeroPoleParameters()).any()
-
-
-def test_an_upright_loop_stands_more_upright(rng):
-    leaning, upright = (
-        zero_pole_turning(np.array([[-40j]]), [0j], [100 - 100j], rng, plain(uprightness))[0, 0]
-        for uprightness in (0.0, 1.0)
-    )
-    assert abs(math.degrees(upright) % 180 - 90) < abs(math.degrees(leaning) % 180 - 90) - 5

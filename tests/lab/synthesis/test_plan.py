@@ -7,7 +7,7 @@ import pytest
 from fpmatch.errors import DatasetError, ImageError, ResolutionError
 from fpmatch.lab.synthesis.master import MasterParameters
 from fpmatch.lab.synthesis.plan import Plan, check_same_plan, plain_sensor, sensors_named
-from fpmatch.lab.synthesis.presets import PRESETS, preset_named
+from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
 
 PLAN = Plan(7, "normal", sensors_named(["optical-388x374", "optical-296x560"]), 4)
@@ -87,11 +87,6 @@ def test_unknown_names_are_refused():
         replace(PLAN, preset="wet")
     with pytest.raises(DatasetError, match=rf"'x': .*{next(iter(SENSORS))}, "):
         sensors_named(["x"])
-
-
-def test_there_are_four_from_easy_to_hard_stretched_prints_and_rolled_ones():
-    assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched", "rolled"]
-    assert all(preset_named(name) is preset for name, preset in PRESETS.items())
 
 
 def test_each_turns_and_stretches_at_least_as_far_as_the_one_before():

@@ -3,7 +3,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.noise import keys_of, smooth_noise, uniform
 from fpmatch.lab.synthesis.skin import (
     CREST,
@@ -11,10 +10,7 @@ from fpmatch.lab.synthesis.skin import (
     detailed_skin,
     draw_lines,
     draw_pores,
-    skin_of,
 )
-
-from .test_master import SMALL
 
 
 @given(st.integers(1, 90), st.integers(1, 90), st.floats(1.5, 200), st.integers(0, 2**32))
@@ -34,12 +30,6 @@ def test_noise_has_mean_0_deviation_1_and_a_length(extent, rng):
     far = round(4 * extent)
     assert np.corrcoef(field[:, :-1].ravel(), field[:, 1:].ravel())[0, 1] > 0.8
     assert abs(np.corrcoef(field[:, :-far].ravel(), field[:, far:].ravel())[0, 1]) < 0.1
-
-
-def test_another_finger_of_the_same_ridges_has_another_skin():
-    one, other = (make_master(3, finger, SMALL) for finger in (0, 1))
-    roughness, others = (skin_of(m).relief - m.relief for m in (one, other))
-    assert abs(np.corrcoef(roughness.ravel(), others.ravel())[0, 1]) < 0.1
 
 
 def test_pores_are_pits_on_crests_that_keep_apart(master, rng):
@@ -85,12 +75,6 @@ def test_incipient_ridges_rise_in_the_middle_of_valleys(details, master):
     assert risen.min() > -1e-6
     assert (risen > 0.2).any()
     assert master.relief[risen > 1e-6].max() < -0.7
-
-
-def test_fingers_with_thin_creases_have_many(details):
-    few, many = details(HAIRLINES=(3.0,)).creases, details(HAIRLINES=(60.0,)).creases
-    assert (many > 0.1).mean() > (few > 0.1).mean()
-    np.testing.assert_array_equal(many, details(HAIRLINES=(60.0,)).creases)
 
 
 @settings(max_examples=10)

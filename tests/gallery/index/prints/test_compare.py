@@ -38,7 +38,7 @@ from fpmatch.gallery.index.prints.compare import (
     ridge_agreement,
     similarities,
 )
-from fpmatch.gallery.index.prints.prepared_prints import COLUMNS, QUALITIES, PreparedPrints
+from fpmatch.gallery.index.prints.prepared_prints import QUALITIES, PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
@@ -169,14 +169,6 @@ def test_a_part_of_them_is_that_part_of_the_whole():
     assert at_once(prints[0], []) == []
 
 
-def test_arrays_that_cannot_be_written_give_the_same():
-    prints = impressions(5)
-    packed = PreparedPrints.pack(prints)
-    for name in COLUMNS:
-        getattr(packed, name).setflags(write=False)
-    assert similarities(MATCHER, prints[1], packed).tolist() == one_by_one(prints[1], prints)
-
-
 def test_a_crowd_is_compared_by_its_best():
     n = 260 if COMPILED else 30
     rng = np.random.default_rng(4)
@@ -184,17 +176,6 @@ def test_a_crowd_is_compared_by_its_best():
     prints = [prepare(crowd), *impressions(4)[:2]]
     for probe in prints[:2]:
         assert at_once(probe, prints) == one_by_one(probe, prints)
-
-
-def test_prints_that_begin_alike_are_told_apart_by_the_rest():
-    prints = []
-    for seed in range(4):
-        points = spread_points(np.random.default_rng(seed), 9)
-        points[0, :4] = [10.0, 30.0, 20.0, 50.0]
-        prints.append(prepare(template_of(points)))
-    many = PreparedPrints.pack(prints)
-    assert (canonical_order(prints[0], many, 0, 4) == NEITHER_FIRST).all()
-    assert at_once(prints[0], prints) == one_by_one(prints[0], prints)
 
 
 @given(st.lists(st.integers(-40, 40), min_size=6, max_size=6))
@@ -265,33 +246,6 @@ def test_ridges_agree_most_with_the_print_itself_then_with_its_mate(fingers):
         stored = prepare(expand(CompactTemplates.pack([template]).content.tobytes()))
         cells = correlator.compare_rigid(view_of(stored), view_of(probe), 1.0, 0.0, 0.0, 0.0)
         assert agreement[k] == pytest.approx(correlator.correlation * np.sqrt(cells), rel=0.1)
-
-
-def test_the_agreement_of_ridges_is_unknown_without_ridges_or_a_place(fingers):
-    bare, few = (
-        replace(fingers[4], field=None),
-        template_of(spread_points(np.random.default_rng(1), 1)),
-    )
-    few = replace(few, field=fingers[4].field, width=fingers[4].width, height=fingers[4].height)
-    probe = prepare(fingers[4])
-    found = agreement_with(probe, [bare, few, fingers[5]])
-    assert np.isnan(found).tolist() == [True, True, False]
-    assert found[2] == agreement_with(probe, fingers)[5]
-    assert np.isnan(agreement_with(prepare(bare), fingers)).all()
-    assert agreement_with(probe, []).shape == (0,)
-
-
-def test_samples_of_the_ridges_are_all_that_is_looked_at(fingers):
-    templates = CompactTemplates.pack(fingers)
-    some, whole = (
-        print_areas(templates, np.arange(6), estimate_ridges=estimate) for estimate in (False, True)
-    )
-    assert not np.array_equal(some.ridges, whole.ridges)
-    for area in (some, whole):
-        assert (np.diff(area.minutiae_start) == 0).all()
-    assert np.array_equal(some.inside, PreparedPrints.pack(map(prepare, fingers)).inside)
-    with pytest.raises(IndexError, match="outside of 6"):
-        print_areas(templates, np.array([6]), estimate_ridges=False)
 
 
 def test_compiled_and_interpreted_agree_on_ridges(plain, interpreted, fingers):

@@ -90,21 +90,3 @@ def test_normalization_does_not_depend_on_the_order_of_the_prints(seed, count, p
     )
     assert whole.of(scores, sizes)[order].tolist() == mixed.of(scores[order], sizes[order]).tolist()
     assert np.isfinite(whole.of(scores, sizes)).all()
-
-
-@pytest.mark.parametrize("sizes", [[20] * 600, [0] * 600, [300] * 600, [12, 40] * 300])
-def test_prints_of_one_size_or_of_equal_scores_are_normalized(sizes):
-    sizes, same = np.array(sizes, np.uint16), np.full(600, 7)
-    assert size_normalized(same, sizes, 25).tolist() == pytest.approx([0.0] * 600, abs=1e-6)
-    scores = np.arange(600) % 50
-    ranks = size_normalized(scores, sizes, 25)[:: len(set(sizes.tolist()))]
-    expected = scores[:: len(set(sizes.tolist()))]
-    assert (np.diff(ranks[np.argsort(expected, kind="stable")]) >= 0).all()
-
-
-def test_of_few_prints_the_size_of_the_smaller_one_counts():
-    scores, sizes = np.array([20, 40, 0]), np.array([15, 60, 0])
-    found = size_normalized(scores, sizes, 35)
-    plain = scores / (np.minimum(sizes, 35) + SIZE_OFFSET)
-    assert np.argsort(found).tolist() == np.argsort(plain).tolist()
-    assert size_normalized(scores[:0], sizes[:0], 35).tolist() == []

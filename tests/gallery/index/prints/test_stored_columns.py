@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from fpmatch.gallery.store._template_column_kernel import (
     read_cells,
     read_columns,
-    to_image,
     write_columns,
 )
 
@@ -78,12 +77,3 @@ def test_cells_are_read_as_numpy_reads_them(several, seed):
     if any(inside):  # of another length: nothing is read
         assert read_cells(data, first, last - 1, *layout, *into) == 0
         assert (after == -1).all()
-
-
-@given(st.integers(0, 40), st.floats(100, 4000) | st.just(500.0), st.integers(0, 2**32 - 1))
-def test_positions_in_the_image_are_as_numpy_computes_them(count, dpi, seed):
-    zoom, least = 500.0 / dpi, -1500
-    column = np.random.default_rng(seed).integers(0, 3000, count)
-    values = np.empty(count, np.float32)
-    to_image(column, least, zoom, values)
-    np.testing.assert_array_equal(values, ((column + least + 0.5) / zoom - 0.5).astype(np.float32))

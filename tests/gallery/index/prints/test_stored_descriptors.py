@@ -1,7 +1,6 @@
 """Packed bit descriptors: the prefilter's scores to the last bit, in few bytes, never misread."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
@@ -14,7 +13,6 @@ from matching_prints import (
 )
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
 from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
@@ -73,55 +71,6 @@ def test_any_print_comes_back_with_rounded_positions(probe, references):
             assert sorted(row[: used.sum()]) == sorted(words[used])
             assert (row[used.sum() :] == NO_WORD).all()
     assert len(packed.scores(prints[-1])) == len(prints)
-
-
-@pytest.mark.parametrize("damaged", [False, True])
-def test_compiled_and_interpreted_readers_agree(interpreted, damaged, rng):
-    packed = StoredDescriptors.pack(some_prints())
-    content = packed.content.copy()
-    if damaged:
-        places = rng.integers(0, len(content), 30)
-        content[places] = rng.integers(0, 2**32, len(places))
-    packed = StoredDescriptors.of_arrays(packed.arrays() | {"content": content})
-    one, other = (
-        DescriptorReader(packed),
-        interpreted("_descriptor_kernel").DescriptorReader(packed),
-    )
-    sizes = [one.unpack(k) for k in range(len(packed))]
-    assert damaged == (min(sizes) < 0)
-    for k, n in enumerate(sizes):
-        assert one.unpack(k) == other.unpack(k) == n
-        for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
-            made, expected = (np.asarray(getattr(reader, name)) for reader in (one, other))
-            assert made[: max(n, 0)].tolist() == expected[: max(n, 0)].tolist()
-
-
-def test_prints_are_scored_in_any_order_and_again():
-    prints = some_prints()
-    packed = StoredDescriptors.pack(prints)
-    which = np.array([5, 0, 3, 3, 1], np.uint16)
-    whole = packed.scores(prints[3])
-    assert packed.scores(prints[3], which).tolist() == whole[which].tolist()
-    assert packed.scores(prints[3], np.array([], np.int64)).tolist() == []
-    for outside in ([-1], [6], [0, 2**62]):
-        with pytest.raises(IndexError, match="of 6"):
-            packed.scores(prints[3], np.array(outside))
-
-
-@pytest.mark.parametrize("reach", [900.0, 1500.0, 60_000.0])
-def test_wide_prints_have_wider_steps(reach):
-    points = np.zeros((4, 4))
-    points[0], points[1], points[2] = [0, 20, reach - 20, reach], [0, -20, 20 - reach, -reach], 1
-    packed = StoredDescriptors.pack([prepare(template_of(points, size=60_000))])
-    assert 2.0 ** packed.step[0] * 1023.5 >= reach
-    assert packed.step[0] == 0 or 2.0 ** packed.step[0] * 1023.5 < 2 * reach
-
-
-def test_another_length_is_refused():
-    packed = StoredDescriptors.pack(some_prints((12, 9, 4)))
-    for name in ("content_start", "content"):
-        with pytest.raises(MatcherError):
-            StoredDescriptors.of_arrays(packed.arrays() | {name: getattr(packed, name)[:-1]})
 
 
 def test_any_content_gives_scores_or_is_refused(rng):

@@ -15,7 +15,6 @@ from fpmatch.lab.evaluation.ground_truth.minutiae_counts import (
     assign_minutiae,
     count_minutiae,
     differences,
-    distance_to_border,
     false_minutiae,
 )
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -51,21 +50,6 @@ def test_more_pairs_come_before_near_ones_and_these_before_the_rest():
     assert pairs.tolist() == [[0, 0], [1, 1]]
     true = Minutiae(x=[-3, 3], y=[0, 0], angle=[0.2, 0.0])  # the direction decides
     assert assign_minutiae(row(0), true, all_seen(true), CLOSE).tolist() == [[0, 1]]
-
-
-def test_visible_minutiae_come_first_and_invisible_ones_are_ignored():
-    counts = count_minutiae(row(0), row(1, 5), np.array([False, True]), CLOSE)
-    assert counts == MinutiaeCounts(true_positives=1)
-    counts = count_minutiae(row(0, 100), row(1, 50), np.array([False, False]), CLOSE)
-    assert counts == MinutiaeCounts(false_positives=1, ignored=1)
-    assert (counts.extracted, counts.true) == (2, 0)
-
-
-def test_kinds_count_where_they_are_asked_for():
-    bifurcation = row(0, kind=2)
-    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE).true_positives == 1
-    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE, with_kind=True).true_positives == 0
-    assert count_minutiae(row(1), row(0), SEEN, CLOSE, with_kind=True).true_positives == 1
 
 
 def test_counts_add_up_to_shares_and_nothing_has_none():
@@ -154,25 +138,3 @@ def cause_of(x, y, angle=1.0, hidden=None):
 )
 def test_each_cause_is_seen_where_it_is(minutia, cause):
     assert cause_of(*minutia) is cause
-
-
-def test_what_is_right_or_finds_an_invisible_minutia_is_not_false():
-    assert false_minutiae(template(), truth_of(TRUE)) == {}
-    assert false_minutiae(template((100, 100, 1.0)), truth_of(TRUE, [False, True])) == {}
-    assert false_minutiae(template((60, 60, 0)), truth_of(Minutiae.empty())) == {0: Cause.OTHER}
-    both = false_minutiae(template((60, 60, 0), (64, 60, 3)), truth_of(TRUE))
-    assert both == {0: Cause.NEAR_ANOTHER, 1: Cause.NEAR_ANOTHER}
-
-
-def test_lengths_are_of_500_dpi():
-    found = template((100, 100, 1.0), (100, 115, 1.0), dpi=1000)
-    assert false_minutiae(found, truth_of(TRUE)) == {1: Cause.NEAR_ANOTHER}
-    assert false_minutiae(template((120, 100, 1.0), dpi=1000), truth_of(TRUE)) == {}
-
-
-def test_distance_to_the_border_without_a_field_and_to_blocks_without_ridges():
-    bare = Template(Minutiae.empty(), 100, 50)
-    points = np.array([[10, 20], [50, 48], [-5, 20]])
-    assert distance_to_border(bare, points).tolist() == [10, 2, 0]
-    points = np.array([[150, 100], [100, 100], [165, 100]])
-    assert distance_to_border(template(), points).tolist() == [10, 60, 0]

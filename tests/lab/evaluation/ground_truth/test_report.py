@@ -1,6 +1,5 @@
 import json
 from collections import Counter
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +7,6 @@ from truth_files import truth_document, truth_of, write_truth
 
 from fpmatch.lab.evaluation.ground_truth.minutiae_counts import TOLERANCES, Cause, MinutiaeCounts
 from fpmatch.lab.evaluation.ground_truth.report import (
-    MinutiaeReport,
-    format_minutiae,
     measure_minutiae,
     measure_print,
 )
@@ -28,19 +25,6 @@ def test_a_print_is_measured_at_all_tolerances_with_and_without_kind():
     assert [c.true_positives for c in result.with_kind] == [3, 2, 1]
     assert result.main == MinutiaeCounts(true_positives=3, false_positives=1)
     assert result.causes == Counter({Cause.OTHER: 1})
-
-
-def test_distances_are_of_500_dpi():
-    off = replace(TRUE, y=TRUE.y + 20)
-    assert measure_print(Template(off, 200, 160), truth_of(TRUE)).main.true_positives == 0
-    fine = measure_print(Template(off, 200, 160, dpi=1000), truth_of(TRUE))
-    assert [c.true_positives for c in fine.counts] == [3, 3, 0]
-
-
-def test_a_print_without_a_template_misses_all_there_is():
-    result = measure_print(None, truth_of(TRUE, [True, False, True]))
-    assert set(result.counts) == set(result.with_kind) == {MinutiaeCounts(false_negatives=2)}
-    assert result.causes == Counter()
 
 
 @pytest.fixture
@@ -96,17 +80,3 @@ def test_pairs_with_enough_in_common_are_judged(options, make_database):
     summary = found.sets[0].transforms
     assert (summary.judged, summary.match) == (2, 0)  # without a calibration nothing is decided
     assert summary.rotation_deg == pytest.approx(np.degrees(0.1))
-
-
-def test_tables_have_a_row_a_database_and_one_that_pools(report):
-    minutiae, false, transforms = format_minutiae(report).split("\n\n")
-    assert [line.split()[0] for line in minutiae.splitlines()[1:]] == [
-        name for name in ("a", "b", "pooled") for _ in TOLERANCES
-    ]
-    assert minutiae.splitlines()[2].split() == [
-        *("a", "12", "px,", "22.5°", "6", "12", "0"),
-        *["0.0", "%"] * 6,
-    ]
-    assert false.splitlines()[3].split()[:2] == ["pooled", "9"]
-    assert transforms.splitlines()[1].split() == ["a", "3", "0", *["-"] * 10]
-    assert "pooled" not in format_minutiae(MinutiaeReport(report.sets[:1]))

@@ -1,5 +1,4 @@
 import math
-from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -56,20 +55,6 @@ def test_what_is_off_is_measured(degrees, scale, dx, dy):
     assert not error.match
 
 
-def test_the_residual_of_stretched_skin():
-    error = measure_transform(TRUE, PROBE, pressed(TO_REFERENCE, stretch=3.0))
-    assert error.residual_px == pytest.approx(3.0, abs=0.5)
-    assert 0 < error.least_residual_px < error.residual_px
-
-
-def test_lengths_are_of_500_dpi_and_no_transform_has_no_error():
-    error = measure_transform(Similarity(tx=8.0).after(TRUE), PROBE, REFERENCE, dpi=1000)
-    assert (error.shift_px, error.residual_px) == pytest.approx((4, 4), abs=1e-3)
-    *figures, least = astuple(measure_transform(None, PROBE, REFERENCE, match=False))[1:]
-    assert all(map(math.isnan, figures))
-    assert least == pytest.approx(0, abs=1e-3)
-
-
 def test_common_are_the_same_minutiae_seen_in_both():
     minutiae = Minutiae(x=[0, 1, 2, 3], y=[0, 0, 0, 0], angle=[0, 0, 0, 0])
     one = truth_of(minutiae, [True, True, False, True])
@@ -100,12 +85,3 @@ def test_shares_are_of_all_judged_and_errors_of_those_with_a_transform():
     assert summary.scale_percent == pytest.approx(2)
     assert summary.rotation_deg_p95 == pytest.approx(2.9)
     assert summary.least_residual_px == 1
-
-
-def test_no_pairs_and_no_transforms_say_nothing():
-    judged, *figures = astuple(summarise_transforms([]))
-    assert judged == 0
-    assert all(map(math.isnan, figures))
-    alone = summarise_transforms([NONE])
-    assert (alone.match, alone.in_place) == (0, 0)
-    assert math.isnan(alone.rotation_deg)

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.open_set.rates import near, open_set_rates
+from fpmatch.lab.evaluation.open_set.rates import open_set_rates
 from fpmatch.lab.evaluation.open_set.roles import (
     GROUPS,
-    MOST_TURNS,
     Roles,
     group_fingers,
     subject_of,
@@ -22,7 +21,6 @@ from fpmatch.lab.evaluation.open_set.searches import (
     NOT_LISTED,
     Searches,
 )
-from fpmatch.lab.evaluation.rates.intervals import ExactBound
 
 
 def chance_of(scores, enrolled=10):
@@ -66,38 +64,6 @@ def test_rates_of_a_few_searches_counted_by_hand():
     assert len(rates.fnir_at_rank) == LIST_LENGTH
     assert (rates.mated, rates.nonmated) == (4, 4)
     assert all(point.interval is None for point in rates.points)
-
-
-def test_the_fnir_at_the_stated_fpir_counts_mates_of_which_fewer_are_expected():
-    # of 1,000 subjects, a hundredth of one is expected to score 50
-    searches = searches_of([60.0, 49.0, 10.0], [1, 1, 1], [0.0] * 100, enrolled=1000)
-    near, far = rates_of(searches, fpirs=[0.01, 0.0001]).points
-    assert near.stated_fnir == pytest.approx(2 / 3)
-    assert far.stated_fnir == 1.0
-    # any of many independent others scores as high with the probability 1 - exp(-expected)
-    at = 1000 * 10**-4.9
-    above, below = (
-        rates_of(searches, fpirs=[1 - np.exp(-expected)]).points[0]
-        for expected in (1.01 * at, 0.99 * at)
-    )
-    assert (above.stated_fnir, below.stated_fnir) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
-
-
-def test_ratios_of_what_is_measured_and_stated():
-    # a hundredth is stated for 30, where one of ten searches has a higher score
-    mates, highest = [60.0, 60.0, 35.0, 29.0, 28.0, 10.0], [30.0] * 9 + [50.0]
-    (point,) = rates_of(searches_of(mates, [1] * 6, highest), fpirs=[0.1]).points
-    assert (point.by_chance, point.fnir) == (pytest.approx(0.01), 0.5)
-    assert point.fpir_ratio == pytest.approx(0.1 / (1 - np.exp(-0.01)))
-    assert point.fnir_ratio == pytest.approx(0.5 / point.stated_fnir) == 3.0
-    shown = point.as_json()
-    assert (shown["fpir_within_factor_of_two"], shown["fnir_within_factor_of_two"]) == (
-        False,
-        False,
-    )
-    assert [near(ratio) for ratio in (0.4, 0.5, 2.0, 2.1, None)] == [False, True, True, False, None]
-    (none,) = rates_of(searches_of([50.0], [1], [NO_SCORE] * 10), fpirs=[0.1]).points
-    assert (none.by_chance, none.fpir_ratio, none.fnir_ratio) == (None, None, None)
 
 
 SCORE = st.integers(0, 20).map(float)
@@ -145,35 +111,6 @@ def test_intervals_contain_the_rates_and_need_five_subjects():
     assert all(point.interval is None for point in none.points if point.fnir)
     assert none.rank_intervals[0] is None
     assert none.fnir_at_rank[1] == 0
-
-
-@pytest.mark.parametrize(
-    ("subjects", "limit"), [(1, 0.95), (3, 0.6316), (300, pytest.approx(3 / 300, rel=0.01))]
-)
-def test_no_miss_has_an_upper_limit_by_subjects(subjects, limit):
-    mated = subjects * 4
-    searches = searches_of([50.0] * mated, [1] * mated, [10.0] * mated)
-    draws = np.ones((20, subjects), np.int64)
-    rates = open_set_rates(searches, np.arange(mated) // 4, fpirs=[0.5], draws=draws)
-    (point,) = rates.points
-    assert point.interval == (0.0, pytest.approx(limit, abs=1e-4))
-    assert point.bound == rates.rank_bounds[0] == ExactBound("subject", subjects)
-    assert rates.rank_intervals[0] == point.interval
-    assert rates.as_json()["rank_bounds"][0]["method"] == "clopper-pearson"
-    missed = searches_of([5.0] * mated, [7] * mated, [10.0] * mated)
-    worst = open_set_rates(missed, np.arange(mated) // 4, fpirs=[0.5], draws=draws)
-    assert worst.points[0].interval == (pytest.approx(1 - point.interval.high), 1.0)
-    without = open_set_rates(searches, np.arange(mated) // 4, fpirs=[0.5])
-    assert without.points[0].interval is without.rank_intervals[0] is None
-
-
-def test_draws_of_every_subject_once_have_the_rates_themselves():
-    rng = np.random.default_rng(1)
-    searches = searches_of(rng.uniform(0, 60, 100), np.ones(100), rng.uniform(0, 40, 200))
-    once = np.ones((7, 200), np.int64)
-    rates = open_set_rates(searches, np.arange(200), draws=once)
-    for point in rates.det:
-        assert point.interval == (point.fnir, point.fnir)
 
 
 def test_a_database_without_mates_has_no_fnir():
@@ -226,17 +163,6 @@ def test_nobody_is_enrolled_and_searched_for_by_one_print(sizes, seed):
         assert probe not in enrolled
         assert len({roles.subject[e] for e in enrolled}) == len(enrolled)
         assert mate is None or mate in enrolled
-
-
-def test_the_same_seed_draws_the_same_groups_and_another_others():
-    first, again, other = (Roles.draw([[2] * 30], seed).group for seed in (0, 0, 1))
-    assert (first == again).all()
-    assert (first != other).any()
-
-
-def test_of_many_impressions_some_take_turns():
-    roles = Roles.draw([[MOST_TURNS + 5, 2, 1]])
-    assert roles.turns == MOST_TURNS
 
 
 def test_fingers_of_a_subject_stay_together_and_the_rest_are_paired():

@@ -1,16 +1,12 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.fingers.fused_fingers import fuse_fingers
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.whole import WholeSearch
-from fpmatch.lab.evaluation.open_set import searches
 from fpmatch.lab.evaluation.open_set.background import load_background, no_background
 from fpmatch.lab.evaluation.open_set.roles import GROUPS, Roles
 from fpmatch.lab.evaluation.open_set.run import (
@@ -94,61 +90,6 @@ def test_every_round_is_a_search_of_its_own_gallery(made):
     assert not found.preselected
 
 
-@pytest.mark.parametrize(("fingers", "function"), [(1, "identify"), (2, "identify_fused")])
-def test_all_mates_are_looked_for_because_all_impressions_are_in_one_gallery(
-    fingers, function, made, monkeypatch
-):
-    asked = []
-
-    def noted(*args, **options):
-        asked.append(options["all_mates"])
-        return original(*args, **options)
-
-    original = getattr(searches, function)
-    monkeypatch.setattr(searches, function, noted)
-    presentations = [one for subject in load_subjects(made, fingers) for one in subject]
-    roles = Roles.draw([[3] * (7 // fingers)])
-    search_all(presentations, roles, no_background(MATCHER), CALIBRATION)
-    assert asked
-    assert all(asked)
-
-
-def test_two_fingers_are_fused_and_a_missing_one_is_left_out(made):
-    subjects = load_subjects(made, 2)
-    assert [len(shown) for shown in subjects] == [3, 3, 3]  # the seventh finger is left out
-    presentations = [one for subject in subjects for one in subject]
-    roles = Roles.draw([[3] * 3])
-    found = search_all(presentations, roles, no_background(MATCHER), CALIBRATION)
-    alone = WholeSearch.of([disturbed(3, 2), disturbed(4, 2)], MATCHER)
-    scores = [
-        CALIBRATION.scores(alone.similarities(MATCHER.prepare(disturbed(f, 1)), np.array([k])))[0]
-        for k, f in enumerate((3, 4))
-    ]
-    third = presentations.index((disturbed(3, 1), disturbed(4, 1)))
-    of_mates = found.score[found.mated == third]
-    assert float(fuse_fingers(scores)) in of_mates.tolist()
-    by_fmr = found.enrolled.max() * 10 ** (-0.1 * found.score)
-    assert (found.chance <= by_fmr * (1 + 1e-9)).all()
-    assert 0 < len(found.mated) == len(found.nonmated) / 2
-
-
-def test_a_test_has_a_row_a_database_and_one_of_all(made):
-    second = extracted(range(20, 26), 2, name="second")
-    test = IdentificationTest(fpirs=(0.1, 0.5), bootstrap=20)
-    report = evaluate_identification([made, second], test=test)
-    assert [row.name for row in report.sets] == ["made", "second"]
-    assert [(row.subjects, row.prints, row.failures) for row in report.sets] == [
-        (7, 21, 2),
-        (6, 12, 0),
-    ]
-    assert report.pooled.mated == sum(row.rates.mated for row in report.sets)
-    assert report.pooled.nonmated == 2 * report.pooled.mated
-    again = evaluate_identification([made, second], test=test)
-    assert again == report
-    assert report.as_text().splitlines()[0] == "1 finger a subject, 4 to 5 subjects in the gallery"
-    assert report.as_json()["pooled"]["fnir_at_fpir"][0]["fpir"] == 0.1
-
-
 @pytest.mark.parametrize(
     ("fingers", "impressions", "size", "why"),
     [(2, 3, 1, "2 subjects of 1 finger"), (5, 1, 1, "two impressions"), (1, 2, 2, "fewer than 2")],
@@ -193,46 +134,3 @@ def test_the_background_is_a_gallery_whose_subjects_count_once(people, made):
         assert f"{subjects} of them background" in report.as_text()
         assert report.loss is None
     assert people.read_bytes() == before
-
-
-def test_a_large_background_is_searched_by_its_index_with_a_loss(people, made, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 4)
-    filled = load_background(people, MATCHER, engine=serial())
-    test = IdentificationTest(fpirs=(0.2,), bootstrap=0, loss=0.002)
-    report = evaluate_identification([made], filled.of_subjects(1), test=test)
-    assert report.as_json()["loss"] == 0.002
-    caption = replace(report, preselected=True).as_text().partition("\n")[0]
-    assert caption.endswith(
-        "only prints that the index passed on were compared, with a loss of 0.2 %"
-    )
-
-
-def test_the_background_is_a_folder_of_templates(tmp_path, made):
-    from fpmatch.formats.files import save_template
-
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    for finger in (81, 82):
-        save_template(folder / f"{finger}_1.xyt", disturbed(finger, 1))
-    filled = load_background(folder, MATCHER, engine=serial())
-    assert filled.of_subjects(1).subject.tolist() == [0, 1]
-    assert filled.of_subjects(2).subject.tolist() == [0, 0]
-    report = evaluate_identification([made], filled.of_subjects(1))
-    assert report.background == 2
-
-
-def test_prints_that_are_added_to_a_search_follow_its_own():
-    few, more = ([disturbed(k, 1) for k in some] for some in ([1, 2], [3]))
-    one, other = WholeSearch.of(few, MATCHER), WholeSearch.of(more, MATCHER)
-    both = one.with_prints(more)
-    assert both.numbers.tolist() == both.fingers.tolist() == [0, 1, 2]
-    probe = MATCHER.prepare(disturbed(3, 1))
-
-    def similarities(search):
-        return search.similarities(probe, np.arange(len(search))).tolist()
-
-    found = similarities(both)
-    assert found == similarities(one) + similarities(other)
-    plain = WholeSearch(MATCHER, one.numbers, one.fingers, [one.print_at(k) for k in range(2)])
-    assert similarities(plain.with_prints(more)) == found
-    assert similarities(WholeSearch.of([], MATCHER)) == []

@@ -11,7 +11,6 @@ from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_rates
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.rates.intervals import ExactBound, Interval, exact_bound, interval_of
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, unnamed_set
-from fpmatch.lab.evaluation.report.analysis import analyse
 from fpmatch.lab.evaluation.report.operating_points import rate_intervals
 from fpmatch.lab.evaluation.report.score_reports import summarise_scores
 from fpmatch.lab.evaluation.run import evaluate
@@ -151,24 +150,6 @@ def test_pairs_that_share_one_finger_are_one_trial():
     both = Trials(*(np.concatenate([getattr(star, n), getattr(genuine, n)]) for n in SIDES), 9)
     assert exact_bound("eer", [both]) == ExactBound("pair of fingers", 1)
     assert exact_bound("fmr100", [both]) == ExactBound("finger", 9)
-
-
-def test_text_and_json_name_the_method_and_one_database_is_shown_once():
-    analysis = analyse(summarise_scores([separated(10)]), bootstrap=20, fmrs=[0.05])
-    text = analysis.as_text()
-    assert "0.00 - 0.00" not in text
-    assert "at most 45.07 % (0 of 5)" in text
-    assert "at least 74.11 % (10 of 10)" in text
-    assert "0 of n, n of n: 95 % bound by Clopper-Pearson, one-sided; n counts fingers" in text
-    assert not {"mean", "pooled"} & {line.split()[0] for line in text.splitlines() if line}
-    document = json.loads(json.dumps(analysis.as_json()))
-    assert document["intervals"]["pooled"]["eer"] == [0.0, pytest.approx(0.4507, abs=1e-4)]
-    bound = {"unit": "pair of fingers", "units": 5, "method": "clopper-pearson"}
-    assert document["intervals"]["sets"][0]["bounds"]["eer"] == bound
-    assert document["fnmr_at_fmr"][0]["bound"] == bound | {"unit": "finger", "units": 10}
-    several = analyse(summarise_scores([separated(5), separated(6, name="b")]), bootstrap=20)
-    lines = several.as_text().splitlines()
-    assert [line.split()[0] for line in lines if line].count("pooled") == 2
 
 
 def test_databases_of_one_kind_of_pair_have_limits_together():

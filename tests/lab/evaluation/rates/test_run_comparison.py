@@ -126,21 +126,3 @@ def test_runs_over_other_databases_or_prints():
     renamed = replace(one, prints=tuple(f"9{name}" for name in one.prints))
     with pytest.raises(DatasetError, match="no genuine and impostor pairs in common"):
         compare_runs([one], [renamed])
-
-
-def test_text_and_json():
-    found = compare_runs([scored(0, 2.0, matcher="paper")], [scored(1, 4.0)], bootstrap=100)
-    text = format_comparison(found, "old.csv")
-    head, columns, *rows = text.splitlines()
-    assert "by matcher paper: 1,128 pairs in both, 0 " in head
-    assert columns.split()[:4] == ["pairs", "paper", "fake", "points"]
-    assert [row.split()[:2] for row in rows[:3]] == [
-        ["db", n] for n in ("EER", "FMR100", "FMR1000")
-    ]
-    assert rows[0].endswith(" better")
-    assert "now matching: db " in text
-    assert "p < 0.0001" in text
-    assert not {"mean", "pooled"} & set(text.split())  # which one database has no need of
-    document = json.loads(json.dumps(found.as_json()))
-    assert document["pooled"]["eer"]["verdict"] == "better"
-    assert document["decisions"]["genuine"] == 72

@@ -100,17 +100,6 @@ def test_discarding_bad_prints_lowers_the_fnmr(graded):
     assert "of the worst prints discarded" in analyse(graded, bootstrap=0, fmrs=[0.01]).as_text()
 
 
-def test_nothing_is_told_without_quality_overlap_or_impostors(report, graded):
-    bare = summarise_scores([replace(row.scores, overlap=None) for row in report.sets])
-    assert analyse_quality(bare) is None
-    assert analyse_quality(report).curves == ()
-    assert analyse_quality(graded, [1e-6]) is None
-    some = [
-        replace(row.scores, quality=np.r_[np.nan, row.scores.quality[1:]]) for row in graded.sets
-    ]
-    assert analyse_quality(summarise_scores(some)).curves == ()
-
-
 def test_curves_are_three_tables(graded, tmp_path):
     analysis = analyse(graded, bootstrap=0, fmrs=[0.01])
     files = write_curves(tmp_path / "new" / "folder", [analysis, analysis])

@@ -2,14 +2,11 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from fpmatch.errors import OutputError
-from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
 from fpmatch.lab.evaluation.report.analysis import Report
 from fpmatch.lab.evaluation.report.papers import prepare_files, save_det, save_table
-from fpmatch.lab.evaluation.report.score_reports import summarise_scores
 from tests.conftest import rows_of
 
 
@@ -59,26 +56,6 @@ def test_a_det_is_drawn_in_the_format_of_its_name(two, tmp_path, suffix, begins)
     path = tmp_path / f"det.{suffix}"
     save_det(path, [one.report for one in two.analyses])
     assert path.read_bytes().startswith(begins)
-
-
-def test_the_curves_are_of_matchers_or_of_the_databases_of_one(two, report, tmp_path):
-    pytest.importorskip("matplotlib")
-    path = tmp_path / "det.svg"
-    save_det(path, [one.report for one in two.analyses])
-    text = path.read_text()
-    assert all(one.report.matcher in text for one in two.analyses)
-    save_det(path, [report])
-    text = path.read_text()
-    assert all(name in text for name in (*(row.name for row in report.sets), "all pooled"))
-
-
-def test_without_impostors_there_is_no_det_but_a_table(tmp_path):
-    pytest.importorskip("matplotlib")
-    genuine = summarise_scores([unnamed_set(np.ones(4), np.empty(0))])
-    with pytest.raises(OutputError, match="needs genuine and impostor pairs"):
-        save_det(tmp_path / "det.svg", [genuine])
-    save_table(tmp_path / "rates.csv", Report.of([genuine], bootstrap=0).analyses)
-    assert [row["genuine"] for row in rows_of(tmp_path / "rates.csv")] == ["4"]
 
 
 def test_a_name_of_another_format_is_refused_before_work(tmp_path):

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -92,21 +90,3 @@ def test_what_was_written_is_read(report, scores):
         assert (again.compared == (row.outcomes["reason"] != "no template")).all()
     with pytest.raises(DatasetError, match=r"s\.csv: holds scores of fake, none of paper"):
         choose_matcher(found, "paper", "s.csv")
-
-
-def test_the_quality_of_both_images_is_written_last(report, tmp_path):
-    (row, _), head = report.sets, (*COLUMNS[:8], *DETAILS, *COLUMNS[8:])
-    graded = [replace(e, quality=k) for k, e in enumerate(row.extracted.extractions)]
-    extracted = replace(row.extracted, extractions=tuple(graded))
-    path = tmp_path / "graded.csv"
-    write_scores(path, replace(report, sets=(replace(row, extracted=extracted),)))
-    rows = rows_of(path)
-    assert tuple(rows[0]) == head
-    assert head[-2:] == ("probe_quality", "reference_quality")
-    for row, i, j in zip(
-        rows, report.sets[0].pairs.probe, report.sets[0].pairs.reference, strict=True
-    ):
-        assert (row["probe_quality"], row["reference_quality"]) == (str(i), str(j))
-    (found,) = read_scores(path)
-    assert found.quality.tolist() == list(range(24))
-    assert np.nanmax(found.overlap) == 1.0

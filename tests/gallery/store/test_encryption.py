@@ -8,7 +8,7 @@ import pytest
 from made_prints import changed, entries_of, entry_of, flipped, readable, refused, scattered
 
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery

@@ -9,7 +9,6 @@ from fpmatch.gallery.index.prints.ridge_samples import (
     restore_ridges,
     sample_ridges,
 )
-from fpmatch.matching.constants.comparison import FEW_SAMPLES
 
 
 def any_field(seed, rows, columns, share):

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import math
 import re
 import struct
 from dataclasses import dataclass, replace
@@ -36,7 +35,13 @@ from fpmatch.formats.codec import (
 )
 from fpmatch.formats.record import Encoded, ExtendedData, ReadingOptions, TemplateRecord, View
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
+from fpmatch.templates.minutiae import (
+    CM_PER_INCH,
+    Minutiae,
+    MinutiaKind,
+    Template,
+    dpi_of_per_cm,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,8 +61,6 @@ ANSI_STEPS: Final = 180
 _IN_BASE64: Final = b"Rk1SA"  # the beginning, as the next byte is a space or a digit
 _URL_SAFE: Final = bytes.maketrans(b"-_", b"+/")
 _IN_HEX: Final = re.compile(rb"(?:0x|\\x)?(?P<magic>464d5200)", re.IGNORECASE)
-CM_PER_INCH: Final = 2.54
-ROUND_DPI: Final = 100  # nominal resolutions of scanners are multiples of this
 MISMATCH: Final = 0.01  # of horizontal and vertical resolution, attributed to rounding
 ISO_HEADER_BYTES: Final = 24
 ANSI_HEADER_BYTES: Final = 26
@@ -100,18 +103,12 @@ def per_cm(dpi: float) -> int:
 
 
 def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
-    """Return the dpi of a resolution in whole pixels per centimetre, both positive.
-
-    Rounding leaves a range of 2.54 dpi: the result is the multiple of 100 in it, else the nearest
-    whole number.
-    """
+    """Return the dpi of a resolution in whole pixels per centimetre, both positive."""
     if abs(per_cm_x - per_cm_y) > max(1.0, MISMATCH * per_cm_x):
         raise TemplateError(
             f"horizontal and vertical resolution differ ({per_cm_x} and {per_cm_y} pixels a cm)"
         )
-    low, high = (per_cm_x - 0.5) * CM_PER_INCH, (per_cm_x + 0.5) * CM_PER_INCH
-    multiple = math.ceil(low / ROUND_DPI) * ROUND_DPI
-    return float(multiple if multiple < high else round(per_cm_x * CM_PER_INCH))
+    return dpi_of_per_cm(per_cm_x)
 
 
 class Frame(NamedTuple):

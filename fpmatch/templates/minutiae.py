@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 STANDARD_DPI: Final = 500.0
 MM_PER_INCH: Final = 25.4
+CM_PER_INCH: Final = MM_PER_INCH / 10
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)
@@ -80,6 +81,17 @@ _FILLS: Final = {
     MinutiaKind.BIFURCATION: "#be3e00",
     MinutiaKind.OTHER: "none",
 }
+
+
+def dpi_of_per_cm(pixels: float) -> float:
+    """Return the dpi of a resolution in whole pixels per centimetre.
+
+    Rounding leaves a range of 2.54 dpi: the result is the multiple of 100 in it, else the nearest
+    whole number.
+    """
+    exact = pixels * CM_PER_INCH
+    hundreds = round(exact, -2)
+    return float(round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact))
 
 
 def check_dpi(dpi: float) -> float:

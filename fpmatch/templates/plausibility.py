@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
+from fpmatch.templates.minutiae import CM_PER_INCH, MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +34,6 @@ FEW_MINUTIAE: Final = 16
 USUAL_DPI: Final = (500, 508, 512, 569, 600, 1000)
 CLOSE_MM: Final = 0.7  # median distance of nearest minutiae, mostly above 0.73 of an extractor
 MOST_COMPARED: Final = 400  # minutiae with each other; of more, the best
-CM_PER_INCH: Final = MM_PER_INCH / 10
 
 NO_FINGER: Final = "no finger can have this template"
 DISORDERED: Final = "neighbouring minutiae point in unrelated directions"

@@ -6,14 +6,19 @@ import re
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
+from fpmatch.templates.minutiae import (
+    CM_PER_INCH,
+    MAX_DPI,
+    MIN_DPI,
+    MM_PER_INCH,
+    dpi_of_per_cm,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from PIL import Image
 
-CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
 _NO_UNIT, _PER_CM = 1, 3
 _RECORD_PER_INCH, _RECORD_PER_CM = 1, 2
@@ -61,15 +66,12 @@ def dpi_in_units(units: int, pixels: float) -> float | None:
     """Return the resolution of a record in dpi, of a code of the units and whole pixels a unit.
 
     The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels per inch, 2 per centimetre.
-    Of the dpi that round to pixels per centimetre, a multiple of 100 is taken, if there is one.
     """
     if units == _RECORD_PER_INCH:
         return usable_dpi(pixels)
     if units != _RECORD_PER_CM:
         return None
-    exact = pixels * CM_PER_INCH
-    hundreds = round(exact, -2)
-    return usable_dpi(round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact))
+    return usable_dpi(dpi_of_per_cm(pixels))
 
 
 def tagged_axes(

@@ -128,6 +128,7 @@ def save_overlay(
     OutputError
         If the ending is another, or the file cannot be written.
     """
+    check_overlay(path)  # before the picture is drawn
     view = View(side_by_side, ridges)
     save_scene(path, overlay_scene(probe_image, reference_image, verification, view))
 

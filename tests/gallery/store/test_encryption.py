@@ -1,17 +1,22 @@
 """Encrypted galleries: the same results as plain ones, nothing readable, every change detected."""
 
 import base64
+import subprocess
+import sys
 from collections import namedtuple
+from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_prints import changed, entries_of, entry_of, flipped, readable, refused, scattered
 
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.encryption.key_text import make_keys
+from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.database import DamagedRowError
@@ -180,6 +185,48 @@ def test_every_flipped_byte_of_an_entry_is_detected(encrypted):
                 sealing.unseal_row(as_stored._replace(template=changed_template))
 
 
+def test_a_changed_or_alien_prepared_file_is_made_again_with_a_word(encrypted, tmp_path, rng):
+    before = searched(encrypted)
+    (path,) = tmp_path.glob("g.db.prepared/*")
+    data = path.read_bytes()
+    notes = []
+    for k in [*range(0, 40, 4), *rng.integers(0, len(data), 20).tolist()]:
+        path.write_bytes(flipped(data, k, 1 + k % 255))
+        with open_gallery(encrypted) as gallery:
+            open_search(gallery, engine=serial(), note=notes.append)
+    assert len(notes) == 30
+    assert all("prepared again" in note for note in notes)
+    assert searched(encrypted) == before
+    plain = tmp_path / "plain.db"
+    with open_gallery(plain, create=True) as gallery:
+        gallery.add(entries_of(*PRINTS[:2]))
+    searched(plain)
+    (other,) = tmp_path.glob("plain.db.prepared/*")
+    (path,) = tmp_path.glob("g.db.prepared/*")
+    path.write_bytes(other.read_bytes())
+    with pytest.warns(RuntimeWarning, match="prepared again"):
+        assert searched(encrypted) == before
+
+
+def test_a_search_in_another_process_gets_the_source_and_never_the_key(encrypted, source):
+    secret = Path(source.removeprefix("file:")).read_text().split()[-1]
+    code = (
+        "import sys\nfrom fpmatch.gallery.gallery import open_gallery\n"
+        "from fpmatch.gallery.search.opening import open_search\n"
+        "from fpmatch.gallery.engine.engine import processes\n"
+        "if __name__ == '__main__':\n"
+        f"    with open_gallery({str(encrypted)!r}) as gallery:\n"
+        "        print(len(open_search(gallery, engine=processes(2))))\n"
+    )
+    script = encrypted.with_name("search.py")
+    script.write_text(code)
+    done = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout == f"{len(PRINTS)}\n"
+    assert secret not in done.stdout + done.stderr
+
+
 def test_what_processes_are_sent_contains_no_key(encrypted, source, monkeypatch):
     from fpmatch.gallery.engine import task
     from fpmatch.gallery.engine.engine import processes
@@ -197,8 +244,52 @@ def test_what_processes_are_sent_contains_no_key(encrypted, source, monkeypatch)
     assert not any(base64.b64decode(text) in task or text.encode() in task for task in packed)
 
 
+def test_a_key_that_was_removed_from_its_source_is_missed(encrypted, source):
+    first = load_keys(source).current.id
+    add_key(source)
+    assert np.isfinite(searched(encrypted)[0][1])
+    remove_key(source, first)
+    with open_gallery(encrypted) as gallery, pytest.raises(GalleryError, match=first):
+        gallery.template(1)
+
+
+@pytest.mark.parametrize("keys", ["", "zz", "plain " + "g" * 16, "\x1b[2J", b"\xff", None, 3])
+def test_damaged_keys_in_use_are_one_error(encrypted, keys):
+    changed(encrypted, "CREATE TABLE other (id, gallery, keys)")
+    changed(encrypted, "INSERT INTO other VALUES (1, ?, ?)", bytes(16), keys)
+    changed(encrypted, "DROP TABLE fpmatch_encryption")
+    refused(open_gallery, encrypted, code="damaged")
+    changed(encrypted, "ALTER TABLE other RENAME TO fpmatch_encryption")
+    with pytest.raises(GalleryError, match="the keys in use are missing"):
+        open_gallery(encrypted)
+
+
+def test_an_empty_gallery_is_not_searched_without_its_key(tmp_path, monkeypatch):
+    open_gallery(tmp_path / "g.db", create=True, encrypt=True).close()
+    monkeypatch.delenv("FPMATCH_KEY")
+    with open_gallery(tmp_path / "g.db") as gallery, pytest.raises(GalleryError, match=r"g\.db: "):
+        open_search(gallery, engine=serial())
+
+
 def test_an_encrypted_gallery_that_states_it_is_plain_shows_nothing(encrypted):
     changed(encrypted, "UPDATE fpmatch_gallery SET version = 3")
     with open_gallery(encrypted) as gallery:
         assert list(gallery.templates()) == []
         assert len(gallery.damaged) == len(PRINTS)
+
+
+def test_a_changed_label_in_table_or_index_regroups_no_impressions(tmp_path):
+    labels = [Label(str(k // 2), "thumb", str(k)) for k in range(6)]
+    with open_gallery(tmp_path / "g.db", create=True, encrypt=True) as gallery:
+        gallery.add(entries_of(*PRINTS[:6], labels=labels))
+        expected, data = gallery.fingers(), (tmp_path / "g.db").read_bytes()
+    at = data.index(b"2thumb4")
+    assert data.count(b"2thumb4") > 1  # in the table and in an index
+    for place in (at, data.index(b"2thumb4", at + 1)):
+        (tmp_path / "g.db").write_bytes(flipped(data, place))
+        with open_gallery(tmp_path / "g.db") as gallery:
+            read = [number for number, _ in gallery.packed_templates()]
+            fingers = gallery.fingers()
+        assert len(read) > 4
+        for one, other in combinations(read, 2):
+            assert (fingers[one] == fingers[other]) == (expected[one] == expected[other])

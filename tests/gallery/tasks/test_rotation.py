@@ -1,5 +1,12 @@
 """Rotation of keys: nothing is lost, nothing stays readable, others go on meanwhile."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
 import pytest
 from made_prints import changed, entries_of, entry_of, readable, scattered
 
@@ -83,6 +90,51 @@ def test_nothing_of_the_plain_templates_is_left(tmp_path):
     assert (after.prints.xy == before.prints.xy).all()
 
 
+def test_prepared_prints_follow_the_key(tmp_path, source):
+    path = make(tmp_path / "g.db", encrypt=True)
+    with open_gallery(path) as gallery:
+        open_search(gallery, engine=serial())
+        first = load_keys(source).current.id
+        add_key(source)
+        rotate(gallery)
+    remove_key(source, first)
+    notes = []
+    with open_gallery(path) as gallery:
+        assert len(open_search(gallery, engine=serial(), note=notes.append)) == len(PRINTS)
+    assert notes == []
+
+
+def test_a_plain_prepared_file_in_an_encrypted_gallery_is_not_sealed(tmp_path, source):
+    path = make(tmp_path / "g.db", encrypt=True)
+    (tmp_path / "g.db.prepared").mkdir()
+    planted = tmp_path / "g.db.prepared" / "unit-circle-0-planted.arrays"
+    planted.write_bytes(b"fpmatch arrays 1")
+    add_key(source)
+    with open_gallery(path) as gallery:
+        rotate(gallery)
+    assert not planted.exists()
+
+
+def test_entries_of_meanwhile_are_sealed_with_the_new_key(tmp_path, source):
+    path = make(tmp_path / "g.db", encrypt=True)
+    (first,) = keys_in_use(path)
+    second = add_key(source).current.id
+
+    def enrol_more(_stage, done, _total):
+        with open_gallery(path) as other:
+            other.add([entry_of(1000 + done)])
+            assert [p for p in other.packed_templates() if p[0] <= len(PRINTS)] == PACKED
+            if done < len(PRINTS):
+                assert other.summary().keys == (second, first)
+
+    with open_gallery(path) as gallery:
+        rotate(gallery, progress=enrol_more)
+    remove_key(source, first)
+    assert packed(path)[: len(PRINTS)] == PACKED
+    assert len(packed(path)) > len(PRINTS) + 5
+    assert keys_in_use(path) == (second,)
+
+
 class Killed(Exception):
     pass
 
@@ -113,6 +165,68 @@ def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt
     assert packed(path) == PACKED
     assert keys_in_use(path) == (() if decrypt else (target,))
     assert decrypt or not any(readable(tmp_path, template) for template in PRINTS)
+
+
+@pytest.mark.slow
+def test_a_killed_process_loses_nothing(tmp_path, source):
+    path = make(tmp_path / "g.db", encrypt=True)
+    second = add_key(source).current.id
+    code = (
+        "from fpmatch.gallery.tasks import rotation\n"
+        "from fpmatch.gallery.gallery import Gallery, open_gallery\n"
+        "rotation.ROWS_PER_COMMIT = 1\n"
+        f"with open_gallery({str(path)!r}) as gallery:\n"
+        "    rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    lines = [process.stdout.readline() for _ in range(6)]
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait(timeout=30)
+    process.stdout.close()
+    assert lines[5] == f"rotate 5 {len(PRINTS)}\n"
+    assert packed(path) == PACKED
+    assert len(keys_in_use(path)) == 2
+    with open_gallery(path) as gallery:
+        assert rotate(gallery).sealed <= len(PRINTS) - 5
+    assert keys_in_use(path) == (second,)
+    assert packed(path) == PACKED
+
+
+@pytest.mark.slow
+def test_two_processes_search_and_enrol_during_a_rotation(tmp_path, source):
+    path = make(tmp_path / "g.db", encrypt=True)
+    code = (
+        "import sys\n"
+        f"sys.path.insert(0, {str(Path(__file__).parents[1])!r})\n"
+        "from made_prints import entry_of\n"
+        "from fpmatch.gallery.gallery import Gallery, open_gallery\n"
+        f"with open_gallery({str(path)!r}) as gallery:\n"
+        "    print('ready', flush=True)\n"
+        "    for k in range(8):\n"
+        "        assert gallery.add([entry_of(int(sys.argv[1]) + k)]) == [None]\n"
+        f"        assert len(list(gallery.templates())) > {len(PRINTS)}\n"
+        "    assert not gallery.damaged\n"
+    )
+    others = [
+        subprocess.Popen([sys.executable, "-c", code, start], stdout=subprocess.PIPE, text=True)
+        for start in ("1000", "2000")
+    ]
+    for other in others:
+        assert other.stdout.readline() == "ready\n"
+    rounds = 0
+    while any(other.poll() is None for other in others):
+        add_key(source)
+        with open_gallery(path) as gallery:
+            rotate(gallery)
+        rounds += 1
+        time.sleep(0.05)
+    for other in others:
+        other.stdout.close()
+    assert [other.returncode for other in others] == [0, 0]
+    assert rounds > 1
+    assert packed(path)[: len(PRINTS)] == PACKED
+    assert len(packed(path)) == len(PRINTS) + 16
+    assert keys_in_use(path) == (load_keys(source).current.id,)
 
 
 def test_a_damaged_entry_is_left_and_named(tmp_path, source):

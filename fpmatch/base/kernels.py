@@ -18,7 +18,7 @@ _KERNEL: Final = re.compile(r"_.*_kernel\.py")
 
 def compiled_kernels() -> dict[str, bool]:
     """Return whether each kernel runs compiled, by the name of its module."""
-    return {name: file is not None for name, file in _compiled_files().items()}
+    return {name: file is not None for name, file in _compiled_files(_folders()).items()}
 
 
 def outdated_kernels() -> list[str]:
@@ -27,10 +27,14 @@ def outdated_kernels() -> list[str]:
     Where others are compiled, a kernel that is not compiled is one of them, too. A new ``.pxd``
     file renews all. Times are whole seconds: setuptools keeps no more where it copies a kernel.
     """
-    files = _compiled_files() if in_source_tree() else {}
+    folders = _folders() if in_source_tree() else []
+    files = _compiled_files(folders)
     if not any(files.values()):
         return []
-    declared = max(map(_seconds, _PACKAGE.rglob("*.pxd")), default=0)
+    files_of_types = [
+        Path(folder, name) for folder, names in folders for name in names if name.endswith(".pxd")
+    ]
+    declared = max(map(_seconds, files_of_types), default=0)
     sources = {
         name: _PACKAGE.parent.joinpath(*name.split(".")).with_suffix(".py") for name in files
     }
@@ -125,11 +129,19 @@ def _same_sources(package: Path) -> bool:
     return here == there and all(cmp(_PACKAGE / one, package / one, shallow=False) for one in here)
 
 
-def _compiled_files() -> dict[str, str | None]:
-    """Return the file that each kernel is loaded from if it is compiled, by its module's name."""
-    by_name: dict[str, str | None] = {}
+def _folders() -> list[tuple[str, list[str]]]:
+    """Return the folders of the package, each with the names of its files."""
+    walked = []
     for folder, folders, names in os.walk(_PACKAGE):  # `Path.rglob` takes several times as long
         folders[:] = [one for one in folders if one != "__pycache__"]
+        walked.append((folder, names))
+    return walked
+
+
+def _compiled_files(folders: list[tuple[str, list[str]]]) -> dict[str, str | None]:
+    """Return the file that each kernel is loaded from if it is compiled, by its module's name."""
+    by_name: dict[str, str | None] = {}
+    for folder, names in folders:
         prefix = f"{_PACKAGE.name}{folder[len(str(_PACKAGE)) :]}".replace(os.sep, ".")
         for kernel in (name[:-3] for name in names if _KERNEL.fullmatch(name)):
             files = (kernel + suffix for suffix in EXTENSION_SUFFIXES)

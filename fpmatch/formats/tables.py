@@ -142,7 +142,7 @@ def _encoded(
     *,
     with_quality: bool = True,
 ) -> Encoded:
-    """Return the lines of a header and those of the minutiae of a view, with notes."""
+    """Return the lines of a header, the lines of the minutiae of a view, and notes."""
     m = view.template.minutiae
     degrees = np.degrees(m.angle.astype(np.float64))
     for *place, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):

@@ -276,7 +276,7 @@ def _mirrored(content: Read) -> Read:
 
 
 def content_of(file: str | os.PathLike[str] | bytes) -> Content:
-    """Return what a file, or its bytes, is by how it begins; "" where it cannot be read."""
+    """Return the kind of a file, or of its bytes, by its beginning; "" if it cannot be read."""
     head = file[:HEAD_BYTES] if isinstance(file, bytes) else read_head(file)
     if is_image_file(head):  # then the formats of templates need not be imported
         return "image"

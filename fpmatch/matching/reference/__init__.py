@@ -72,7 +72,7 @@ def prepare(template: Template, parameters: MatchParameters = USUAL) -> Prepared
 def rejected(
     a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
 ) -> float | None:
-    """Return what stands for -ln(FMR) of two prints that the prefilter rejects; else None."""
+    """Return the estimate of -ln(FMR) of two prints that the prefilter rejects; else None."""
     base, growth, limit = load_weights().model_of(a, b).prefilter
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors

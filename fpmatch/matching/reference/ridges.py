@@ -51,8 +51,8 @@ def codes_at(region: PrintArea, z: Plane) -> NDArray[np.uint8]:
 def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:
     """Return how far from the transform the mesh moves each block of two by two cells.
 
-    The triangle round the middle of a block is mapped affinely. A pair lies halfway between the
-    partner and where its ring predicts it: so noise is less.
+    Each triangle of the mesh is mapped affinely, and each block moves as its middle does. To reduce
+    noise, a pair lies halfway between its partner and the prediction of its ring.
     """
     image = mesh.image.copy()
     image[FRAME:] = 0.5 * (image[FRAME:] + predicted[mesh.owner[FRAME:]])
@@ -77,8 +77,8 @@ def compare_ridges(
 ) -> tuple[float, int]:
     """Return the mean correlation of the ridges of the cells compared, and how many these are.
 
-    Eight bits of a cell of A, 32 where the smaller print is small, are looked up in B, at 5 by 5
-    shifts; of these that counts under which the most bits agree in the cell and those around it.
+    Eight bits of a cell of A, 32 where the smaller print is small, are compared with B at 5 by 5
+    shifts. The shift counts at which most bits of the cell and its neighbours agree.
     """
     rows, columns = a.code.shape
     too_large = (rows + 2) * (columns + 2) > MOST_CELLS

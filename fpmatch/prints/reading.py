@@ -157,7 +157,7 @@ class GivenPrint:
         return None if self.image is None else clear_period_px(self.image.pixels)
 
     def at(self, dpi: float) -> GivenPrint:
-        """Return the print of an image extracted at another resolution, which was found."""
+        """Return the print extracted at another resolution, which the match indicates."""
         if self.image is None or dpi == self.template.dpi:
             return self
         given = make_given_print(self.image, self.name, dpi=dpi, enhance=self.enhance)

@@ -130,7 +130,7 @@ def points_at_500dpi(
     angle: NDArray[np.float32],
     to_500dpi: float | NDArray[np.float32],
 ) -> NDArray[np.float64]:
-    """Return minutiae (N,), given in pixels and radians, as points (4, N) of a `PreparedTemplate`."""
+    """Return minutiae in pixels and radians, each (N,), as the points (4, N) of a prepared one."""
     columns = np.empty((4, len(x)), np.float32)
     np.multiply(x, to_500dpi, out=columns[0])
     np.multiply(y, -to_500dpi, out=columns[1])

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
-LEAST_CAPACITY: Final = 64  # minutiae that a thread's workspace has room for at least
+LEAST_CAPACITY: Final = 64  # minutiae, of a thread's workspace
 COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 

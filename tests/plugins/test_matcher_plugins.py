@@ -3,9 +3,6 @@
 import json
 import re
 import shutil
-import subprocess
-import sys
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import pytest
@@ -165,29 +162,6 @@ def test_a_name_of_two_packages_is_neither(site, counted):
     forget_plugins()
     with pytest.raises(MatcherError, match=r"several packages .*: again, fpmatch-counted"):
         get_matcher("counted")
-
-
-def builds_packages():
-    """Return whether pip and a setuptools that needs nothing else are installed."""
-    try:
-        version("pip")
-        return int(version("setuptools").partition(".")[0]) >= 71
-    except PackageNotFoundError:
-        return False
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not builds_packages(), reason="pip and a new setuptools are not installed")
-def test_the_package_is_installed_by_pip(tmp_path, few_prints):
-    package, target = shown_package(GUIDE, tmp_path / "fpmatch-counted"), tmp_path / "target"
-    options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", "--target", target]
-    command = [sys.executable, "-m", "pip", "install", *options, package]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    done = fpmatch("doctor", "--json", cwd=tmp_path, path=target)
-    assert json.loads(done.stdout)["matchers"] == [
-        {"name": "counted", "source": "fpmatch-counted 1.0, counted:Counted", "problem": ""}
-    ]
 
 
 WRONG = """

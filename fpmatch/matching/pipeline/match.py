@@ -153,10 +153,10 @@ def match(
 
 
 def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
+    capacity: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
 ) -> EvidenceScorer:
-    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    return EvidenceScorer(parameters, weights or score.load_weights(), room)
+    """Return what scores alignments with a print of up to `capacity` minutiae, for one thread."""
+    return EvidenceScorer(parameters, weights or score.load_weights(), capacity)
 
 
 def gather_evidence(

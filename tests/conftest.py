@@ -1,7 +1,6 @@
 """What several tests share: templates and pictures of prints that never were."""
 
 import csv
-import importlib
 import importlib.util
 import re
 import shutil
@@ -196,23 +195,6 @@ def interpreted():
         return module
 
     return load
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """The module `fake_bench`, importable in worker processes too."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parent / "lab" / "evaluation"))
-    return importlib.import_module("fake_bench")
-
-
-@pytest.fixture
-def make_database(tmp_path, bench):
-    """Write a database of prints that `fake_bench.extractor` understands."""
-
-    def make(name="db", fingers=5, impressions=4, contents=None, toml=None):
-        return bench.write_database(tmp_path / name, fingers, impressions, contents, toml)
-
-    return make
 
 
 @pytest.fixture

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, dpi=STANDARD_DPI)
 DEFAULT_ENHANCEMENT: Final = "learned"
-_NOTHING_FOUND: Final = {"no ridges", "too small"}  # reasons of an image to look at enlarged
+_GRADED_ENLARGED: Final = {"no ridges", "too small"}  # with both, the ridges may be too fine
 _ENLARGED: Final = 2.5
 
 
@@ -209,10 +209,10 @@ class QualityRecorder:
         """Return the quality of that print, whose resolution was taken to be `dpi`."""
         quality = grade(self.measures(), dpi)
         codes = {reason.code for reason in quality.reasons}
-        return (self._quality_enlarged(dpi) if codes >= _NOTHING_FOUND else None) or quality
+        return (self._quality_enlarged(dpi) if codes >= _GRADED_ENLARGED else None) or quality
 
     def _quality_enlarged(self, dpi: float) -> PrintQuality | None:
-        """Return the quality of a small image with ridges too fine to be found; None without."""
+        """Return the quality of an image whose ridges show when it is enlarged; None of others."""
         grey = np.asarray(self._stages["input"], np.uint8)
         enlarged = cv2.resize(grey, None, fx=_ENLARGED, fy=_ENLARGED, interpolation=cv2.INTER_CUBIC)
         stages = QualityRecorder()

@@ -112,7 +112,7 @@ def _spreads(pixels: Doubles, enhanced: NDArray[np.generic]) -> tuple[float, flo
 
 
 def _of_contrast(grey: Floats) -> Mask:
-    """Return where the image has contrast, ridges or not."""
+    """Return where the image has contrast, whether of ridges or not, (H, W)."""
     detail = grey - cv2.GaussianBlur(grey, (0, 0), _BACKGROUND_SIGMA)
     contrast = np.sqrt(cv2.GaussianBlur(detail * detail, (0, 0), _BACKGROUND_SIGMA))
     strong = _RELATIVE_CONTRAST * float(percentiles(contrast.ravel(), 95)[0])

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
-LEAST_CAPACITY: Final = 64  # minutiae that a thread's workspace has room for at least
+LEAST_CAPACITY: Final = 64  # minutiae, of a thread's workspace
 COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 
 
@@ -153,10 +153,10 @@ def match(
 
 
 def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
+    capacity: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
 ) -> EvidenceScorer:
-    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    return EvidenceScorer(parameters, weights or score.load_weights(), room)
+    """Return what scores alignments with a print of up to `capacity` minutiae, for one thread."""
+    return EvidenceScorer(parameters, weights or score.load_weights(), capacity)
 
 
 def gather_evidence(

@@ -60,27 +60,20 @@ def test_folders_decide_each_for_itself(tmp_path, pressed):
     assert reader(dark[0]).notes == ()
 
 
-def test_a_doubtful_image_follows_its_folder(tmp_path, pressed, stripes):
-    paths = folder_of(tmp_path, "white", [255 - image for image in (*pressed, stripes)])
+def test_a_doubtful_image_follows_its_folder(tmp_path, pressed):
+    middle = pressed[0][120:270, 110:270]
+    paths = folder_of(tmp_path, "white", [255 - image for image in (*pressed, middle)])
     assert read_image(paths[-1]).notes == ()
     reader = FolderReader(read_image, find_traits(paths))
-    assert np.array_equal(reader(paths[-1]).pixels, stripes)
+    assert np.array_equal(reader(paths[-1]).pixels, middle)
 
 
-def test_small_folders_decide_together(tmp_path, pressed, monkeypatch):
-    monkeypatch.setattr(folder_traits, "polarity_evidence", lambda *_: -3.0)
-    alone = folder_of(tmp_path, "alone", pressed[:1])
-    assert polarities(alone) == {tmp_path / "alone": "auto"}
-    other = folder_of(tmp_path, "other", pressed[:1])
-    both = {tmp_path / "alone": "white", tmp_path / "other": "white"}
-    assert polarities([*alone, *other]) == both
-
-
-def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed, stripes):
-    misleading = folder_of(tmp_path, "one", [255 - stripes])
+def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed):
+    doubtful = folder_of(tmp_path, "one", [255 - pressed[0][120:270, 110:270]])
     others = folder_of(tmp_path, "other", [255 - image for image in pressed])
     places = dict.fromkeys([tmp_path / "one", tmp_path / "other"], tmp_path)
-    found = polarities([*misleading, *others], places=places)
+    assert polarities([*doubtful, *others])[tmp_path / "one"] == "auto"
+    found = polarities([*doubtful, *others], places=places)
     assert found == {tmp_path / "one": "white", tmp_path / "other": "white"}
     (tmp_path / "dataset.toml").write_text('polarity = "dark"\n')
     assert set(polarities(others, places=places).values()) == {"dark"}
@@ -90,7 +83,7 @@ def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed,
 
 
 def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
-    monkeypatch.setattr(folder_traits, "polarity_evidence", None)
+    monkeypatch.setattr(folder_traits, "background_level", None)
     paths = folder_of(tmp_path, "dark", pressed[:2])
     assert polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
     description = tmp_path / "dark" / "dataset.toml"
@@ -110,7 +103,7 @@ def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pres
         return read_image(tmp_path / "small" / "0_1.png")
 
     folder_of(tmp_path, "small", pressed[:1])
-    monkeypatch.setattr(folder_traits, "polarity_evidence", lambda *_: 1.0)
+    monkeypatch.setattr(folder_traits, "background_level", lambda _: 1.0)
     paths = [tmp_path / f"{number}.png" for number in range(1000)]
     assert polarities(paths, reader=reader) == {tmp_path: "dark"}
     assert len(looked) == len(set(looked)) == folder_traits.MOST_IMAGES

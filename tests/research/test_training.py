@@ -9,7 +9,6 @@ import pytest
 
 from fpmatch.gallery.index.loss import loss_table
 from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
-from fpmatch.image.quality.line_cues import LINE_CUES, evidence_of_cues
 from fpmatch.image.quality.measures import LinearWeights, QualityMeasures
 from fpmatch.image.quality.print_quality import (
     FEATURES,
@@ -22,7 +21,6 @@ from fpmatch.lab.synthesis.sensor import Sensor
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
 from research.commands import ROOT
 from research.training.index import document_of, model_of_edges
-from research.training.polarity import fit_polarity
 from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
 
 SENSOR = Sensor("small", 160, 180)
@@ -71,18 +69,6 @@ def test_every_fault_can_be_made_and_made_again(master, fault):
     assert one[1] == other[1] == SENSOR.dpi
 
 
-def test_the_cue_that_tells_has_the_weight(rng):
-    cues = rng.normal(0, 1, (400, len(LINE_CUES)))
-    cues[:, 2] = rng.normal(0.02, 0.01, 400)
-    weights = fit_polarity(list(cues), {"seed": 1})
-    assert np.argmax(weights.weight) == 2
-    assert weights.weight[2] > 5 * np.abs(np.delete(weights.weight, 2)).max()
-    assert (evidence_of_cues(cues, weights) > 0).mean() > 0.9
-    assert weights.provenance["prints"] == 400
-    flipped = fit_polarity(list(-cues))
-    assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)
-
-
 def test_a_model_has_the_shares_of_lengths_and_of_directions_from_either_end(rng):
     terms = rng.integers(0, TERMS, 500).astype(np.uint16)
     model = model_of_edges(terms, 9)
@@ -107,7 +93,6 @@ def test_the_model_of_the_package_is_written_as_it_is():
     "words",
     [
         ("quality", "--fingers", 1, "--workers", 1),
-        ("polarity", "--fingers", 1, "--workers", 1),
         ("tail", "--prints", 9, "--probes", 3),
         ("enhancer", "--fingers", 1, "--steps", 2, "--workers", 1),
         ("embedding", "--fingers", 4, "--steps", 2, "--workers", 1),

@@ -64,8 +64,7 @@ def read_image(
         "dark": the grey values stay; "white": they are inverted; "auto": they are inverted where
         the print certainly shows white ridges.
     dpi : float, optional
-        Resolution that replaces the file's own, for finding the polarity; by default the file's
-        own, and the likely one where it has none.
+        Resolution that replaces the file's own.
     record : int, optional
         Number, from 1, of the image that is read of an ANSI/NIST-ITL file; by default the first.
         Fingers without an image are not counted, and other files have one image.
@@ -159,7 +158,7 @@ def _settled(image: GreyImage, polarity: Polarity, dpi: float | None) -> GreyIma
             image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
-        inverted = is_inverted(image.pixels, dpi or image.dpi)
+        inverted = is_inverted(image.pixels)
     if not inverted:
         return image
     return replace(image, pixels=255 - image.pixels, notes=(*image.notes, INVERTED))

@@ -12,7 +12,12 @@ import cv2
 import numpy as np
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
+from fpmatch.image.skeleton.thin import (
+    bordered,
+    crossing_number_table,
+    neighbour_bytes,
+    ridge_pixels,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,10 +59,12 @@ class SkeletonNodes(NamedTuple):
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
     padded = bordered(skeleton)
-    list_nodes = nodes_with_kernel if kernel.COMPILED else nodes_with_numpy
-    nodes, number = list_nodes(padded)
-    count = len(nodes)
-    y, x = nodes.T
+    pixels = ridge_pixels(padded)
+    number = crossing_number_table()[neighbour_bytes(padded, pixels)]
+    is_node = (number == 1) | (number > 2)
+    number, count = number[is_node], np.count_nonzero(is_node)
+    y, x = np.divmod(pixels[is_node].astype(np.int32), np.int32(padded.shape[1]))
+    nodes = np.stack([y, x], axis=1)
     labels = padded.astype(np.int32)
     labels[y, x] = np.arange(2, 2 + count)
     paths = np.zeros((count, _MAX_BRANCHES, branch_px, 2), np.int32)
@@ -69,23 +76,6 @@ def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
             traced = [memoryview(array) for array in traced]
         kernel.trace_branches(*traced)
     return SkeletonNodes(y - 1, x - 1, number, paths, steps, target)
-
-
-def nodes_with_kernel(padded: Grey) -> tuple[Ints, Grey]:
-    """Return (y, x) and crossing numbers of the nodes of a skeleton with a border of zeros."""
-    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
-    yx = np.empty((len(pixels), 2), np.int32)
-    number = np.empty(len(pixels), np.uint8)
-    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
-    return yx[:count].copy(), number[:count].copy()
-
-
-def nodes_with_numpy(padded: Grey) -> tuple[Ints, Grey]:
-    """Return what `nodes_with_kernel` does: the uncompiled path, and the kernel's oracle."""
-    y, x = padded.nonzero()
-    number = crossing_number_table()[neighbour_code(padded)[y, x]]
-    chosen = (number == 1) | (number > 2)
-    return np.stack([y[chosen], x[chosen]], axis=1).astype(np.int32), number[chosen]
 
 
 def remove_spurs_and_islands(skeleton: Mask) -> Mask:

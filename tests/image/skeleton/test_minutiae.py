@@ -10,10 +10,8 @@ from fpmatch.image.skeleton.minutiae import (
     SIGMA_PX,
     find_nodes,
     minutia_quality,
-    nodes_with_kernel,
-    nodes_with_numpy,
 )
-from fpmatch.image.skeleton.thin import bordered, thin
+from fpmatch.image.skeleton.thin import thin
 from tests.image.made_images import drawn, extremes_too, plane_wave, shapes
 
 LINE = drawn("#######", margin=3)
@@ -154,21 +152,12 @@ def test_agrees_with_the_twin(binary, limit, thinned):
             assert nodes.target[node, branch] == target
 
 
-@given(shapes, st.booleans())
-def test_kernel_and_numpy_list_the_same_nodes(binary, thinned):
-    padded = bordered(thin(binary) if thinned else binary)
-    for one, other in zip(nodes_with_kernel(padded), nodes_with_numpy(padded), strict=True):
-        assert one.dtype == other.dtype
-        assert np.array_equal(one, other)
-
-
 @given(shapes, st.integers(1, 12))
 def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
     compiled = find_nodes(binary, limit)
     plain = interpreted("_trace_kernel")
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("list_nodes", "trace_branches"):
-            patch.setattr(kernel, name, getattr(plain, name))
+        patch.setattr(kernel, "trace_branches", plain.trace_branches)
         found = find_nodes(binary, limit)
     for one, other in zip(found, compiled, strict=True):
         assert np.array_equal(one, other)

@@ -51,9 +51,9 @@ def thin_with_kernel(image: Grey) -> None:
 
 def thin_with_skimage(image: Grey) -> None:
     """Thin `image` (0/1, zero border) in place: the uncompiled path, and the kernel's oracle."""
-    from skimage.morphology import thin as guo_hall  # noqa: PLC0415  (imports scipy)
+    from skimage import morphology  # noqa: PLC0415  (imports scipy)
 
-    image[:] = guo_hall(image)
+    image[:] = morphology.thin(image)  # type: ignore[no-untyped-call]
     pixels, around = ridge_pixels(image), neighbours(image.shape[1])
     code = dict(zip(pixels.tolist(), neighbour_bytes(image, pixels).tolist(), strict=True))
     simple, count = simple_table().tolist(), len(code) + 1

@@ -16,12 +16,7 @@ from fpmatch.image.preprocess.arrays import BLOCK_PX, UncropRecorder
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
-from fpmatch.image.quality.print_quality import (
-    MIN_CONCENTRATION,
-    PrintQuality,
-    grade,
-    wrong_resolution,
-)
+from fpmatch.image.quality.print_quality import PrintQuality, grade
 from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import (
@@ -47,8 +42,6 @@ if TYPE_CHECKING:
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, dpi=STANDARD_DPI)
 DEFAULT_ENHANCEMENT: Final = "learned"
-_NOTHING_FOUND: Final = {"no ridges", "too small"}  # reasons of an image to look at enlarged
-_ENLARGED: Final = 2.5
 
 
 def extract(
@@ -207,20 +200,7 @@ class QualityRecorder:
 
     def quality(self, dpi: float) -> PrintQuality:
         """Return the quality of that print, whose resolution was taken to be `dpi`."""
-        quality = grade(self.measures(), dpi)
-        codes = {reason.code for reason in quality.reasons}
-        return (self._quality_enlarged(dpi) if codes >= _NOTHING_FOUND else None) or quality
-
-    def _quality_enlarged(self, dpi: float) -> PrintQuality | None:
-        """Return the quality of a small image with ridges too fine to be found; None without."""
-        grey = np.asarray(self._stages["input"], np.uint8)
-        enlarged = cv2.resize(grey, None, fx=_ENLARGED, fy=_ENLARGED, interpolation=cv2.INTER_CUBIC)
-        stages = QualityRecorder()
-        extract(GreyImage(np.asarray(enlarged, np.uint8)), STANDARD_DPI, recorder=stages)
-        measures = stages.measures()
-        if not measures.ridges_mm2 > 0 or measures.concentration < MIN_CONCENTRATION:
-            return None
-        return PrintQuality(0, (wrong_resolution(measures.period_px / _ENLARGED, dpi),))
+        return grade(self.measures(), dpi)
 
 
 def assess(

@@ -29,9 +29,7 @@ SENSOR = Sensor("small", 160, 180)
 def examples(rng, sign):
     """Return prints that compare the better (sign 1) or worse (-1) the more ridges they have."""
     areas = rng.uniform(20, 300, 60)
-    figures = [
-        QualityMeasures(370, a, 30, 0.45, rng.uniform(0.3, 1), 0.3, 9, 0.9, 0.02) for a in areas
-    ]
+    figures = [QualityMeasures(370, a, 30, 0.45, rng.uniform(0.3, 1), 0.3, 9, 0.02) for a in areas]
     shares = 1 / (1 + np.exp(-sign * 2 * np.log(areas / 100)))
     return figures, shares.tolist()
 
@@ -44,7 +42,7 @@ def master():
 def test_more_ridges_are_better_where_examples_say_so(rng):
     weights = fit_quality(*examples(rng, 1))
     assert weights.weight[FEATURES.index("ridges")] > 0.5
-    figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.9, 0.02)
+    figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.02)
     less = replace(figures, ridges_mm2=50)
     assert quality_score(quality_features(less), weights) < 50
     assert quality_score(quality_features(figures), weights) > 50

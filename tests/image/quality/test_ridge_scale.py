@@ -141,13 +141,13 @@ def test_inspect_names_it_and_takes_it(folder):
     assert "resolution unknown, by the ridges 250 dpi, quality 64" in found.output
     wrong = CliRunner().invoke(fpmatch, ["inspect", str(folder / "1_1.bmp"), "--dpi", "500"])
     assert ", 500 dpi, quality 0; wrong resolution: " in wrong.output
-    assert "about 240 dpi" in wrong.output
-    words = ["inspect", str(folder / "1_1.bmp"), "--dpi", "240"]
+    assert "about 250 dpi" in wrong.output
+    words = ["inspect", str(folder / "1_1.bmp"), "--dpi", "250"]
     stated = CliRunner().invoke(fpmatch, words).output
-    assert ", 240 dpi, quality " in stated
+    assert ", 250 dpi, quality " in stated
     assert "wrong resolution" not in stated
     (document,) = json.loads(CliRunner().invoke(fpmatch, [*words, "--json"]).output)
-    assert document["image"]["dpi"] == 240
+    assert document["image"]["dpi"] == 250
     assert document["image"]["quality"]["score"] > 40
     assert CliRunner().invoke(fpmatch, [*words[:-1], "20"]).exit_code == 2
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from fpmatch.base.parsing import parse_json
 from fpmatch.errors import FpmatchError
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.foreground import ridge_contrast, stretch_contrast
 from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -117,7 +118,7 @@ def _detail(grey: Floats, mask: Mask) -> float:
         (frequency >= 1 / longest) & (frequency < 1 / shortest)
         for shortest, longest in (_NOISE_PERIODS, _FINE_PERIODS, _COARSE_PERIODS)
     )
-    signal = np.maximum(energy - np.median((energy / size)[noise]) * size, 0.0)
+    signal = np.maximum(energy - percentiles((energy / size)[noise], 50) * size, 0.0)
     return float(signal[fine].sum() / signal[coarse].sum()) if signal[coarse].any() else math.nan
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from fpmatch.errors import ImageError
+from fpmatch.image.preprocess.arrays import percentiles
 
 if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Grey
@@ -25,12 +26,12 @@ CLEAR_LEVEL: Final = 0.3  # background level, -1 to 1, from which a background i
 # The search for the background: every second pixel, in blocks, by the standard deviation of each.
 _STEP_PX: Final = 2
 _BLOCK_PX: Final = 8
-_STRONG: Final = 0.9  # quantile of the deviations that is the print's contrast
+_STRONG_PERCENTILE: Final = 90.0  # of the deviations that is the print's contrast
 _PRINT_CONTRAST, _QUIET_CONTRAST = 0.5, 0.15  # shares of it: least of a print, most of background
 _MIN_CONTRAST: Final = 1.0  # grey levels
 _MIN_PRINT, _MIN_BACKGROUND = 0.05, 0.02  # shares of the blocks
 _MIN_BORDER: Final = 0.08  # share of background in the blocks at the border: a blot has less
-_LINES: Final = (0.1, 0.9)  # quantiles of the print's grey values: dark and bright lines
+_LINE_PERCENTILES: Final = (10.0, 90.0)  # of the print's grey values: dark and bright lines
 _MAX_OTHER: Final = 0.2  # share of the background of the other half of the grey levels
 
 
@@ -56,9 +57,10 @@ def background_level(grey: Grey) -> float:
     if not rows * columns:
         return 0.0
     whole = few[: rows * _BLOCK_PX, : columns * _BLOCK_PX].astype(np.float32)
-    blocks = whole.reshape(rows, _BLOCK_PX, columns, _BLOCK_PX).swapaxes(1, 2)
-    deviation = blocks.std(axis=(2, 3))
-    contrast = _quantile(deviation, _STRONG)
+    tiles = whole.reshape(rows, _BLOCK_PX, columns, _BLOCK_PX).swapaxes(1, 2)
+    blocks = tiles.reshape(rows, columns, _BLOCK_PX**2)
+    deviation = blocks.std(axis=2)
+    contrast = float(percentiles(deviation.ravel(), _STRONG_PERCENTILE)[0])
     print_ = deviation > _PRINT_CONTRAST * contrast
     quiet = deviation < _QUIET_CONTRAST * contrast
     border = np.ones_like(quiet)
@@ -66,14 +68,8 @@ def background_level(grey: Grey) -> float:
     enough = print_.mean() >= _MIN_PRINT and quiet.mean() >= _MIN_BACKGROUND
     if contrast < _MIN_CONTRAST or not enough or quiet[border].mean() < _MIN_BORDER:
         return 0.0
-    dark, bright = (_quantile(blocks[print_], share) for share in _LINES)
-    levels = 2 * (np.median(blocks[quiet], axis=(1, 2)) - dark) / max(bright - dark, 1.0) - 1
-    level = float(np.clip(np.median(levels), -1, 1))
+    dark, bright = percentiles(blocks[print_].ravel(), *_LINE_PERCENTILES).tolist()
+    levels = 2 * (percentiles(blocks[quiet], 50)[0] - dark) / max(bright - dark, 1.0) - 1
+    level = float(np.clip(percentiles(levels, 50)[0], -1, 1))
     other = float((np.sign(levels) == -np.sign(level)).mean())
     return level if other <= _MAX_OTHER else 0.0
-
-
-def _quantile(values: np.ndarray[tuple[int, ...], np.dtype[np.float32]], share: float) -> float:
-    """Return a quantile of some values; `np.quantile` imports numpy.ma, as slow as an image."""
-    place = int(share * (values.size - 1))
-    return float(np.partition(values, place, axis=None)[place])

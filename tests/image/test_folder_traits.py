@@ -12,7 +12,6 @@ from fpmatch.image.folder_traits import OF_TWO_SENSORS, FolderReader, FolderTrai
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from tests.conftest import ROOT
-from tests.image.made_images import concentric_rings
 
 SAMPLES = [read_image(path).pixels for path in sorted((ROOT / "sample_data").glob("*.tif"))]
 
@@ -31,15 +30,6 @@ def resized(images, dpi):
     by = {"fx": dpi / 500, "fy": dpi / 500}
     how = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
     return [cv2.resize(image, None, **by, interpolation=how) for image in images]
-
-
-def rings(millimetres, count):
-    """Return noisy prints of 500 dpi whose ridges are this far apart."""
-    rng = np.random.default_rng(1)
-    for _ in range(count):
-        values = 128 + 90 * concentric_rings((300, 260), millimetres * 500 / 25.4)
-        values += rng.normal(0, 12, values.shape)
-        yield values.clip(0, 255).astype(np.uint8)
 
 
 def polarities(*args, **how):
@@ -140,38 +130,12 @@ def test_a_folder_of_usual_prints_is_of_500_dpi(tmp_path, dpi):
     assert set(found) == {(500, 500)}
 
 
-def test_fine_ridges_are_of_500_dpi(tmp_path):
-    fine = resized(SAMPLES, 400)  # 0.36 mm at 500 dpi
-    assert set(of_folder(folder_of(tmp_path, "a", fine, dpi=None))) == {(500, 500)}
-
-
 def test_an_image_of_noise_decides_nothing_and_follows(tmp_path):
     noise = np.random.default_rng(1).integers(0, 256, (300, 300), np.uint8)
     images = resized(SAMPLES, 250)
     images.insert(3, noise)
     found = of_folder(folder_of(tmp_path, "a", images, dpi=None))
     assert set(found) == {(250, 250)}
-
-
-def test_one_image_of_noise_among_a_hundred_changes_nothing(tmp_path):
-    small = resized(SAMPLES, 350)
-    hundred = [small[number % len(small)] for number in range(100)]
-    with_noise = hundred.copy()
-    with_noise[0] = np.random.default_rng(1).integers(0, 256, small[0].shape, np.uint8)
-    (of_hundred,) = find_traits(folder_of(tmp_path, "a", hundred, dpi=None)).values()
-    (with_one,) = find_traits(folder_of(tmp_path, "b", with_noise, dpi=None)).values()
-    assert with_one == of_hundred
-    assert of_hundred.dpi == (pytest.approx(350, rel=0.1),)
-
-
-def test_prints_of_children_have_one_resolution_and_alone_500_dpi(tmp_path):
-    children, adults = list(rings(0.3, 12)), list(rings(0.46, 12))
-    alone = [of_folder(folder_of(tmp_path, str(n), [one], None)) for n, one in enumerate(children)]
-    assert alone == [[(None, 500)]] * len(children)
-    together = of_folder(folder_of(tmp_path, "all", children, dpi=None))
-    assert len(set(together)) == 1
-    mixed = of_folder(folder_of(tmp_path, "mixed", [*adults, *children[:4]], dpi=None))
-    assert set(mixed) == {(500, 500)}
 
 
 def test_each_image_of_two_sensors_has_the_resolution_of_its_group(tmp_path):
@@ -196,16 +160,6 @@ def test_prints_alone_or_with_a_resolution_have_no_likely_one(tmp_path):
     assert {likely for likely, _ in of_folder(unstated, dpi=260)} == {None}
     (tmp_path / "c" / "dataset.toml").write_text("dpi = 260\n")
     assert {likely for likely, _ in of_folder(unstated)} == {None}
-
-
-def test_folders_of_one_finger_each_decide_together(tmp_path):
-    paths = [
-        path
-        for number, image in enumerate(resized(SAMPLES, 350))
-        for path in folder_of(tmp_path, str(number), [image], dpi=None)
-    ]
-    places = {path.parent: tmp_path for path in paths}
-    assert len(set(of_folder(paths, places=places))) == 1
 
 
 def test_later_prints_have_the_resolution_of_the_earlier_unless_their_ridges_rule_it_out(tmp_path):

@@ -5,24 +5,19 @@ Spurious minutiae are structures of the skeleton that the finger does not have.
 
 from __future__ import annotations
 
-from functools import cache
+import math
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cv2
 import numpy as np
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.thin import (
-    bordered,
-    crossing_number_table,
-    neighbour_bytes,
-    ridge_pixels,
-)
+from fpmatch.image.skeleton.thin import CROSSING_NUMBER, bordered, neighbour_bytes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Ints, Mask
 
 # (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
 _STEP: Final = np.array(
@@ -59,8 +54,8 @@ class SkeletonNodes(NamedTuple):
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
     padded = bordered(skeleton)
-    pixels = ridge_pixels(padded)
-    number = crossing_number_table()[neighbour_bytes(padded, pixels)]
+    pixels = np.flatnonzero(padded.view(np.bool_))
+    number = CROSSING_NUMBER[neighbour_bytes(padded, pixels)]
     is_node = (number == 1) | (number > 2)
     number, count = number[is_node], np.count_nonzero(is_node)
     y, x = np.divmod(pixels[is_node].astype(np.int32), np.int32(padded.shape[1]))
@@ -122,7 +117,10 @@ def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
     lake, both ends of a broken ridge, and minutiae closer together than those of fingers.
     """
     known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
-    keep: Mask = known & ~_bridged(nodes)
+    forked = nodes.crossing_number >= 3
+    near = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
+    bridged = (near & forked[:, None] & forked[np.maximum(nodes.target, 0)]).any(axis=1)
+    keep: Mask = known & ~bridged
     here = np.flatnonzero(keep)
     here = here[_inside(nodes.x[here], nodes.y[here], mask)]
     keep[:] = False
@@ -134,28 +132,14 @@ def _inside(x: Ints, y: Ints, mask: Mask) -> Mask:
     """Return which pixels are far enough from the borders of the mask and of the image."""
     height, width = mask.shape
     edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
-    dy, dx = _nearer(MIN_MASK_DISTANCE_PX)
+    reach = math.ceil(MIN_MASK_DISTANCE_PX)
+    others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    others[reach, reach] = 0
+    near = cv2.distanceTransform(others, cv2.DIST_L2, 3) < MIN_MASK_DISTANCE_PX
+    dy, dx = (axis - reach for axis in near.nonzero())
     rows = np.clip(y[:, None] + dy, 0, height - 1)
     columns = np.clip(x[:, None] + dx, 0, width - 1)
     return np.asarray(mask[rows, columns].all(axis=1) & (edge >= MIN_BORDER_DISTANCE_PX))
-
-
-@cache
-def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the offsets (dy, dx) of all pixels nearer than a distance, measured by OpenCV."""
-    reach = int(np.ceil(distance_px))
-    others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    others[reach, reach] = 0
-    dy, dx = np.nonzero(cv2.distanceTransform(others, cv2.DIST_L2, 3) < distance_px)
-    return dy - reach, dx - reach
-
-
-def _bridged(nodes: SkeletonNodes) -> Mask:
-    """Return which bifurcations are joined to another by a short branch: a bridge or a lake."""
-    forked = nodes.crossing_number >= 3
-    near = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
-    both = forked[:, None] & forked[np.maximum(nodes.target, 0)]
-    return np.asarray((near & both).any(axis=1), bool)
 
 
 def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Mask:
@@ -203,12 +187,9 @@ def minutia_quality(pixels: Floats, enhanced: Floats, x: Ints, y: Ints) -> Grey:
     a, b = (
         np.pad(one, RADIUS_PX).ravel().take(at).astype(np.float64) for one in (pixels, enhanced)
     )
-    cross, power, enhanced_power = (_column_sums(weight * one) for one in (a * b, a * a, b * b))
+    # from top to bottom, in which order `sum` does not add a single column
+    cross, power, enhanced_power = (
+        (weight * one).cumsum(axis=0)[-1] for one in (a * b, a * a, b * b)
+    )
     correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
     return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
-
-
-def _column_sums(terms: Doubles) -> Doubles:
-    """Sum each column from top to bottom; `sum` adds a single column in another order."""
-    sums = terms.cumsum(axis=0)[-1] if terms.shape[1] == 1 else terms.sum(axis=0)
-    return np.asarray(sums, np.float64)

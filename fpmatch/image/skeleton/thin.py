@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -15,6 +14,17 @@ if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Grey, Mask
 
 WORD_BITS: Final = 64
+_BITS: Final = np.arange(256) >> np.arange(8)[:, None] & 1
+"""The eight neighbours of each byte of neighbours, counter-clockwise from east, (8, 256)."""
+_PARTS: Final = ((1 - _BITS[::2]) & (_BITS[1::2] | np.roll(_BITS, -2, axis=0)[::2])).sum(axis=0)
+SIMPLE: Final = ((_PARTS == 1) & (_BITS.sum(axis=0) >= 2)).astype(np.uint8)
+"""For each byte of neighbours, whether the pixel is no end and not needed to connect.
+
+That is: at least two neighbours, all in one eight-connected part, and a background neighbour to the
+east, north, west or south (so that no hole is made).
+"""
+CROSSING_NUMBER: Final = ((_BITS ^ np.roll(_BITS, 1, axis=0)).sum(axis=0) // 2).astype(np.uint8)
+"""For each byte of neighbours, half the number of changes around the pixel (Rutovitz)."""
 
 
 def thin(binary: Mask) -> Mask:
@@ -46,7 +56,8 @@ def thin_with_kernel(image: Grey) -> None:
     inner[:] = packed
     kernel.thin_words(words, np.zeros_like(words), np.zeros(height, np.int32))
     image[:] = np.unpackbits(inner, axis=1, count=width, bitorder="little")
-    kernel.delete_simple_points(image, ridge_pixels(image).astype(np.int32), simple_table())
+    pixels = np.flatnonzero(image.view(np.bool_)).astype(np.int32)
+    kernel.delete_simple_points(image, pixels, SIMPLE)
 
 
 def thin_with_skimage(image: Grey) -> None:
@@ -54,9 +65,9 @@ def thin_with_skimage(image: Grey) -> None:
     from skimage import morphology  # noqa: PLC0415  (imports scipy)
 
     image[:] = morphology.thin(image)  # type: ignore[no-untyped-call]
-    pixels, around = ridge_pixels(image), neighbours(image.shape[1])
+    pixels, around = np.flatnonzero(image), neighbours(image.shape[1])
     code = dict(zip(pixels.tolist(), neighbour_bytes(image, pixels).tolist(), strict=True))
-    simple, count = simple_table().tolist(), len(code) + 1
+    simple, count = SIMPLE.tolist(), len(code) + 1
     while len(code) < count:
         count = len(code)
         for at in list(code):
@@ -67,11 +78,6 @@ def thin_with_skimage(image: Grey) -> None:
                         code[at + step] &= ~(1 << (k + 4) % 8)  # for it, this pixel lies opposite
     image[:] = 0
     image.ravel()[list(code)] = 1
-
-
-def ridge_pixels(image: Grey) -> NDArray[np.intp]:
-    """Return the flat indices of the ones of a 0/1 image, in raster order."""
-    return np.flatnonzero(image.view(np.bool_))
 
 
 def neighbours(width: int) -> tuple[int, ...]:
@@ -88,28 +94,3 @@ def neighbour_bytes(image: Grey, pixels: NDArray[np.intp]) -> Grey:
     for k, step in enumerate(neighbours(image.shape[1])):
         code |= flat.take(pixels + step) << k
     return code
-
-
-@cache
-def _neighbour_bits() -> Mask:
-    """Return the eight neighbours of each byte of neighbours, shape (8, 256), from the east."""
-    return np.asarray(np.arange(256) >> np.arange(8)[:, None] & 1, bool)
-
-
-@cache
-def simple_table() -> Grey:
-    """Return, for each neighbour byte, whether the pixel is no end and not needed to connect.
-
-    That is: at least two neighbours, all in one eight-connected part, and a background neighbour
-    to the east, north, west or south (so that no hole is made).
-    """
-    n = _neighbour_bits()
-    starts: NDArray[np.bool_] = ~n[::2] & (n[1::2] | np.roll(n, -2, axis=0)[::2])  # of parts
-    return np.asarray((starts.sum(axis=0) == 1) & (n.sum(axis=0) >= 2), np.uint8)
-
-
-@cache
-def crossing_number_table() -> Grey:
-    """Return, for each neighbour byte, half the number of changes around the pixel (Rutovitz)."""
-    n = _neighbour_bits()
-    return np.asarray((n ^ np.roll(n, 1, axis=0)).sum(axis=0) // 2, np.uint8)

@@ -281,21 +281,6 @@ def test_raw_sizes_are_two_numbers(text):
         RawSize(0, 5)
 
 
-def test_links_and_odd_names(tmp_path):
-    odd = tmp_path / "a print\n with 'odd' \u202e name.png"
-    odd.write_bytes(FILES["PNG"])
-    link, dangling, loop = (tmp_path / name for name in ("link.png", "dangling.png", "loop.png"))
-    link.symlink_to(odd)
-    dangling.symlink_to(tmp_path / "gone.png")
-    loop.symlink_to(loop)
-    assert np.array_equal(read_image(link).pixels, read_image(odd).pixels)
-    for path in (dangling, loop, tmp_path / ("long" * 100)):
-        with pytest.raises(ImageReadError):
-            read_image(path)
-    with pytest.raises(ImageReadError, match="not a regular file"):
-        read_image("/dev/zero")
-
-
 def test_a_jpeg_of_too_many_scans():
     whole = saved(GREY, "JPEG", progressive=True)
     assert decoded(whole).pixels.shape == GREY.shape

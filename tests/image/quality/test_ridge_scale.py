@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -77,21 +76,6 @@ def test_what_shows_no_ridges_contradicts_nothing(height, width, noise, seed):
     grey = (128 + noise * rng.standard_normal((height, width))).clip(0, 255).astype(np.uint8)
     grey[: height // 2] //= 2
     assert not contradiction(grey, 180)
-
-
-def test_memory_and_time_do_not_grow_with_the_image():
-    large = np.tile(rings(9.0), (8, 8))
-    assert contradiction(large, 180)
-
-
-@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
-def test_sample_prints_at_right_and_wrong_resolutions(path):
-    grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    for dpi in (250, 300, 1000):
-        side = dpi / 500
-        right = cv2.resize(grey, None, fx=side, fy=side, interpolation=cv2.INTER_AREA)
-        assert not contradiction(right, dpi)
-    assert contradiction(grey, 180)
 
 
 SAMPLE = Path(__file__).parents[3] / "sample_data" / "101_1.tif"
@@ -192,11 +176,6 @@ def test_the_order_of_prints_changes_no_resolution(periods, random):
     groups = sensors_of(periods)
     assert sensors_of(shuffled) == groups
     assert sorted(period for group in groups for period in group) == sorted(periods)
-
-
-def test_many_prints_rule_out_more_than_one():
-    assert common_dpi([6.2]) == 500
-    assert common_dpi([6.2] * 32) == pytest.approx(350, rel=0.05)
 
 
 def test_prints_of_one_sensor_are_one_group():

@@ -158,14 +158,6 @@ def fingers():
 
 
 @pytest.fixture(scope="session")
-def stripes():
-    """Return a 240 x 220 picture of straight ridges on white, whose lines are all alike."""
-    y, x = np.mgrid[:240, :220].astype(float)
-    inside = np.hypot(x - 110, y - 120) < 95
-    return np.where(inside, 127 + 100 * np.cos(0.7 * x), 255).astype(np.uint8)
-
-
-@pytest.fixture(scope="session")
 def pressed():
     """Return synthetic prints with pores and creases of two fingers, two of each, on white."""
     from fpmatch.lab.synthesis.impression import make_impression

@@ -21,7 +21,7 @@ from fpmatch.image.dataset_folder import folder_settings
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
-from fpmatch.image.io.registry import is_image_file
+from fpmatch.image.io.registry import sniff
 from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
@@ -278,7 +278,8 @@ def _mirrored(content: Read) -> Read:
 def content_of(file: str | os.PathLike[str] | bytes) -> Content:
     """Return the kind of a file, or of its bytes, by its beginning; "" if it cannot be read."""
     head = file[:HEAD_BYTES] if isinstance(file, bytes) else read_head(file)
-    if is_image_file(head):  # then the formats of templates need not be imported
+    reader = sniff(head)
+    if reader is not None and not reader.holds_several:  # then it is no template
         return "image"
     from fpmatch.formats.registry import codec_of_content  # noqa: PLC0415
 

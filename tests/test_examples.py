@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 from research import notebook
 from research.notebook import shown
 

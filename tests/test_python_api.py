@@ -19,7 +19,7 @@ from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.tasks.enrol import enrol
 from fpmatch.matching.calibration import allowance
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.prints.pair import FIRST_SHARE
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"

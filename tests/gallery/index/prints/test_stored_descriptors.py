@@ -16,7 +16,6 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.prepare import prepare
 
 NO_WORD = 0x8800
@@ -39,7 +38,6 @@ def assert_same_scores(packed, prints, probes):
     for probe in probes:
         expected = prefilter_scores(probe, many)
         assert packed.scores(probe).tolist() == expected.tolist()
-        assert packed.scores(prefilter_of(probe.bit_descriptors)).tolist() == expected.tolist()
 
 
 def test_scores_of_whole_pixels_are_those_of_the_prefilter():

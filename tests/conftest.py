@@ -20,6 +20,7 @@ from PIL import Image
 import fpmatch
 from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
@@ -29,6 +30,10 @@ sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 PACKAGE = Path(fpmatch.__file__).parent
 KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
+RUNS_COMPILED = re.compile(
+    r"fpmatch\.matching\.(pipeline\.(match|_kernels)|prints\.(_kernels|prepare |neighbour|bit_))"
+    r"|import .*prefilter_scores|from (kernel|score)_cases"
+)
 IMPORT = re.compile(r"from (fpmatch[\w.]*) import (\([^)]*\)|.*)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
@@ -69,6 +74,13 @@ def kernels_of(path):
             if name.startswith(f"{folder}."):
                 kernels |= called_kernels().get(name, set())
     return kernels
+
+
+def pytest_ignore_collect(collection_path):
+    """Leave out the tests of what runs compiled only, where it is not."""
+    if COMPILED or not collection_path.match("test_*.py"):
+        return None
+    return True if RUNS_COMPILED.search(collection_path.read_text("utf-8")) else None
 
 
 def pytest_collection_modifyitems(items):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 from research.notebook import shown
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"

@@ -16,7 +16,7 @@ import fpmatch
 from fpmatch import Minutia, MinutiaKind, Template
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.matching.calibration import allowance
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.prints.pair import FIRST_SHARE
 
 SAMPLES = Path(__file__).parents[1] / "sample_data"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,10 +10,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.prints.parameters import PreparationParameters
-from fpmatch.matching.prints.print_area import area_of_field, area_of_hull
+from fpmatch.matching.prints.print_area import area_of_field, area_of_hull, codes_at
 from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
+from fpmatch.templates.plausibility import (
+    ENOUGH_ON_RIDGES,
+    FEW_MINUTIAE,
+    LEAST_EVEN,
+    LEAST_EVEN_OF_FEW,
+    lie_off_ridges,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -122,6 +130,16 @@ def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int
     sides = (probe, reference)
     area = min(side.region.inside * side.region.step**2 for side in sides)
     return min(map(len, sides)), area
+
+
+def lies_off_ridges(side: PreparedTemplate) -> bool:
+    """Return whether the minutiae of a print do not lie along its own ridges."""
+    if not side.region.has_flow or len(side) < ENOUGH_ON_RIDGES:
+        return False
+    x, y, dx, dy = side.points
+    code = codes_at(side.region, x + 1j * y)
+    on, ridges = code > 0, (code - 1.0) * math.pi / ORIENTATIONS
+    return lie_off_ridges(on, (np.arctan2(dy, dx) - ridges)[on])
 
 
 def points_at_500dpi(

@@ -6,16 +6,12 @@ A transform is (c, s, x, y) as `_alignment_kernel` has it; ``evidence`` has the 
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
 from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.constants import comparison
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
-
-if cython.compiled:
-    from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
-else:
-    from fpmatch.matching.pipeline._kernels import _amount_kernel as amount
 
 # Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
 PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
@@ -56,15 +52,15 @@ class EvidenceScorer:
     """
 
     def __init__(self, score, weights, capacity) -> None:
-        self.evidence = memoryview(np.zeros(ENTRIES))
-        self.feature = memoryview(np.zeros(FEATURES))
-        self.standard = memoryview(np.stack([model.standard for model in weights.models]))
-        self.limits = memoryview(np.stack([model.limits for model in weights.models]))
-        self.quantiles = memoryview(np.stack([model.quantiles for model in weights.models]))
-        self.term = memoryview(np.zeros(TERMS))
+        self.evidence = np.zeros(ENTRIES)
+        self.feature = np.zeros(FEATURES)
+        self.standard = np.stack([model.standard for model in weights.models])
+        self.limits = np.stack([model.limits for model in weights.models])
+        self.quantiles = np.stack([model.quantiles for model in weights.models])
+        self.term = np.zeros(TERMS)
         self.model = 0
         self.total = 0.0
-        self.paired_b = memoryview(np.empty(capacity, np.int32))
+        self.paired_b = np.empty(capacity, np.int32)
         self.correlator = RidgeCorrelator(capacity)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
@@ -76,7 +72,7 @@ class EvidenceScorer:
         self.beyond_less = score.beyond_less
         self.beyond_few = score.beyond_few
         self.beyond_share = score.beyond_share
-        self.flow = memoryview(FLOW_OF_CODE)
+        self.flow = FLOW_OF_CODE
 
     def last_evidence(self) -> tuple:
         """Return the evidence and the features of the alignment scored last, as lists."""

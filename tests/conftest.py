@@ -46,10 +46,10 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.base.kernels import outdated_kernels_note
+    from fpmatch.base.kernels import kernels_text, outdated_kernels
 
-    if note := outdated_kernels_note():
-        raise pytest.UsageError(note)
+    if outdated_kernels():
+        raise pytest.UsageError(kernels_text())
 
 
 @cache

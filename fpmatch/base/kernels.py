@@ -90,11 +90,6 @@ def slow_kernels_note() -> str | None:
     )
 
 
-def outdated_kernels_note() -> str | None:
-    """Return the note that kernels are out of date; None where none is."""
-    return kernels_text() if outdated_kernels() else None
-
-
 def build_command(clone: Path | None = None) -> str:
     """Return the command that compiles the kernels of this installation, or of a clone."""
     source = clone or (_PACKAGE.parent if in_source_tree() else _clone_here())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import cv2
 import numpy as np
@@ -15,7 +15,7 @@ from fpmatch.image.io.read import name_errors, read_image
 from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
+from fpmatch.image.quality.measures import MEASURED_STAGES, measure_quality
 from fpmatch.image.quality.print_quality import PrintQuality, grade
 from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.image.skeleton.binarize import binarize
@@ -128,9 +128,9 @@ def extract(
         stages["minutiae"] = np.column_stack(columns).astype(np.float32)
         _record(recorder, stages, box, grey.shape)
     height, width = source.pixels.shape
-    field = _ridge_field(ridges, binary, box, grey.shape, zoom)
+    ridge_field = _ridge_field(ridges, binary, box, grey.shape, zoom)
     stated = dpi is not None or source.dpi is not None
-    return Template(minutiae, width, height, resolution, field, dpi_known=stated)
+    return Template(minutiae, width, height, resolution, ridge_field, dpi_known=stated)
 
 
 def _record(
@@ -196,25 +196,20 @@ class AssessedPrint:
     quality: PrintQuality
 
 
+@dataclass(frozen=True, slots=True)
 class QualityRecorder:
-    """Keep the stages of an extraction that quality is measured on."""
+    """Keep the stages of an extraction on which quality is measured."""
 
-    wanted = frozenset(MEASURED_STAGES)
-
-    def __init__(self) -> None:
-        self._stages: dict[str, NDArray[Any]] = {}
+    wanted: ClassVar = MEASURED_STAGES
+    stages: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Keep the array itself, which no later stage changes."""
-        self._stages[stage] = array
-
-    def measures(self) -> QualityMeasures:
-        """Return the quality measures of the print that was extracted last."""
-        return measure_quality(self._stages)
+        self.stages[stage] = array
 
     def quality(self, dpi: float) -> PrintQuality:
-        """Return the quality of that print, whose resolution was taken to be `dpi`."""
-        return grade(self.measures(), dpi)
+        """Return the quality of the print, whose resolution was taken to be `dpi`."""
+        return grade(measure_quality(self.stages), dpi)
 
 
 def assess(

@@ -156,6 +156,18 @@ class GivenPrint:
         """Distance of the ridges of an image; None for a template, and where it is not clear."""
         return None if self.image is None else clear_period_px(self.image.pixels)
 
+    @property
+    def doubted_resolution(self) -> tuple[str, ...]:
+        """The reason of quality that names a resolution which the ridges contradict, if any."""
+        from fpmatch.image.quality.print_quality import PERIODS_PX, wrong_resolution  # noqa: PLC0415
+
+        if self.ridge_period_px is None or self.dpi_source == "found":
+            return ()
+        period_px = self.ridge_period_px * STANDARD_DPI / self.template.dpi  # at 500 dpi
+        if PERIODS_PX[0] <= period_px <= PERIODS_PX[1]:
+            return ()
+        return (str(wrong_resolution(period_px, self.template.dpi)),)
+
     def at(self, dpi: float) -> GivenPrint:
         """Return the print of an image extracted at another resolution, which was found."""
         if self.image is None or dpi == self.template.dpi:

@@ -7,15 +7,17 @@ of the similarity among the good ones. It was learned from synthetic prints by
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.image.preprocess.foreground import FAINT_CONTRAST
-from fpmatch.image.quality.measures import MM_PER_PX, LinearWeights
+from fpmatch.image.quality.measures import MM_PER_PX
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -99,9 +101,28 @@ def quality_features(measures: QualityMeasures) -> Doubles:
     return np.array([*amounts, measures.ridge_spread, measures.valley_spread, off, blur])
 
 
-def quality_score(features: Doubles, weights: LinearWeights) -> Doubles:
+class QualityWeights(NamedTuple):
+    """Middle, spread and weight of each of `FEATURES`, and the bias of the sum."""
+
+    middle: Doubles
+    spread: Doubles
+    weight: Doubles
+    bias: float
+
+
+@cache
+def shipped_weights() -> QualityWeights:
+    """Return the weights that belong to the package."""
+    document = json.loads(WEIGHTS_FILE.read_bytes())
+    numbers = np.array([list(row.values())[1:] for row in document["features"]])
+    middle, spread, weight = numbers.T
+    return QualityWeights(middle, spread, weight, document["bias"])
+
+
+def quality_score(features: Doubles, weights: QualityWeights) -> Doubles:
     """Return the scores, 0 to 100, of features of shape (..., 6)."""
-    total = weights.bias + weights.standardized(features) @ weights.weight
+    standardized = (features - weights.middle) / weights.spread
+    total = weights.bias + standardized @ weights.weight
     return np.asarray(50.0 * (1.0 + np.tanh(total / 2)))
 
 
@@ -111,8 +132,7 @@ def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
     needed = (measures.ridge_spread, measures.valley_spread, measures.detail)
     if measures.ridges_mm2 <= 0 or not all(map(math.isfinite, needed)):
         return PrintQuality(0, reasons)
-    weights = LinearWeights.load(WEIGHTS_FILE, FEATURES)
-    score = quality_score(quality_features(measures), weights)
+    score = quality_score(quality_features(measures), shipped_weights())
     return PrintQuality(round(float(score)), reasons)
 
 

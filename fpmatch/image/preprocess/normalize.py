@@ -41,8 +41,8 @@ class NormalizedImage(NamedTuple):
 def normalize(grey: Grey) -> NormalizedImage:
     """Normalize brightness and contrast of an image (H, W) at 500 dpi, ridges dark.
 
-    An image in which pixels differ much from their neighbours is smoothed first, as of some
-    capacitive sensors, and that of a large print, which has minutiae to spare. Flat areas that
+    A noisy image, such as one of a capacitive sensor, is smoothed first, and so is a large print,
+    which has more minutiae than are needed. Flat areas that
     touch the border (a sensor's frame, white paper) are excluded from the local statistics, so that
     ridges beside them keep their contrast.
     """

@@ -1,4 +1,4 @@
-"""Ridge scale: what the distance of the ridges says about the resolution of an image.
+"""Ridge scale: the resolution that the distance of the ridges of an image indicates.
 
 Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300),
 or none. The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is

@@ -15,8 +15,6 @@ from fpmatch.image.io.read import name_errors, read_image
 from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.quality.measures import MEASURED_STAGES, measure_quality
-from fpmatch.image.quality.print_quality import PrintQuality, grade
 from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import (
@@ -38,6 +36,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
     from fpmatch.image.preprocess.arrays import Box, Grey, Mask, Recorder
+    from fpmatch.image.quality.print_quality import PrintQuality
 
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, dpi=STANDARD_DPI)
@@ -200,7 +199,7 @@ class AssessedPrint:
 class QualityRecorder:
     """Keep the stages of an extraction on which quality is measured."""
 
-    wanted: ClassVar = MEASURED_STAGES
+    wanted: ClassVar = ("input", "normalised", "enhanced", "mask", "minutiae")
     stages: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
@@ -209,6 +208,9 @@ class QualityRecorder:
 
     def quality(self, dpi: float) -> PrintQuality:
         """Return the quality of the print, whose resolution was taken to be `dpi`."""
+        from fpmatch.image.quality.measures import measure_quality  # noqa: PLC0415
+        from fpmatch.image.quality.print_quality import grade  # noqa: PLC0415
+
         return grade(measure_quality(self.stages), dpi)
 
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from fpmatch.image.preprocess.arrays import Doubles, Floats, Mask
 
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
-MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
 _GRAIN_SIGMA: Final = 0.8  # smoothing of single pixels before ridges are separated from valleys
@@ -58,7 +57,7 @@ class QualityMeasures:
 
 
 def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasures:
-    """Measure a print on the recorded stages `MEASURED_STAGES` of its extraction."""
+    """Measure a print on the stages of its extraction that `QualityRecorder` keeps."""
     shown = np.asarray(stages["input"], np.uint8)
     mask = stages["mask"].astype(bool)
     stretched = stretch_contrast(shown) if mask.any() else shown

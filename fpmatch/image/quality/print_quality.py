@@ -18,6 +18,7 @@ import numpy as np
 
 from fpmatch.image.preprocess.foreground import FAINT_CONTRAST
 from fpmatch.image.quality.measures import MM_PER_PX
+from fpmatch.image.quality.ridge_scale import PERIODS_PX
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "perio
 # Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
 MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
 MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
-PERIODS_PX: Final = (6.0, 12.3)  # range of the median ridge periods of people
 CLEAR_CONTRAST: Final = 13  # grey levels, of lines too close to be found as ridges
 MIN_DETAIL: Final = 0.003  # energy finer than ridges
 BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the period

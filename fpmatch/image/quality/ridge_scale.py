@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 PERIODS_MM: Final = (0.26, 0.7)
 """Least and largest median period of a print that is believed: a child's, a large hand's."""
 
+PERIODS_PX: Final = (6.0, 12.3)
+"""Range of the median ridge periods of people, in pixels at 500 dpi."""
+
 UNQUESTIONED_DPI: Final = (450.0, 600.0)
 """Resolutions of live scanners and scanned cards, which are not questioned."""
 
@@ -56,7 +59,7 @@ MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
 _WINDOW_PX: Final = 64
 _SPECTRUM_PX: Final = 64
-_PERIODS_PX: Final = (2.6, 30.0)
+_MEASURED_PX: Final = (2.6, 30.0)
 _LONG_PX: Final = 20.0  # period of too few ridges in a window
 _MAX_WINDOWS: Final = 128
 _MAX_CLEAR: Final = 32  # windows that are looked at
@@ -69,9 +72,9 @@ _MOST_SPREAD: Final = 1.4  # ratio of the 80th to the 20th percentile of the per
 
 # The spectrum's plane: radius in cycles a pixel, weights that flatten the spectrum of anything but
 # ridges (0 outside the periods), taper of a window, and rows and columns of the disc about a peak.
-_X: Final = np.fft.rfftfreq(_SPECTRUM_PX)[: int(_SPECTRUM_PX / _PERIODS_PX[0]) + 2]
+_X: Final = np.fft.rfftfreq(_SPECTRUM_PX)[: int(_SPECTRUM_PX / _MEASURED_PX[0]) + 2]
 _RADIUS: Final = np.hypot(np.fft.fftfreq(_SPECTRUM_PX)[:, None], _X).astype(np.float32)
-_INSIDE: Final = (1.0 / _PERIODS_PX[1] < _RADIUS) & (1.0 / _PERIODS_PX[0] > _RADIUS)
+_INSIDE: Final = (1.0 / _MEASURED_PX[1] < _RADIUS) & (1.0 / _MEASURED_PX[0] > _RADIUS)
 _WEIGHT: Final = np.where(_INSIDE, _RADIUS**2, 0)
 _TAPER: Final = np.outer(*2 * [np.hanning(_WINDOW_PX + 2)[1:-1].astype(np.float32)])
 _REACH: Final = int(_PEAK_RADIUS * _SPECTRUM_PX)

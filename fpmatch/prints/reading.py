@@ -22,7 +22,7 @@ from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import sniff
-from fpmatch.image.quality.ridge_scale import clear_period_px
+from fpmatch.image.quality.ridge_scale import PERIODS_PX, clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
@@ -155,6 +155,18 @@ class GivenPrint:
     def ridge_period_px(self) -> float | None:
         """Distance of the ridges of an image; None for a template, and where it is not clear."""
         return None if self.image is None else clear_period_px(self.image.pixels)
+
+    @property
+    def doubted_resolution(self) -> tuple[str, ...]:
+        """The reason of quality that names a resolution which the ridges contradict, if any."""
+        if self.ridge_period_px is None or self.dpi_source == "found":
+            return ()
+        period_px = self.ridge_period_px * STANDARD_DPI / self.template.dpi  # at 500 dpi
+        if PERIODS_PX[0] <= period_px <= PERIODS_PX[1]:
+            return ()
+        from fpmatch.image.quality.print_quality import wrong_resolution  # noqa: PLC0415
+
+        return (str(wrong_resolution(period_px, self.template.dpi)),)
 
     def at(self, dpi: float) -> GivenPrint:
         """Return the print extracted at another resolution, which the match indicates."""

@@ -7,8 +7,6 @@ import pytest
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.formats.agency.an2 import Record
-from fpmatch.formats.agency.wsq import decode_wsq
-from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import decode_image
 from fpmatch.prints.reading import PrintReader
 from tests.formats.made_records import an2_file
@@ -40,13 +38,6 @@ def test_a_transaction_with_bare_pixels(record, scan, kind, dpi):
     image = decoded(an2(record, scan=scan))
     assert np.array_equal(image.pixels, GREY)
     assert (image.dpi, image.format) == (dpi, f"ANSI/NIST type {kind}")
-
-
-def test_a_tagged_record_of_a_compressed_file():
-    record = tagged_print(rings(61, 53), wsq(), compression=b"WSQ20", scale=(2, 197, 197))
-    image = decoded(an2((2, with_fields(2, [(2, b"00")])), record))
-    assert np.array_equal(image.pixels, decode_wsq(wsq(), DEFAULT_LIMITS).pixels)
-    assert (image.dpi, image.format) == (500, "ANSI/NIST type 14, WSQ")
 
 
 def test_what_is_odd_about_a_transaction_is_noted():
@@ -217,9 +208,3 @@ def test_absurd_sizes_are_refused_before_anything_is_made():
     for data in (an2(tagged_print(huge, b"few")), an2(binary_print(huge, b"few"))):
         with pytest.raises(ImageError, match="more than 16 megapixels at 500 dpi"):
             decoded(data)
-
-
-@pytest.mark.parametrize(("per_cm", "dpi"), [(197, 500), (224, 569), (394, 1000), (0, None)])
-def test_pixels_a_centimetre(per_cm, dpi):
-    transaction = an2(tagged_print(GREY, scale=(2, per_cm, per_cm)))
-    assert decoded(transaction).dpi == dpi

@@ -19,7 +19,7 @@ from fpmatch.formats.files import (
     save_template,
 )
 from fpmatch.formats.record import ReadingOptions, ReadLimits
-from fpmatch.formats.registry import codec_of_content, codec_of_name
+from fpmatch.formats.registry import codec_of_name, sniff
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
@@ -126,7 +126,7 @@ def test_plain_csv_is_a_table_with_one_header():
 
 def test_columns_of_plain_csv_have_any_order_and_others_are_read_past():
     data = b"Theta,score,y,X,type\r\n90,0.5,20,10,b\r\n\r\n-90,0.1,3,4,E\r\n"
-    assert codec_of_content(data).name == "minutiae-csv"
+    assert sniff(data).name == "minutiae-csv"
     view = only_view(data)
     minutiae = view.template.minutiae
     assert minutiae.xy.tolist() == [[10, 20], [4, 3]]

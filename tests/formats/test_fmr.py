@@ -52,13 +52,6 @@ def test_a_record_by_hand_is_read_and_written(name):
     assert written(name, record) == BY_HAND[name]
 
 
-def test_a_header_one_byte_short_is_that_of_the_draft_of_2007():
-    record = read(ANSI_2009[:16] + ANSI_2009[17:])
-    assert record.format == "ansi2009"
-    assert record.notes[0] == "the layout is that of the draft of 2007"
-    assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
-
-
 def test_a_producer_in_the_header_does_not_make_ansi_2009_iso_2011():
     record = read(ANSI_2009[:12] + bytes.fromhex("0001 0000 00 0028") + ANSI_2009[19:])
     assert record.format == "ansi2009"

@@ -134,7 +134,6 @@ research.add_command(
         modules={
             "score": ("training.score", "Weights of the default matcher's score."),
             "quality": ("training.quality", "Weights of the quality of prints."),
-            "polarity": ("training.polarity", "Weights of the polarity of prints."),
             "enhancer": ("training.enhancer_net", "The network that enhances ridges."),
             "embedding": ("training.embedding_net", "The network that makes embeddings of prints."),
             "index": ("training.index", "The index of large galleries."),

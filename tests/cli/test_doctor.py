@@ -12,7 +12,7 @@ import fpmatch
 from fpmatch.base import kernels
 from fpmatch.base.threads import available_cores
 from fpmatch.cli import doctor as installation
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 
 
 def test_kernels_are_compiled_where_they_are_loaded_so():

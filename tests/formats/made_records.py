@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.formats.registry import CODECS, codec_of_name, sniff
+from fpmatch.formats.registry import CODECS, codec_of_name, recognise
 from fpmatch.templates.minutiae import Minutiae, Template
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
@@ -24,7 +24,7 @@ ANGLE_STEP_DEG = {
 
 def read(data, *, file_format=None, **options):
     """Return the record in the bytes of a file, under the `ReadingOptions`."""
-    codec = codec_of_name(file_format) if file_format else sniff(data)
+    codec = codec_of_name(file_format) if file_format else recognise(data)
     if codec is None:
         raise TemplateError("of no known format")
     return codec.decode(data, ReadingOptions(**options))

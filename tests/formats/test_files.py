@@ -19,8 +19,8 @@ from fpmatch.formats.files import (
     save_template,
 )
 from fpmatch.formats.record import ReadingOptions, ReadLimits
-from fpmatch.formats.registry import codec_of_name, sniff
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.formats.registry import codec_of_name, recognise
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 from tests.matching.matching_prints import templates
@@ -62,7 +62,7 @@ def test_a_resolution_that_nothing_states_stays_marked(name, template):
 @given(templates_with_cells)
 def test_json_keeps_the_field_to_the_last_bit(template):
     once = only_view(written("json", record_of(template))).template
-    assert prepare(once).key == prepare(template).key
+    assert MATCHER.prepare(once).key == MATCHER.prepare(template).key
     if template.field is None:
         assert once.field is None
         return
@@ -126,7 +126,7 @@ def test_plain_csv_is_a_table_with_one_header():
 
 def test_columns_of_plain_csv_have_any_order_and_others_are_read_past():
     data = b"Theta,score,y,X,type\r\n90,0.5,20,10,b\r\n\r\n-90,0.1,3,4,E\r\n"
-    assert sniff(data).name == "minutiae-csv"
+    assert recognise(data).name == "minutiae-csv"
     view = only_view(data)
     minutiae = view.template.minutiae
     assert minutiae.xy.tolist() == [[10, 20], [4, 3]]

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from made_records import FMR, only_view, read, sample_record, written
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats import fmr
 from fpmatch.formats.files import load_record
-from fpmatch.formats.fmr import dpi_of, per_cm
+from fpmatch.formats.fmr_reader import WITHOUT_EXTENDED, dpi_of, per_cm
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
@@ -127,7 +126,7 @@ def test_a_record_may_end_without_the_length_of_extended_data(name):
     record = read(whole[:at] + bytes([length]) + whole[at + 1 : -2])
     assert record.format == name
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
-    assert record.notes == (fmr.WITHOUT_EXTENDED,)
+    assert record.notes == (WITHOUT_EXTENDED,)
     with pytest.raises(TemplateError, match="cut short"):  # by its length it has two bytes more
         read(whole[:-2])
 
@@ -141,7 +140,7 @@ def test_several_views_may_end_without_the_length_of_extended_data(fingers):
     assert record.format == "iso2005"
     assert tuple(view.finger for view in record.views) == fingers
     assert {view.template.minutiae.x.item() for view in record.views} == {100}
-    assert record.notes == (fmr.WITHOUT_EXTENDED,)
+    assert record.notes == (WITHOUT_EXTENDED,)
 
 
 @pytest.mark.parametrize("length", ["00000000", "00000001", "24000000", "00000fff"])

@@ -1,11 +1,11 @@
-"""Prints inside records: ANSI/NIST-ITL (AN2), ISO/IEC 19794-4, ANSI/INCITS 381."""
+"""Prints inside records of ANSI/NIST-ITL (AN2)."""
 
 import sys
 
 import numpy as np
 import pytest
 
-from fpmatch.errors import FpmatchError, ImageReadError
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.formats.agency.an2 import Record
 from fpmatch.formats.agency.wsq import decode_wsq
 from fpmatch.image.io.grey import DEFAULT_LIMITS
@@ -139,3 +139,44 @@ def test_a_field_999_ends_only_records_of_images():
     assert Record(9, 0, b"9.999:xy\x1d9.012:abc\x1c").fields() == {999: b"xy", 12: b"abc"}
     record = Record(14, 0, b"14.999:x\x1d14.012:abc\x1c")
     assert record.fields() == {999: b"x\x1d14.012:abc"}
+
+
+def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside():
+    inside = saved(GREY, "PNG", dpi=(569, 569))
+    record = tagged_print(GREY, inside, compression=b"PNG", scale=(0, 0, 0))
+    assert decoded(an2(record)).dpi == 569
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (an2((9, with_fields(9, [(2, b"00")]))), "without a grey print .its records: type 1, 9."),
+        (an2(tagged_print(GREY))[:-100], "cut short"),
+        (an2(tagged_print(GREY))[:20], "cut short"),
+        (b"1.001:many", "does not begin with a record of type 1"),
+        (an2(tagged_print(GREY, b"few")), "pixels are missing"),
+        (an2(tagged_print(GREY, b""), binary_print(GREY, b"")), "has no print in it"),
+        (an2(tagged_print(GREY, b"text", compression=b"WSQ20")), "cannot be read .WSQ20."),
+        (an2(binary_print(GREY, compression=9)), "unknown compression"),
+        (an2(binary_print(GREY, PNG[:200], compression=6)), "damaged PNG image"),
+        (an2((14, with_fields(14, [(6, b"60"), (18, b"1\x1fXX")]))), "has no print in it"),
+        (an2((14, with_fields(14, [(6, b"wide"), (999, b"few")]))), "text where a number"),
+        (an2(*[tagged_print(GREY[:1, :1])] * 2001), "more than 2000 records"),
+    ],
+)
+def test_bad_transactions_say_what_is_wrong(data, reason):
+    with pytest.raises(ImageReadError, match=reason):
+        decoded(data)
+
+
+def test_absurd_sizes_are_refused_before_anything_is_made():
+    huge = np.broadcast_to(np.uint8(0), (9_000, 9_000))
+    for data in (an2(tagged_print(huge, b"few")), an2(binary_print(huge, b"few"))):
+        with pytest.raises(ImageError, match="more than 16 megapixels at 500 dpi"):
+            decoded(data)
+
+
+@pytest.mark.parametrize(("per_cm", "dpi"), [(197, 500), (224, 569), (394, 1000), (0, None)])
+def test_pixels_a_centimetre(per_cm, dpi):
+    transaction = an2(tagged_print(GREY, scale=(2, per_cm, per_cm)))
+    assert decoded(transaction).dpi == dpi

@@ -7,9 +7,6 @@ read.
 
 from __future__ import annotations
 
-import base64
-import binascii
-import re
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -36,9 +33,6 @@ if TYPE_CHECKING:
 
 MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255
-_IN_BASE64: Final = b"Rk1SA"  # the beginning, as the next byte is a space or a digit
-_URL_SAFE: Final = bytes.maketrans(b"-_", b"+/")
-_IN_HEX: Final = re.compile(rb"(?:0x|\\x)?(?P<magic>464d5200)", re.IGNORECASE)
 ISO_HEADER_BYTES: Final = 24
 ANSI_HEADER_BYTES: Final = 26
 VIEW_BYTES: Final = 4  # before the minutiae
@@ -92,25 +86,6 @@ def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
     return [
         replace(view, number=fingers[:k].count(view.finger)) for k, view in enumerate(record.views)
     ]
-
-
-def of_text(data: bytes) -> bytes | None:
-    """Return the record that a text encodes in base64 or hexadecimal; None for other data.
-
-    Where the text is cut short, so is the record. Raises TemplateError for a damaged text.
-    """
-    digits = re.sub(rb"\s+", b"", data.strip(b"\xef\xbb\xbf \t\r\n\"'")).rstrip(b"=")
-    try:
-        if digits.startswith(_IN_BASE64):
-            digits = digits[: len(digits) - (len(digits) % 4 == 1)]
-            digits = digits.translate(_URL_SAFE) + b"=" * (-len(digits) % 4)
-            return base64.b64decode(digits, validate=True)
-        if hexadecimal := _IN_HEX.match(digits):
-            digits = digits[hexadecimal.start("magic") :]
-            return binascii.unhexlify(digits[: len(digits) // 2 * 2])
-    except binascii.Error as error:
-        raise TemplateError(f"damaged text of a finger minutiae record ({error})") from error
-    return None
 
 
 def product_fields(reader: ByteReader, certification: int = 0) -> tuple[tuple[str, str], ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final
@@ -75,11 +74,9 @@ _GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may 
 def recognise(data: bytes) -> Codec | None:
     """Return the codec that recognises `data`, a file or its first few thousand bytes; else None.
 
-    Raises TemplateError for a finger minutiae record that is damaged text, or of another version.
+    Raises TemplateError for a finger minutiae record of another version.
     """
     codec = next((one for one in known_codecs() if one.recognises(data)), None)
-    if codec is None and (record := fmr.of_text(data)) and (inner := recognise(record)):
-        return replace(inner, decode=lambda _, options: inner.decode(record, options))
     if codec is None and data.startswith(FMR_SIGNATURE):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(

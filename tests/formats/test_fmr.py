@@ -1,7 +1,5 @@
 """Finger minutiae records: told apart, and read in spite of what writers got wrong."""
 
-import base64
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,10 +7,8 @@ from hypothesis import strategies as st
 from made_records import FMR, only_view, read, sample_record, written
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.files import load_record
 from fpmatch.formats.fmr_reader import WITHOUT_EXTENDED, dpi_of, per_cm
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 # Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
@@ -157,39 +153,6 @@ def test_ansi_records_with_a_wrong_length_are_read_with_a_note(length):
     assert record.format == "ansi2004"
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
     assert record.notes == (f"the header declares {int(length, 16)} bytes, the record has 38",)
-
-
-TEXTS = {
-    "base64": base64.b64encode,
-    "base64 in lines": base64.encodebytes,
-    "base64 for addresses": base64.urlsafe_b64encode,
-    "base64 without padding": lambda data: base64.b64encode(data).rstrip(b"="),
-    "base64 in quotes": lambda data: b'"' + base64.b64encode(data) + b'"\n',
-    "hex": lambda data: data.hex().encode(),
-    "hex in capitals": lambda data: data.hex(" ", 2).upper().encode() + b"\r\n",
-    "hex of a database": lambda data: b"\\x" + data.hex().encode(),
-    "hex with a mark": lambda data: b"\xef\xbb\xbf0x" + data.hex().encode(),
-}
-
-
-@pytest.mark.parametrize("form", TEXTS)
-@pytest.mark.parametrize("name", BY_HAND)
-def test_a_record_as_text_is_the_record(name, form, tmp_path):
-    data = sample_record(250)
-    path = tmp_path / "text"
-    for whole in (BY_HAND[name], written(name, data)):
-        path.write_bytes(TEXTS[form](whole))
-        assert content_of(path) == "template"
-        assert load_record(path) == read(whole)
-
-
-@pytest.mark.parametrize("form", ["base64", "hex"])
-def test_a_damaged_text_of_a_record_is_refused(form):
-    text = TEXTS[form](ISO_2005)
-    with pytest.raises(TemplateError, match="damaged text of a finger minutiae record"):
-        read(text[:20] + b"!?" + text[22:])
-    with pytest.raises(TemplateError, match="cut short"):
-        read(text[:-9])
 
 
 def test_different_resolutions_across_and_down_are_refused():

@@ -37,7 +37,7 @@ _MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pi
 
 
 def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
-    """Convert a grey print, ridges dark, to the coverage of an ink: 0 bare to 255 full."""
+    """Convert a grey print (H, W), ridges dark, to an ink's coverage: 0 bare to 255 full."""
     scale = dpi / STANDARD_DPI
     grey = pixels.astype(np.float32)
     mean = cv2.GaussianBlur(grey, (0, 0), _MEAN_PX * scale)

@@ -202,6 +202,5 @@ class Screening:
         )
         if inside < 0:
             return math.inf
-        arrays, determined = (partner, distance2, inside), len(move) // 2
         t2 = self._target.tolerance**2
-        return float(overlay.log_chance(*arrays, t2, self._target.rate, determined))
+        return float(overlay.log_chance(partner, distance2, inside, t2, self._target.rate))

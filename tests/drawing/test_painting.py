@@ -40,14 +40,6 @@ def test_a_shape_covers_its_area(item, area):
     assert covered(item) == pytest.approx(area, rel=0.13)
 
 
-def test_a_filled_square_lies_where_it_should():
-    square = Path(((10, 10), (20, 10), (20, 20), (10, 20)), Pen(fill=BLACK), closed=True)
-    page = paint(Scene(30, 30, (square,)))[:, :, 0]
-    assert (page[11:19, 11:19] == 0).all()
-    assert (page[:9] == 255).all()
-    assert (page[21:] == 255).all()
-
-
 def test_a_halo_is_white_around_the_line():
     black = np.zeros((40, 40, 3), np.uint8)
     line = Path(((5.0, 20.0), (35.0, 20.0)), Pen((255, 0, 0), width=2.0, halo=4.0))

@@ -63,10 +63,6 @@ class Box(NamedTuple):
         height = min(self.bottom, other.bottom) - max(self.y, other.y)
         return max(width, 0.0) * max(height, 0.0)
 
-    def contains(self, point: Point) -> bool:
-        """Return whether `point` is in the box."""
-        return self.x <= point[0] <= self.right and self.y <= point[1] <= self.bottom
-
 
 @dataclass(frozen=True, slots=True)
 class Pen:

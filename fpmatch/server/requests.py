@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, Literal, cast
 from fastapi import Depends, File, Form, Request, Security, UploadFile, params
 from fastapi.security import HTTPBearer
 
-from fpmatch.drawing.overlay.draw import View
+from fpmatch.drawing.overlay.draw import View, view_of
 from fpmatch.errors import unknown_name
 from fpmatch.gallery.store.audit_chain import act_as
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names, split_name
@@ -253,7 +253,7 @@ async def _drawing(
     side_by_side: Annotated[bool, Form(description="Draw the prints beside each other")] = False,
     ridges: Annotated[bool, Form(description="Draw where the ridges agree")] = False,
 ) -> tuple[str, View]:
-    return file_format, View(side_by_side, ridges)
+    return file_format, view_of(side_by_side=side_by_side, ridges=ridges)
 
 
 Drawing = Annotated[tuple[str, View], Depends(_drawing)]

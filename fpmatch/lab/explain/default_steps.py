@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.draw import View
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Path, Pen
 from fpmatch.lab.explain import panels as draw
@@ -86,7 +85,7 @@ def explain_prints(
             "Eight bits of each cell of the ridges, moved by the mesh of pairs, are compared with "
             "the bits there, under small shifts; the mean over the cells is scored."
         )
-        picture = shared.overlay_picture(pair, View(ridges=True))
+        picture = shared.overlay_picture(pair, "ridges")
         made.append(Step("ridges", "Ridges", words, RIDGES, picture))
     if m.matched is not None:
         made.append(_evidence(m.matched))

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fpmatch import Minutiae, Template, save_template
+from fpmatch.lab.synthesis.sensor import Sensor
+from tests.cli.damaged_batches import DAMAGES, check_batches
 from tests.conftest import assert_refused, copied
 
 IMAGES = {
@@ -198,3 +200,9 @@ def test_bad_input_is_one_line(run, folder, monkeypatch, command, words, reason)
     assert_refused(run(*command.split(), *words.split()), reason)
     new = {path.name for path in folder.iterdir()} - before
     assert {name for name in new if not name.startswith("prints.db")} == set()
+
+
+def test_a_batch_is_dealt_with_to_the_end_and_exactly_the_damaged_files_are_named(tmp_path):
+    faults = check_batches(tmp_path, 2 * len(DAMAGES), Sensor("small", 180, 200), every=2)
+    assert len(faults) == 9
+    assert {command: found for command, found in faults.items() if found} == {}

@@ -31,7 +31,6 @@ from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,
     MODELS,
-    ONE_WITH_RIDGES,
     RATES,
     SMALL_WITH_RIDGES,
     WITH_RIDGES,
@@ -56,7 +55,6 @@ SEED: Final = 17
 FORMS: Final = {
     WITH_RIDGES: ((True, True),),
     MINUTIAE_ALONE: ((False, False),),
-    ONE_WITH_RIDGES: ((True, False), (False, True)),
     SMALL_WITH_RIDGES: ((True, True),),
 }
 """Whether the prints or parts, and the whole prints, have ridges, by model."""

@@ -76,14 +76,17 @@ def format_worth(results: Row) -> str:
 
 def format_ablation(rows: Rows) -> str:
     """Return the rows that ``research/benchmarks/ablation.py`` measures."""
-    head = ["matcher", *(f"{form}: {name}" for form in FORMS for name in ("mean", "pooled"))]
-    head.append(f"change of the mean EER, {FORMS[0]}")
+    head = ["score"]
+    for form in FORMS:
+        head += [f"{form}: EER / FMR1000", "d'", "largest loss"]
     body = []
     for row in rows:
-        change = row[FORMS[0]]["change"]
-        cells = [_both(row[form][name]) for form in FORMS for name in ("mean", "pooled")]
-        between = " to ".join(f"{100 * limit:+.2f}" for limit in change) if change else "–"
-        body.append([row["name"], *cells, between])
+        cells = [row["name"]]
+        for form in FORMS:
+            lost = row[form]["lost"]
+            cells += [_both(row[form]), f"{row[form]['d_prime']:.2f}"]
+            cells.append(f"{lost['eer']:+.1f} / {lost['fmr1000']:+.0f}")
+        body.append(cells)
     return markdown_table([head, *body])
 
 

@@ -16,10 +16,10 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10
+from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, Workspace
+from fpmatch.matching.pipeline.match import Workspace
 from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     MODELS,

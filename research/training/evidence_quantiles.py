@@ -189,8 +189,8 @@ def amount_samples(
                 if weights.model_of(probe, prepared[j]) is weights.models[MODELS.index(model)]:
                     rows += compared(probe, prepared[j], workspace, weights)
         if rows:
-            columns = (np.array(column) for column in zip(*rows, strict=True))
-            samples.append(AmountSample(*columns, weight))
+            sums, features, amounts = (np.array(column) for column in zip(*rows, strict=True))
+            samples.append(AmountSample(sums, features, amounts, weight))
     return samples
 
 

@@ -43,7 +43,8 @@ from research.databases import (
     prints_of,
     without_ridges,
 )
-from research.tables import FORMS, format_ablation
+from research.markdown import markdown_table
+from research.tables import FORMS
 from research.training.evidence_quantiles import (
     AmountParameters,
     AmountSample,
@@ -136,7 +137,7 @@ def main(
         ("without any bound", scores_of(measured, load_weights(), bounded=False)),
     ]
     rows += rows_of([name for name, _ in kept], [scores for _, scores in kept], measured)
-    print_and_write(format_ablation(rows), rows, json_file)
+    print_and_write(format_rows(rows), rows, json_file)
 
 
 def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
@@ -248,6 +249,22 @@ def rows_of(
             }
         rows.append(row)
     return rows
+
+
+def format_rows(rows: Sequence[Row]) -> str:
+    """Return the rows as a table; rates are in percent, losses in genuine pairs."""
+    head = ["score"]
+    for form in FORMS:
+        head += [f"{form}: EER / FMR1000", "d'", "largest loss"]
+    body = []
+    for row in rows:
+        cells = [row["name"]]
+        for form in FORMS:
+            own, lost = row[form], row[form]["lost"]
+            cells += [f"{100 * own['eer']:.2f} / {100 * own['fmr1000']:.2f}"]
+            cells += [f"{own['d_prime']:.2f}", f"{lost['eer']:+.1f} / {lost['fmr1000']:+.0f}"]
+        body.append(cells)
+    return markdown_table([head, *body])
 
 
 if __name__ == "__main__":

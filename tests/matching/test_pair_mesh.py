@@ -23,7 +23,7 @@ AT_REST = (1.0, 0.0, 0.0, 0.0)
 
 Case = namedtuple("Case", "a b partner transform")
 
-Measured = namedtuple("Measured", "place_agreement weight_agreement fullness turned edges strain")
+Measured = namedtuple("Measured", "place_agreement weight_agreement fullness")
 
 
 def transform_of(turn, shift, scale=1.0):
@@ -72,8 +72,7 @@ def predicted_by(mesh, n):
 
 def measured_by(mesh, n):
     shares = mesh.place_agreement, mesh.weight_agreement, mesh.fullness
-    sums = mesh.turned, mesh.edges, mesh.mean_strain()
-    return Measured(*(np.array(share)[:n] for share in shares), *sums)
+    return Measured(*(np.array(share)[:n] for share in shares))
 
 
 def vertices_of(mesh):
@@ -89,7 +88,7 @@ def shown(mesh, n):
     arrays += [np.array(array)[:n] for array in (mesh.vertex_of, mesh.nearest)]
     of_minutiae = mesh.place_agreement, mesh.weight_agreement, mesh.fullness
     arrays += [*(np.array(array)[:n] for array in of_minutiae), predicted_by(mesh, n)]
-    sums = [mesh.places, mesh.weights, mesh.full, mesh.strain, mesh.turned, mesh.edges]
+    sums = [mesh.places, mesh.weights, mesh.full]
     return [*(array.tolist() for array in arrays), *sums]
 
 
@@ -158,8 +157,7 @@ def test_predictions_and_measurements_agree_with_the_reference(seed):
     ):
         assert of_each.sum() == pytest.approx(sums[name], abs=1e-6)
     assert [mesh.places, mesh.weights] == pytest.approx([sums["places"], sums["weights"]])
-    assert (mesh.full, found.strain) == pytest.approx((sums["fullness"], sums["strain"]))
-    assert found.turned == sums["turned"]
+    assert mesh.full == pytest.approx(sums["fullness"])
 
 
 @given(seeds)
@@ -189,8 +187,7 @@ def test_without_pairs_the_mesh_and_the_prediction_are_those_of_the_frame(n, roo
     assert np.isfinite(np.array(mesh.ax)[:FRAME]).all()
     assert predicted_by(mesh, n) == pytest.approx(expected, abs=1e-6)
     assert np.array(mesh.nearest)[:n] == pytest.approx(FAR_AWAY)
-    assert (mesh.places, mesh.weights, mesh.full, mesh.mean_strain()) == (0, 0, 0, 0)
-    assert mesh.turned == 0
+    assert (mesh.places, mesh.weights, mesh.full) == (0, 0, 0)
 
 
 @given(seeds)
@@ -207,7 +204,6 @@ def test_crowded_pixels_make_a_whole_mesh(seed):
     for i, z in enumerate(plane(a)):
         assert is_vertex[i] == (partner[i] >= 0 and z not in seen)
         seen |= {z} if is_vertex[i] else set()
-    assert mesh.turned == 0
     assert measured_by(mesh, n).weight_agreement[is_vertex] == pytest.approx(1.0)
     assert predicted_by(mesh, n) == pytest.approx(a, abs=1e-6)
 
@@ -272,7 +268,7 @@ def test_measuring_changes_no_prediction(seed):
     mesh, other = mesh_of(case), kernel.PairMesh(P, n)
     fill(other, case, measured=False)
     assert predicted_by(mesh, n).tolist() == predicted_by(other, n).tolist()
-    assert (other.places, other.edges) == (0, 0)
+    assert other.places == 0
 
 
 @given(seeds, st.booleans())

@@ -63,10 +63,8 @@ def indexed_similarity(a, b, min_cosine, *, by_a, side=8.0):
     slack = 1.0 if by_a else WIDEST_PX / NARROWEST_PX
     cells = (side, 12, math.acos(min_cosine), slack, a[1].shape[2])
     index = kernel.NeighbourIndex(*(a if by_a else b), *cells)
-    if by_a:
-        index.to_prints_after(*b, len(b[0]), min_cosine, similarity)
-    else:
-        index.to_prints_before(*a, len(a[0]), min_cosine, similarity)
+    other = b if by_a else a
+    index.to_prints(*other, len(other[0]), min_cosine, similarity, not by_a)
     return similarity
 
 

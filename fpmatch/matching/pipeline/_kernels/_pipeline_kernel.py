@@ -113,14 +113,11 @@ class Pipeline:
 
     def _match_locally(self, a, b, aligner):
         """Fill the local similarities of A and B: the probe is B in the aligner `before`."""
+        least = self.min_cosine
         if aligner is self.before:
-            self.neighbours.to_prints_before(
-                a.count, a.frame, a.size, self.min_cosine, self.similarity
-            )
+            self.neighbours.to_prints(a.count, a.frame, a.size, least, self.similarity, True)
         else:
-            self.neighbours.to_prints_after(
-                b.count, b.frame, b.size, self.min_cosine, self.similarity
-            )
+            self.neighbours.to_prints(b.count, b.frame, b.size, least, self.similarity, False)
         return normalize_by_size(
             self.similarity, a.count, a.size, b.count, b.size, self.fewest_neighbours
         )

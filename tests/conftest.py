@@ -1,7 +1,6 @@
 """What several tests share: templates and pictures of prints that never were."""
 
 import csv
-import importlib
 import importlib.util
 import re
 import shutil
@@ -47,10 +46,10 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.base.kernels import outdated_kernels_note
+    from fpmatch.base.kernels import kernels_text, outdated_kernels
 
-    if note := outdated_kernels_note():
-        raise pytest.UsageError(note)
+    if outdated_kernels():
+        raise pytest.UsageError(kernels_text())
 
 
 @cache
@@ -171,14 +170,6 @@ def fingers():
 
 
 @pytest.fixture(scope="session")
-def stripes():
-    """Return a 240 x 220 picture of straight ridges on white, whose lines are all alike."""
-    y, x = np.mgrid[:240, :220].astype(float)
-    inside = np.hypot(x - 110, y - 120) < 95
-    return np.where(inside, 127 + 100 * np.cos(0.7 * x), 255).astype(np.uint8)
-
-
-@pytest.fixture(scope="session")
 def pressed():
     """Return synthetic prints with pores and creases of two fingers, two of each, on white."""
     from fpmatch.lab.synthesis.impression import make_impression
@@ -208,23 +199,6 @@ def interpreted():
         return module
 
     return load
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """The module `fake_bench`, importable in worker processes too."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parent / "lab" / "evaluation"))
-    return importlib.import_module("fake_bench")
-
-
-@pytest.fixture
-def make_database(tmp_path, bench):
-    """Write a database of prints that `fake_bench.extractor` understands."""
-
-    def make(name="db", fingers=5, impressions=4, contents=None, toml=None):
-        return bench.write_database(tmp_path / name, fingers, impressions, contents, toml)
-
-    return make
 
 
 @pytest.fixture

@@ -61,7 +61,7 @@ def put(aligner, a, b):
 
 
 def at_hand(aligner):
-    """Return partners, weights, transform and predicted minutiae of the alignment at hand."""
+    """Return partners, weights, transform and predicted minutiae of the current alignment."""
     n = aligner.size_a
     pairing = np.asarray(aligner.partner)[:n], np.asarray(aligner.weight)[:n]
     transform = np.array([aligner.c, aligner.s, aligner.x, aligner.y])
@@ -77,7 +77,7 @@ def kept_in(aligner, row):
 
 
 def shown(aligner):
-    """Return all of the alignment at hand, to be compared to the last bit."""
+    """Return all of the current alignment, to be compared to the last bit."""
     found = [aligner.pairs, *(array.tolist() for array in at_hand(aligner))]
     if aligner.pairs:
         mesh = aligner.mesh

@@ -1,9 +1,9 @@
 """The default matcher: the paper's mesh and unit circle, drawn through paired minutiae.
 
-The steps follow Fig. 7 of the paper: triangulate (`prepare`); match the neighbourhoods of the
-minutiae locally; relax the local matches, so that matches that agree support each other;
-triangulate the pairs, whose rings on the unit circle show which pairs hold, which are missing, and
-how well the two prints agree; fit the transform to the pairs.
+It uses eq. (1), (3) and (4) of the paper, and is not its Fig. 7, which the matcher "paper" is. It
+describes the neighbours of each minutia (`prepare`), compares neighbourhoods, relaxes the local
+matches, triangulates the pairs, predicts further pairs by the mesh (eq. 4), compares places on the
+unit circle (eq. 3), and fits a transform (eq. 1). docs/explanation/how_it_works.md has the steps.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
-LEAST_CAPACITY: Final = 64  # minutiae that a thread's workspace has room for at least
+LEAST_CAPACITY: Final = 64  # minutiae, of a thread's workspace
 COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
 CELL_PX: Final = 20.0  # side of the cells in which neighbours are looked up
 HALF: Final = 7  # such cells from the middle to each border; both set the time it takes, no more

@@ -1,4 +1,4 @@
-"""Evidence and score: what speaks for and against one finger, weighed; see `pipeline.evidence`."""
+"""Evidence and score: the features of an alignment, weighed; see `pipeline.evidence`."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -
 
 
 def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Floats:
-    """Return what evidence amounts to, by `FEATURES`."""
+    """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [
         math.log(LEAST_RELAXED + e["relaxed"]),
@@ -152,7 +152,7 @@ def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Float
 
 
 def _condition(model: ScoreModel, total: float, e: dict[str, Any], usual: float) -> float:
-    """Return the -ln(FMR) of a sum, by how much was compared."""
+    """Return the -ln(FMR) of a weighted sum, given the amount of evidence."""
     amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
     low, high = (model.quantiles @ amount).tolist()
     decade = max(high - low, LEAST_SPREAD)
@@ -169,7 +169,7 @@ def _beyond_chance(
     estimate: float,
     p: ScoreParameters,
 ) -> float:
-    """Return an estimate of -ln(FMR), lowered where the pairs are by chance, or a print is made."""
+    """Return -ln(FMR), lowered for pairs that chance would make, and for implausible prints."""
     least = LOG_10 * p.beyond_from
     if not estimate > least or p.beyond_share == 0.0:
         return estimate

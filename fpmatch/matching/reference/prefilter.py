@@ -55,7 +55,7 @@ def encode(
     region: PrintArea,
     parameters: BitDescriptorParameters | None = None,
 ) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print, of many those of the greatest quality."""
+    """Encode the minutiae (4, N) of a print, or those of best quality where there are many."""
     p = parameters or BitDescriptorParameters()
     coded = np.zeros(len(quality), bool)
     coded[np.argsort(-quality, kind="stable")[:MAX_ENCODED]] = True

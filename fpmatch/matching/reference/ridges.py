@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:
     """Return how far from the transform the mesh moves each block of two by two cells.
 
-    The triangle round the middle of a block is mapped affinely. A pair lies halfway between the
-    partner and where its ring predicts it: so noise is less.
+    Each triangle of the mesh is mapped affinely, and each block moves as its middle does. To reduce
+    noise, a pair lies halfway between its partner and the prediction of its ring.
     """
     image = mesh.image.copy()
     image[FRAME:] = 0.5 * (image[FRAME:] + predicted[mesh.owner[FRAME:]])
@@ -79,8 +79,8 @@ def compared_cells(
 ) -> tuple[tuple[Numbers, Numbers], Plane, Floats]:
     """Return rows and columns of the K cells of A compared, their middles in B, and correlations.
 
-    Eight bits of a cell of A, 32 where the smaller print is small, are looked up in B, at 5 by 5
-    shifts; of these that counts under which the most bits agree in the cell and those around it.
+    Eight bits of a cell of A, 32 where the smaller print is small, are compared with B at 5 by 5
+    shifts. The shift counts at which most bits of the cell and its neighbours agree.
     """
     rows, columns = a.code.shape
     too_large = (rows + 2) * (columns + 2) > MOST_CELLS
@@ -113,7 +113,7 @@ def compared_cells(
     both[row + 1, column + 1] = 1
     agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
-    value = best_shifts(len(sample), row + 1, column + 1, both, beside(agreeing))
+    value = best_shifts(len(sample), row + 1, column + 1, both, sum_of_three_columns(agreeing))
     known = ~np.isnan(value)
     return (row[known], column[known]), at[known], value[known]
 
@@ -180,15 +180,15 @@ def best_shifts(
     """
     total = rows_of_three[row - 1, column] + rows_of_three[row, column]
     total += rows_of_three[row + 1, column]
-    near = beside(around.astype(np.intp))
+    near = sum_of_three_columns(around.astype(np.intp))
     cells = near[row - 1, column] + near[row, column] + near[row + 1, column]
     enough = cells >= FEWEST_AROUND
     best = total.reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
     return np.where(enough, 2.0 * best / (samples * np.maximum(cells, 1)) - 1.0, np.nan)
 
 
-def beside(agreeing: NDArray[Any]) -> NDArray[Any]:
-    """Return the sums over each cell of a table with an edge and those to its left and right."""
+def sum_of_three_columns(agreeing: NDArray[Any]) -> NDArray[Any]:
+    """Return the sum of each cell and its left and right neighbour; 0 in the outer columns."""
     total = np.zeros_like(agreeing)
     total[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
     return total

@@ -35,7 +35,7 @@ class Aligner:
     The parameters are those of `pipeline.parameters`. ``predicted[:, i]`` is where minutia i of A
     lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
     ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
-    These are the pairs at hand. `keep` makes a value of them: row h of the arrays ``kept_...``, in
+    These are the current pairs. `keep` stores them in row h of the arrays ``kept_...``, in
     which hypothesis k of the local matches is row k, and others have the rows after these.
     """
 
@@ -136,7 +136,7 @@ class Aligner:
         return self.keep(row)
 
     def keep(self, row):
-        """Keep the pairs at hand in a row; return their number."""
+        """Keep the current pairs in a row; return their number."""
         self.kept_pairs[row] = self.pairs
         self.kept_transform[row, 0], self.kept_transform[row, 1] = self.c, self.s
         self.kept_transform[row, 2], self.kept_transform[row, 3] = self.x, self.y
@@ -167,7 +167,7 @@ class Aligner:
         return self.pairs
 
     def _first_fit(self):
-        """Fit the transform to the pairs at hand, of which there is one at least."""
+        """Fit the transform to the current pairs, of which there is one at least."""
         i: cython.Py_ssize_t = self.paired[0]
         j: cython.Py_ssize_t = self.partner[i]
         a, b = self.a, self.b
@@ -181,8 +181,8 @@ class Aligner:
     def grow(self, rounds, measured):
         """Predict by the mesh of the pairs and pair again, in turn; then measure the mesh.
 
-        It ends early where no pair changes. Where already `measured`, the mesh at hand is that of
-        the pairs at hand, and so are its measures. Return the number of pairs. The reach of a
+        It ends early where no pair changes. Where already `measured`, the current mesh is that of
+        the current pairs, and so are its measures. Return the number of pairs. The reach of a
         minutia grows with its distance from the nearest other pair.
         """
         for r in range(rounds):
@@ -206,12 +206,12 @@ class Aligner:
         return self.pairs if measured else self.measure()
 
     def measure(self):
-        """Predict all minutiae by the mesh of the pairs at hand, measure and count the pairs."""
+        """Predict all minutiae by the mesh of the current pairs, measure and count the pairs."""
         self._predict(True)
         return self.pairs
 
     def _predict(self, measured):
-        """Build the mesh of the pairs at hand, and predict by it."""
+        """Build the mesh of the current pairs, and predict by it."""
         self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
         return self.mesh.predict(
             self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y, measured

@@ -45,13 +45,13 @@ LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 @cython.final
 @cython.cclass
 class EvidenceScorer:
-    """Score alignments of two prints, of which B has up to `room` minutiae.
+    """Score alignments of two prints, of which B has up to `capacity` minutiae.
 
     The model depends on which prints have ridge images. `evidence` and `feature` are those of the
     alignment scored last.
     """
 
-    def __init__(self, score, weights, room) -> None:
+    def __init__(self, score, weights, capacity) -> None:
         self.evidence = np.zeros(ENTRIES)
         self.feature = np.zeros(FEATURES)
         self.standard = np.stack([model.standard for model in weights.models])
@@ -60,8 +60,8 @@ class EvidenceScorer:
         self.term = np.zeros(TERMS)
         self.model = 0
         self.total = 0.0
-        self.paired_b = np.empty(room, np.int32)
-        self.correlator = RidgeCorrelator(room)
+        self.paired_b = np.empty(capacity, np.int32)
+        self.correlator = RidgeCorrelator(capacity)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs
@@ -104,7 +104,7 @@ class EvidenceScorer:
         return REJECTED - SHORTFALL * shortfall
 
     def score_alignment(self, a, b, aligner, similarity):
-        """Score the alignment at hand in the aligner; return -ln(FMR) as `condition` estimates it.
+        """Score the current alignment of the aligner; return -ln(FMR) as `condition` estimates it.
 
         The ridges are compared only if the sum of the minutiae passes the refine threshold.
         """
@@ -132,7 +132,7 @@ class EvidenceScorer:
         return self.model == SMALL_WITH_RIDGES
 
     def weigh(self, a, b, aligner, similarity, ridges):
-        """Weigh the evidence in the alignment at hand, `ridges` compared if true; return the sum.
+        """Weigh the evidence in the current alignment, `ridges` compared if true; return the sum.
 
         The model is chosen before.
         """
@@ -258,7 +258,7 @@ class EvidenceScorer:
         return total
 
     def _gather(self, a, b, aligner, similarity):
-        """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
+        """Gather the evidence of the minutiae in the current alignment; none yet of the ridges."""
         pairs = local = common = common_b = 0.0
         unpaired = unpaired_b = squares = squares_b = 0.0
         partner, predicted = aligner.partner, aligner.predicted

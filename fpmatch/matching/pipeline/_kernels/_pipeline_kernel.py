@@ -172,7 +172,7 @@ class Pipeline:
         return best
 
     def _weigh(self, a, b, aligner, h, ridges):
-        """Weigh the evidence of hypothesis h, which the aligner has at hand."""
+        """Weigh the evidence of hypothesis h, the current one of the aligner."""
         self.total[h] = self.scorer.weigh(a, b, aligner, self.similarity, ridges)
         for e in range(self.evidence.shape[1]):
             self.evidence[h, e] = self.scorer.evidence[e]

@@ -26,7 +26,7 @@ COINCIDENT = cython.declare(cython.double, comparison.COINCIDENT)
 class Relaxation:
     """The candidates of two prints and the support that they give one another.
 
-    There is room for prints of `size_a` and `size_b` minutiae. After `load`, candidate k of
+    Prints have at most `size_a` and `size_b` minutiae. After `load`, candidate k of
     `count` is the pair ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation
     and ``support[k, m]`` the compatibility of candidates k and m, 0 to 1. `strength` is the mean of
     the four greatest relaxed similarities, missing ones counting as 0.

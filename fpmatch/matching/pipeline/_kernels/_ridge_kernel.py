@@ -38,11 +38,11 @@ class RidgeCorrelator:
     print is small, are looked up in B, which has a valley wherever it has no cell; of all shifts,
     that under which the most of them agree counts.
 
-    There is room for so many pairs of minutiae. After `compare`, `cells` is the number of cells
+    At most `capacity` pairs of minutiae are taken. After `compare`, `cells` is the number of cells
     that could be compared, `correlation` their mean correlation, -1 to 1.
     """
 
-    def __init__(self, room) -> None:
+    def __init__(self, capacity) -> None:
         self.correlation = 0.0
         self.cells = 0
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
@@ -59,7 +59,7 @@ class RidgeCorrelator:
         self.drift = np.zeros((MOST_CELLS, 2))
         self.blocks = 0
         self.samples = FEW
-        self.vertex = np.zeros((room + FRAME, 2))
+        self.vertex = np.zeros((capacity + FRAME, 2))
         self.c = 1.0
         self.s = self.x = self.y = 0.0
 
@@ -162,7 +162,7 @@ class RidgeCorrelator:
         left = (a.first_column + 1.0) * a.step
         top = -(a.first_row + 1.0) * a.step
         self._leave_in_place(a)
-        if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
+        if mesh.vertices > self.vertex.shape[0]:  # more pairs than `capacity`
             return 0
         for k in range(mesh.vertices):
             i: cython.Py_ssize_t = mesh.owner[k]

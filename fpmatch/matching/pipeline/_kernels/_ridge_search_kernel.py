@@ -131,7 +131,7 @@ class RidgeSearch:
 
     @cython.locals(k=cython.Py_ssize_t)
     def _flow_agreement(self, large):
-        """Return how well the orientation agrees under the transform at hand, -1 to 1.
+        """Return how well the orientation agrees under the current transform, -1 to 1.
 
         -2 where the prints have too little in common.
         """
@@ -251,7 +251,7 @@ class RidgeSearch:
         return 0
 
     def _is_near(self, k):
-        """Return whether the transform at hand is about that of the pair found as number k."""
+        """Return whether the current transform is about that of the pair found as number k."""
         dc = self.c - self.transform[k, 0]
         ds = self.s - self.transform[k, 1]
         dx = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]

@@ -56,8 +56,7 @@ def aligner_for(a, b, parameters=PARAMETERS, room=3):
 
 
 def put(aligner, a, b):
-    aligner.load_a(a, a.shape[1])
-    aligner.load_b(b, b.shape[1])
+    aligner.load(a, a.shape[1], b, b.shape[1])
 
 
 def at_hand(aligner):

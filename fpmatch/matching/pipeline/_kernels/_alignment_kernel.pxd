@@ -21,8 +21,9 @@ cdef class Aligner:
     cdef readonly int hypotheses, coarse_rounds, rounds, rows
     cdef Py_ssize_t measured_row
 
-    cpdef int load_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
-    cpdef int load_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cpdef int load(
+        self, double[:, ::1] a, Py_ssize_t size_a, double[:, ::1] b, Py_ssize_t size_b
+    ) noexcept nogil
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
     cpdef int refine(self, Py_ssize_t k) noexcept nogil

@@ -72,21 +72,15 @@ class Aligner:
         self.s = self.x = self.y = 0.0
         self.measured_row = -1
 
-    def load_a(self, points, size):
-        """Take the first `size` columns of `points` as print A."""
-        self.size_a = size
+    def load(self, a, size_a, b, size_b):
+        """Take the first `size_a` columns of `a` as print A, and likewise print B."""
+        self.size_a, self.size_b = size_a, size_b
         for row in range(4):
-            for i in range(size):
-                self.a[row, i] = points[row, i]
-        return 0
-
-    def load_b(self, points, size):
-        """Take the first `size` columns of `points` as print B."""
-        self.size_b = size
-        for row in range(4):
-            for j in range(size):
-                self.b[row, j] = points[row, j]
-        return self.grid.load(self.b, size)
+            for i in range(size_a):
+                self.a[row, i] = a[row, i]
+            for j in range(size_b):
+                self.b[row, j] = b[row, j]
+        return self.grid.load(self.b, size_b)
 
     def relax(self, similarity):
         """Select and relax the local matches; return how many candidates there are."""

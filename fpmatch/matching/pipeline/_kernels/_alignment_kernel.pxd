@@ -1,7 +1,15 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.matching.pipeline._kernels._minutia_grid_kernel cimport MinutiaGrid
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel cimport Relaxation
+
+
+cdef class MinutiaGrid:
+    cdef readonly int[::1] start, item
+    cdef readonly double x0, y0, per_px, reach
+    cdef readonly int columns, rows
+
+    cpdef int load(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cdef int _line(self, double place) noexcept nogil
 
 
 cdef class Aligner:

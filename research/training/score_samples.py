@@ -180,8 +180,7 @@ def _features(
         return None
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     aligner = make_aligner(len(a), len(b))
-    aligner.load_a(a.points, len(a))
-    aligner.load_b(b.points, len(b))
+    aligner.load(a.points, len(a), b.points, len(b))
     sides = a.for_kernels(), b.for_kernels()
     found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     aligner.relax(similarity)

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from fpmatch.base.parameters import Parametrised, parameters_of
 from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import COMPILED, fit_pairs
@@ -29,8 +28,7 @@ from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 from fpmatch.matching.prints.prepare import prepare, rescaled_descriptors
-from fpmatch.matching.prints.prepared import available
-from fpmatch.matching.result import Compared, Comparison, nothing_found
+from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
 
@@ -53,12 +51,12 @@ MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 
 
-class UnitCircleMatcher(Parametrised):
+class UnitCircleMatcher(Matcher):
     """Compare prints by the Delaunay mesh of their pairs on the unit circle.
 
     Where the kernels are not compiled, the steps of `fpmatch.matching.reference` are taken.
 
-    The arguments are the parameters in `fpmatch.matching.pipeline.parameters`, which ``fpmatch
+    The arguments are the parameters in `fpmatch.matching.parameters`, which ``fpmatch
     doctor --matchers`` lists.
 
     References
@@ -70,17 +68,7 @@ class UnitCircleMatcher(Parametrised):
     by_reference: ClassVar[bool] = not COMPILED
     parameters: MatchParameters = USUAL
 
-    @property
-    def calibrated(self) -> UnitCircleMatcher:
-        """The matcher to whose similarities calibrations are fitted.
-
-        It does not hold pairs against chance, which lowers the similarities of the highest
-        impostors: fitted to those, a calibration would raise the scores again.
-        """
-        own = {name: one.value for name, one in parameters_of(self.parameters).items()}
-        return type(self)(**own | {"beyond_share": 0.0})
-
-    def prepare(self, template: Template) -> PreparedTemplate:
+    def prepare(self, template: Template, *_: NDArray[np.uint8]) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         p = self.parameters
         if self.by_reference:
@@ -183,11 +171,6 @@ class UnitCircleMatcher(Parametrised):
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         return ridge_map(a, b, comparison.detail[0], self.parameters, swapped=swapped)
-
-    def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
-        """Return minutiae and area in mm² of the smaller of two prints, in each respect."""
-        minutiae, area = available(probe, reference)
-        return minutiae, area * MM2_PER_PX2
 
     def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
         """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).

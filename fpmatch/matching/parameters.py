@@ -1,0 +1,228 @@
+"""The parameters of the default matcher; each is an argument of the matcher.
+
+Kernels and reference read them from here: a change of one compiles nothing. Weights and thresholds
+of the score are learned, see `fpmatch.matching.pipeline.score_model`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.base.parameters import check_ranges, parameter
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchParameters:
+    """All of them, in the order of the steps; compared by identity, which costs nothing.
+
+    Each has its default, its meaning and its range; lengths are in pixels at 500 dpi.
+
+    Raises
+    ------
+    MatcherError
+        If a value is out of range.
+    """
+
+    # Preparation; where a template has no ridge field, the cells of its minutiae's hull stand for it
+    max_minutiae: int = parameter(
+        200, "minutiae that take part; of more, those of best quality", 1, 256
+    )
+    hull_step_px: float = parameter(
+        16.0, "side of a cell of the hull, where a template has no ridge field", 4, 64
+    )
+    max_hull_cells: int = parameter(
+        512, "such cells along a side; larger ones where the minutiae reach farther", 16, 512
+    )
+    usual_quality: float = parameter(
+        0.7, "quality where a template gives none: all are 100, or all 0", 0, 1
+    )
+
+    # Neighbourhoods of the minutiae, with the shape-preserving weights of eq. (4)
+    neighbours: int = parameter(
+        12, "neighbours of a minutia, nearest first, from its first and second ring", 1, 32
+    )
+    tolerance_px: float = parameter(
+        9.0, "how far a neighbour may lie from its counterpart", 0.1, 100
+    )
+    tolerance_per_px: float = parameter(
+        0.08, "what a px of the neighbour's own distance adds to it", 0, 0.5
+    )
+    second_ring_weight: float = parameter(
+        0.5, "weight of neighbours beyond the one-ring, the least in it; the mean is 1", 0, 1
+    )
+
+    # Prefilter: bit descriptors of minutiae, and pairs of them that agree in one transform; two
+    # pairs d apart agree within sqrt(near_px² + (near_per_px·d)²)
+    cell_px: float = parameter(16.0, "side of the cells in which neighbours lie", 4, 64)
+    most_pairs: int = parameter(
+        16, "pairs compared with each other: those that share most words", 1, 64
+    )
+    near_px: float = parameter(12.0, "distance within which two pairs agree", 0, 100)
+    near_per_px: float = parameter(0.1, "what a px between them adds to it, squared", 0, 1)
+    pair_turn_deg: float = parameter(
+        15.0, "largest difference of the rotations of two pairs", 0, 22.5
+    )
+
+    # Local match of the neighbourhoods
+    neighbour_turn_deg: float = parameter(
+        30.0, "largest difference in relative direction of a neighbour and its counterpart", 1, 90
+    )
+    fewest_neighbours: int = parameter(
+        4, "fewer neighbours count as this many, so that few do not agree easily", 1, 32
+    )
+
+    # Relaxation of the local matches, the candidates. Two support each other if the distances
+    # between their minutiae in the two prints differ by at most distance_px and distance_per_px of
+    # the distance
+    candidates: int = parameter(
+        32, "local matches that take part, at most; each minutia is in one of them", 1, 256
+    )
+    distance_px: float = parameter(
+        6.0, "largest difference of the distances between the minutiae of two candidates", 0.1, 100
+    )
+    distance_per_px: float = parameter(0.08, "what a px of the distance adds to it", 0, 1)
+    max_rotation_deg: float = parameter(
+        25.0, "largest difference of the rotations of two candidates", 1, 180
+    )
+    max_angle_deg: float = parameter(
+        30.0, "largest difference of the directions from one minutia to the other", 1, 180
+    )
+    relaxation_rounds: int = parameter(5, "rounds in which candidates support each other", 0, 100)
+    inertia: float = parameter(0.5, "share of its value that a candidate keeps in a round", 0, 1)
+    least_seed_share: float = parameter(
+        0.5,
+        "least value of the seed of a hypothesis, as a share of the strongest candidate's",
+        0,
+        1,
+    )
+    least_share: float = parameter(
+        0.25, "least value of the other pairs of a hypothesis, as a share of its seed's", 0.01, 1
+    )
+
+    # Mesh of pairs, its unit circles and predictions, eq. (3) and (4)
+    frame_margin_px: float = parameter(
+        60.0, "distance of the frame points from the circle round the bounding box", 20, 1000
+    )
+    place_tolerance: float = parameter(
+        0.3, "standard deviation of places on the unit circle", 0.001, 10, "radians"
+    )
+    residual_px: float = parameter(
+        3.0, "standard deviation of the distance from the prediction", 0.1, 100
+    )
+    residual_per_px: float = parameter(
+        0.08, "what a px of the mean radius of the ring adds to it", 0, 1
+    )
+
+    # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
+    # predicted
+    max_turn_deg: float = parameter(30.0, "largest difference in direction within a pair", 1, 90)
+    hypotheses: int = parameter(4, "hypotheses of the relaxed local matches, at most", 1, 32)
+    coarse_rounds: int = parameter(
+        1, "rounds in which pairs grow over their mesh before they are weighed first", 1, 20
+    )
+    rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)
+    reach_px: float = parameter(
+        10.0, "distance from its prediction within which a minutia is paired", 0.1, 100
+    )
+    reach_per_px: float = parameter(
+        0.12, "what a px of the distance from the nearest other pair adds to it", 0, 1
+    )
+    reach_limit_px: float = parameter(24.0, "largest such distance", 1, 100)
+
+    # Search for alignments by the ridges; the agreement of the orientation is the mean cosine of
+    # twice the difference, -1 to 1
+    ridge_trials: int = parameter(
+        64, "pairs of minutiae whose ridges are compared, of a small print", 1, 128
+    )
+    ridge_starts: int = parameter(4, "pairs by which a small print is aligned", 1, 8)
+    ridge_candidates: int = parameter(
+        3, "local matches whose ridges are compared, of larger prints", 1, 128
+    )
+    candidate_flow: float = parameter(0.9, "least agreement of their orientation", -1, 1)
+    candidate_value: float = parameter(
+        3.0, "least surplus of their correlation, times the root of the cells", 0, 100
+    )
+    least_common: float = parameter(
+        0.25, "share of the smaller print that must lie in the larger", 0, 1
+    )
+    least_flow: float = parameter(
+        0.8, "least agreement of the orientation, for a small print", -1, 1
+    )
+    usual_correlation: float = parameter(
+        0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
+    )
+    apart_px: float = parameter(
+        12.0, "distance between a print's middles under transforms that count as two", 0, 1000
+    )
+    apart_deg: float = parameter(12.0, "or the difference of their rotations", 0, 180)
+
+    # Score: how evidence is gathered and turned into features; a print reaches farther than the hull
+    # of its minutiae
+    margin_px: float = parameter(
+        20.0, "how far inside the other print a minutia lies that counts as unpaired", 0, 200
+    )
+    hull_margin_px: float = parameter(
+        0.0, "the same where the convex hull of the minutiae stands for the print", 0, 200
+    )
+    doubt_pairs: float = parameter(
+        2.0, "added to the number of pairs, so that little evidence counts less", 0, 1000
+    )
+    doubt_minutiae: float = parameter(5.0, "added to the number of minutiae", 0, 1000)
+    doubt_cells: float = parameter(10.0, "added to the number of cells of ridges", 0, 1000)
+    beyond_from: float = parameter(
+        2.0, "rarity from which pairs are held against chance", 0, 1000, "decades of the FMR"
+    )
+    beyond_less: float = parameter(
+        1.0, "how much chance makes of the best transform", 0, 100, "decades of the FMR"
+    )
+    beyond_few: float = parameter(
+        0.4, "how much more where a print has few minutiae", 0, 100, "decades of the FMR"
+    )
+    beyond_share: float = parameter(
+        0.8, "share of the rarity beyond chance that does not count", 0, 1
+    )
+
+    __post_init__ = check_ranges
+
+    def _whole(self) -> MatchParameters:
+        return self
+
+    # until kernels and reference read the flat names
+    preparation = neighbourhood = prefilter = relaxation = property(_whole)
+    mesh = alignment = ridges = score = property(_whole)
+
+    @property
+    def local(self) -> Any:
+        return LocalNumbers(self)
+
+    min_cosine = property(lambda self: math.cos(math.radians(self.max_turn_deg)))
+    min_rotation_cosine = property(lambda self: math.cos(math.radians(self.max_rotation_deg)))
+    min_angle_cosine = property(lambda self: math.cos(math.radians(self.max_angle_deg)))
+    apart_cosine = property(lambda self: math.cos(math.radians(self.apart_deg)))
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Places of ridge orientation in a minutia's own frame, shape (2, 12)."""
+        rings = ((4, 24.0, 45.0), (8, 42.0, 22.5))
+        radius = np.concatenate([np.full(n, r) for n, r, _ in rings])
+        degrees = np.concatenate([a + 360 / n * np.arange(n) for n, _, a in rings])
+        angle = np.radians(degrees)
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+class LocalNumbers:
+    """Until kernels and reference read the flat names."""
+
+    def __init__(self, p: MatchParameters) -> None:
+        self.min_cosine = math.cos(math.radians(p.neighbour_turn_deg))
+        self.neighbour_turn_deg, self.fewest_neighbours = p.neighbour_turn_deg, p.fewest_neighbours
+
+
+USUAL: Final = MatchParameters()

@@ -45,6 +45,8 @@ class Verification:
         Name of the matcher.
     probe, reference : Template
         The two templates compared.
+    similarity : float
+        The matcher's raw similarity.
     transform : Similarity or None
         Maps the probe's pixels onto the reference's, for a non-match as well as can be; None where
         no transform was found.
@@ -89,6 +91,7 @@ class Verification:
     matcher: str
     probe: Template = field(repr=False)
     reference: Template = field(repr=False)
+    similarity: float = 0.0
     transform: Similarity | None = None
     pairs: NDArray[np.int32] = field(default_factory=lambda: np.empty((0, 2), np.int32), repr=False)
     rms_px: float = 0.0

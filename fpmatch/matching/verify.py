@@ -130,6 +130,7 @@ def decide(
         matcher=matcher.name,
         probe=probe[0],
         reference=reference[0],
+        similarity=comparison.similarity,
         transform=evidence.transform,
         pairs=evidence.pairs,
         rms_px=evidence.rms_px,

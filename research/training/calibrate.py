@@ -108,14 +108,14 @@ def _impostors_by_form(
     """Return the impostor comparisons of each real database, and of all synthetic prints."""
     impostors = []
     for sets in (real, [_without_ridges(one) for one in real]):
-        report = evaluate_templates(sets, matcher=MATCHER.calibrated, workers=workers)
+        report = evaluate_templates(sets, matcher=UNHELD, workers=workers)
         impostors += impostors_of_report(report)
     seeds = f"seeds {TRAINING_SEED} to {TRAINING_SEED + len(synthetic) - 1}"
     for name, sets in (
         ("synthetic", synthetic),
         ("synthetic, minutiae alone", [_without_ridges(one) for one in synthetic]),
     ):
-        impostors.append(impostors_among(sets, f"{name}, {seeds}", workers, MATCHER.calibrated))
+        impostors.append(impostors_among(sets, f"{name}, {seeds}", workers, UNHELD))
     return impostors
 
 

@@ -29,18 +29,18 @@ _MAX_SCORE: Final = 100.0
 
 def evidence(verification: Verification) -> list[Fact]:
     """Return the evidence for or against a match, as (label, value)."""
-    v, explained = verification, verification.evidence
+    v = verification
     ours, theirs = len(v.probe.minutiae), len(v.reference.minutiae)
-    compared = explained.compared
+    compared = v.compared
     rate = odds(v.fmr) + (", extrapolated" if v.extrapolated else "")
     facts = [
         *([("False match rate", rate)] if v.identical is None else []),
-        ("Minutiae paired", f"{len(explained.pairs)} (probe {ours}, reference {theirs})"),
+        ("Minutiae paired", f"{len(v.pairs)} (probe {ours}, reference {theirs})"),
     ]
-    if explained.transform is not None:
+    if v.transform is not None:
         area = "" if compared is None else f", {compared.area_mm2:.0f} mm²"
-        overlap = _percent(explained.overlap) + area
-        facts += [("Agreement", _percent(explained.agreement)), ("Overlap", overlap)]
+        overlap = _percent(v.overlap) + area
+        facts += [("Agreement", _percent(v.agreement)), ("Overlap", overlap)]
         if compared is not None and compared.ridge_agreement is not None:
             facts.append(("Ridge agreement", f"{compared.ridge_agreement:.2f}"))
     return [*facts, ("Matcher", v.matcher)]
@@ -48,7 +48,7 @@ def evidence(verification: Verification) -> list[Fact]:
 
 def transform_facts(verification: Verification) -> list[Fact]:
     """Return the transform of the probe as (label, value); none without it."""
-    transform, rms_px = verification.evidence.transform, verification.evidence.rms_px
+    transform, rms_px = verification.transform, verification.rms_px
     if transform is None:
         return []
     return [

@@ -170,7 +170,7 @@ def _local(m: DefaultMethod) -> list[Step]:
     if not len(c.first):
         return [Step("local_matches", "Local match", "No two minutiae have similar neighbours.")]
     similar = c.similarity[c.first, c.second].astype(np.float64)
-    rejected = m.pair.verification.comparison.reason == UNLIKE
+    rejected = m.rejected
     words = "The prefilter rejects these prints; the steps are shown without it. " * rejected + (
         f"The {count(len(similar), 'most similar pair')} of minutiae, each minutia in one at most; "
         f"the similarity is from {number(similar.min())} to {number(similar.max())} (width of a "

@@ -24,6 +24,22 @@ class Parameter(NamedTuple):
     least: float
     most: float
 
+    def read(self, given: object, owner: str) -> float:
+        """Return the number that is given for it, as a number or text; else raise MatcherError."""
+        whole = isinstance(self.value, int)
+        try:
+            value: float = (int if whole else float)(cast("str", given))
+        except (TypeError, ValueError, OverflowError):
+            value = math.nan
+        if isinstance(given, bool) or not (isinstance(given, str) or value == given):
+            value = math.nan
+        if math.isnan(value):
+            kind = "a whole number" if whole else "a number"
+            raise MatcherError(f"{owner}: {self.name} is {kind}, not {given!r}", code="kind")
+        if problem := _outside(self.name, value, self.least, self.most):
+            raise MatcherError(f"{owner}: {problem}", code="range")
+        return value
+
 
 def parameter(default: float, meaning: str, least: float, most: float, unit: str = "") -> Any:
     """Return the field of a parameter of a dataclass.
@@ -42,49 +58,43 @@ def parameter(default: float, meaning: str, least: float, most: float, unit: str
     return field(default=default, metadata={"about": (meaning, unit, least, most)})
 
 
-def parameters_of(values: Any) -> list[Parameter]:
-    """Return the parameters of a dataclass, with their present values; none of None."""
-    listed = []
+def parameters_of(values: Any) -> dict[str, Parameter]:
+    """Return the parameters of a dataclass, with their present values, by name; none of None."""
+    listed = {}
     for entry in fields(values) if values is not None else ():
         if about := entry.metadata.get("about"):
-            meaning, unit, least, most = about
+            meaning, unit, *limits = about
             by_name = (one for suffix, one in _UNITS.items() if entry.name.endswith(suffix))
-            value = getattr(values, entry.name)
-            unit = unit or next(by_name, "")
-            listed.append(Parameter(entry.name, value, meaning, unit, least, most))
+            value, unit = getattr(values, entry.name), unit or next(by_name, "")
+            listed[entry.name] = Parameter(entry.name, value, meaning, unit, *limits)
     return listed
 
 
 def check_ranges(values: Any) -> None:
     """Raise MatcherError for a parameter outside its range: for `__post_init__`."""
     for entry in fields(values):
-        value = getattr(values, entry.name)
-        if value != entry.default and (about := entry.metadata.get("about")):
-            *_, least, most = about
-            if not least <= value <= most:
-                limits = f"from {least:g} to {most:g}"
-                raise MatcherError(
-                    f"{entry.name} lies {limits}, not {number_text(value)}", code="range"
-                )
+        value, about = getattr(values, entry.name), entry.metadata.get("about")
+        if about and (problem := _outside(entry.name, value, *about[2:])):
+            raise MatcherError(problem, code="range")
 
 
 def with_parameters(values: Any, given: Mapping[str, object], owner: str) -> Any:
     """Return a dataclass with other values, numbers or texts of numbers.
 
     Raises MatcherError, which names the owner, for an unknown name, a value of another kind, or
-    one that the dataclass refuses.
+    one out of range.
     """
-    known = {one.name: one for one in parameters_of(values)}
+    known = parameters_of(values)
     for name in given:
+        if not known:
+            raise MatcherError(f"{owner} has no parameters, so no {name!r}", code="parameter")
         if name not in known:
-            hint = f"{did_you_mean(name, known)} `fpmatch doctor --matchers` lists them"
-            what = f"{name!r}.{hint}" if known else f"{name!r}: it has none"
-            raise MatcherError(f"{owner} has no parameter {what}", code="parameter")
-    try:
-        numbers = {name: _number(known[name], value) for name, value in given.items()}
-        return replace(values, **numbers)
-    except MatcherError as error:
-        raise MatcherError(f"{owner}: {error.detail}", code=error.code) from error
+            raise MatcherError(
+                f"{owner} has no parameter {name!r}.{did_you_mean(name, known)} "
+                "`fpmatch doctor --matchers` lists them",
+                code="parameter",
+            )
+    return replace(values, **{name: known[name].read(one, owner) for name, one in given.items()})
 
 
 def read_parameters(text: str, owner: str) -> dict[str, str]:
@@ -102,21 +112,13 @@ def read_parameters(text: str, owner: str) -> dict[str, str]:
 
 def changed_parameters(usual: Any, values: Any) -> str:
     """Return those that differ from the usual ones as NAME=VALUE,NAME=VALUE."""
-    both = zip(parameters_of(usual), parameters_of(values), strict=True)
-    changed = [one for before, one in both if one != before]
+    before, after = parameters_of(usual), parameters_of(values)
+    changed = [one for name, one in after.items() if one != before[name]]
     return ",".join(f"{one.name}={repr(one.value).removesuffix('.0')}" for one in changed)
 
 
-def _number(one: Parameter, given: object) -> float:
-    """Return the number that is given for a parameter, as a number or text."""
-    whole = isinstance(one.value, int)
-    try:
-        value: float = (int if whole else float)(cast("str", given))
-    except (TypeError, ValueError, OverflowError):
-        value = math.nan
-    if isinstance(given, bool) or not (isinstance(given, str) or value == given):
-        value = math.nan
-    if math.isnan(value):
-        kind = "a whole number" if whole else "a number"
-        raise MatcherError(f"{one.name} is {kind}, not {given!r}", code="kind")
-    return value
+def _outside(name: str, value: float, least: float, most: float) -> str:
+    """Return what is wrong with a value out of its range; "" where nothing is."""
+    if least <= value <= most:
+        return ""
+    return f"{name} lies from {least:g} to {most:g}, not {number_text(value)}"

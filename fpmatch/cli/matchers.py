@@ -17,7 +17,7 @@ def matchers_document() -> dict[str, list[dict[str, Any]]]:
     A limit or value is None where it is infinite.
     """
     return {
-        name: [_as_dict(one) for one in parameters_of(get_matcher(name).parameters)]
+        name: [_as_dict(one) for one in parameters_of(get_matcher(name).parameters).values()]
         for name in _usable()
     }
 
@@ -33,7 +33,7 @@ def matchers_text() -> str:
         elif alike != name:
             blocks.append(f"{printable(name)}: the parameters of {printable(alike)}")
         else:
-            table = text_table([_row(one) for one in listed], left=5)
+            table = text_table([_row(one) for one in listed.values()], left=5)
             lines = [printable(name), *(f"    {line}" for line in table.splitlines())]
             blocks.append("\n".join(lines))
     return "\n\n".join(blocks)

@@ -8,14 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
-
-import numpy as np
+from typing import Final
 
 from fpmatch.base.parameters import check_ranges, parameter
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +25,7 @@ class MatchParameters:
         If a value is out of range.
     """
 
-    # Preparation; where a template has no ridge field, the cells of its minutiae's hull stand for it
+    # Preparation; without a ridge field, the cells of the minutiae's hull stand for the print
     max_minutiae: int = parameter(
         200, "minutiae that take part; of more, those of best quality", 1, 256
     )
@@ -163,8 +158,8 @@ class MatchParameters:
     )
     apart_deg: float = parameter(12.0, "or the difference of their rotations", 0, 180)
 
-    # Score: how evidence is gathered and turned into features; a print reaches farther than the hull
-    # of its minutiae
+    # Score: how evidence is turned into features; a print reaches farther than the hull of its
+    # minutiae
     margin_px: float = parameter(
         20.0, "how far inside the other print a minutia lies that counts as unpaired", 0, 200
     )
@@ -189,40 +184,37 @@ class MatchParameters:
         0.8, "share of the rarity beyond chance that does not count", 0, 1
     )
 
-    __post_init__ = check_ranges
-
-    def _whole(self) -> MatchParameters:
-        return self
-
-    # until kernels and reference read the flat names
-    preparation = neighbourhood = prefilter = relaxation = property(_whole)
-    mesh = alignment = ridges = score = property(_whole)
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
     @property
-    def local(self) -> Any:
-        return LocalNumbers(self)
-
-    min_cosine = property(lambda self: math.cos(math.radians(self.max_turn_deg)))
-    min_rotation_cosine = property(lambda self: math.cos(math.radians(self.max_rotation_deg)))
-    min_angle_cosine = property(lambda self: math.cos(math.radians(self.max_angle_deg)))
-    apart_cosine = property(lambda self: math.cos(math.radians(self.apart_deg)))
+    def neighbour_cosine(self) -> float:
+        """Cosine of the largest difference in direction of a neighbour and its counterpart."""
+        return _cosine(self.neighbour_turn_deg)
 
     @property
-    def places(self) -> NDArray[np.float64]:
-        """Places of ridge orientation in a minutia's own frame, shape (2, 12)."""
-        rings = ((4, 24.0, 45.0), (8, 42.0, 22.5))
-        radius = np.concatenate([np.full(n, r) for n, r, _ in rings])
-        degrees = np.concatenate([a + 360 / n * np.arange(n) for n, _, a in rings])
-        angle = np.radians(degrees)
-        return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
+    def min_cosine(self) -> float:
+        """Cosine of the largest difference in direction within a pair."""
+        return _cosine(self.max_turn_deg)
+
+    @property
+    def min_rotation_cosine(self) -> float:
+        """Cosine of the largest difference of the rotations of two candidates."""
+        return _cosine(self.max_rotation_deg)
+
+    @property
+    def min_angle_cosine(self) -> float:
+        """Cosine of the largest difference of the directions from one minutia to the other."""
+        return _cosine(self.max_angle_deg)
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return _cosine(self.apart_deg)
 
 
-class LocalNumbers:
-    """Until kernels and reference read the flat names."""
-
-    def __init__(self, p: MatchParameters) -> None:
-        self.min_cosine = math.cos(math.radians(p.neighbour_turn_deg))
-        self.neighbour_turn_deg, self.fewest_neighbours = p.neighbour_turn_deg, p.fewest_neighbours
+def _cosine(degrees: float) -> float:
+    return math.cos(math.radians(degrees))
 
 
 USUAL: Final = MatchParameters()

@@ -24,6 +24,7 @@ from fpmatch.matching.decision import (
     reachable_scores,
     reachable_similarities,
 )
+from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
 
 MATCHER = get_matcher("unit-circle")

@@ -20,7 +20,7 @@ from matching_weights import NEVER, scored_by, some_weights
 
 from fpmatch import verify
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.reference import competing_pairs
 from fpmatch.matching.reference.neighbourhood import local_similarity
 

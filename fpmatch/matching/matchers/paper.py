@@ -57,7 +57,8 @@ class PaperParameters(UnitCircleParameters):
         1,
     )
 
-    __post_init__ = check_ranges
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 class PaperMatcher(Matcher):

@@ -20,8 +20,8 @@ from fpmatch.matching.constants.comparison import (
     MIN_MINUTIAE,
     MIN_PAIRS_FOR_SCALE,
 )
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.reasons import all_reasons
 from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
 from fpmatch.matching.prints.prepared import lies_off_ridges
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.match import Alignment
-    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
@@ -73,12 +72,11 @@ class UnitCircleMatcher(Matcher):
 
     def prepare(self, template: Template, *_: NDArray[np.uint8]) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
-        p = self.parameters
         if self.by_reference:
             from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
 
-            return method.prepare(template, p)
-        return prepare(template, p.preparation, p.neighbourhood, p.prefilter)
+            return method.prepare(template, self.parameters)
+        return prepare(template, self.parameters)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
         """Match locally, then globally, and score the evidence, unless the prefilter rejects them.
@@ -181,7 +179,7 @@ class UnitCircleMatcher(Matcher):
         """
         region = prepared.region
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
-        held = self.parameters.score.beyond_share > 0.0
+        held = self.parameters.beyond_share > 0.0
         off = held and lies_off_ridges(prepared)
         return amount_of_print(0.0 if off else factor * len(prepared), area, shown=shown)
 
@@ -209,7 +207,7 @@ class UnitCircleMatcher(Matcher):
             rescaled,
         )
 
-        p, ours = self.parameters.prefilter, reference.bit_descriptors
+        p, ours = self.parameters, reference.bit_descriptors
         return [
             ratio
             for ratio in ratios

@@ -22,7 +22,7 @@ class Pipeline:
     `before` and `after` are the aligners in which a reference is print A or print B: the prints
     are taken in the order of their content, so that exchanging them changes nothing. `neighbours`,
     the index of the probe's, is set before it is matched. `parameters` are a
-    `pipeline.parameters.LocalParameters`.
+    `matching.parameters.MatchParameters`.
 
     Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
     ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.
@@ -37,7 +37,7 @@ class Pipeline:
         self.best = -1
         self.probe = self.neighbours = None
         self.before_loaded = self.after_loaded = False
-        self.min_cosine = parameters.min_cosine
+        self.min_cosine = parameters.neighbour_cosine
         self.fewest_neighbours = parameters.fewest_neighbours
 
     def load(self, probe):

@@ -52,8 +52,8 @@ def test_qualities_that_are_none_or_of_no_print_are_the_usual_one(quality, prepa
 def test_of_too_many_minutiae_the_best_take_part_in_their_order():
     quality = np.array([10, 90, 50, 90, 50, 70])
     points = spread_points(np.random.default_rng(1), 6)
-    parameters = MatchParameters(max_minutiae=4), MatchParameters(neighbours=3)
-    prepared = prepare(template_of(points, quality=quality), *parameters)
+    parameters = MatchParameters(max_minutiae=4, neighbours=3)
+    prepared = prepare(template_of(points, quality=quality), parameters)
     assert prepared.index.tolist() == [1, 2, 3, 5]
     assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
     assert prepared.neighbourhoods.count.tolist() == [3] * 4

@@ -91,17 +91,17 @@ class Verification:
     matcher: str
     probe: Template = field(repr=False)
     reference: Template = field(repr=False)
-    similarity: float = 0.0
-    transform: Similarity | None = None
+    similarity: float = field(default=0.0, repr=False)
+    transform: Similarity | None = field(default=None, repr=False)
     pairs: NDArray[np.int32] = field(default_factory=lambda: np.empty((0, 2), np.int32), repr=False)
-    rms_px: float = 0.0
-    agreement: float = 0.0
-    overlap: float = 0.0
-    compared: Compared | None = None
-    reason: str = ""
-    shortage: Shortage | None = None
-    reachable_score: float | None = None
-    scale: ScaleMeasurement | None = None
+    rms_px: float = field(default=0.0, repr=False)
+    agreement: float = field(default=0.0, repr=False)
+    overlap: float = field(default=0.0, repr=False)
+    compared: Compared | None = field(default=None, repr=False)
+    reason: str = field(default="", repr=False)
+    shortage: Shortage | None = field(default=None, repr=False)
+    reachable_score: float | None = field(default=None, repr=False)
+    scale: ScaleMeasurement | None = field(default=None, repr=False)
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
     dpi_assumed: tuple[str, ...] = ()

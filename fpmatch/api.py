@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from fpmatch.base.html import html_table
 from fpmatch.matching.registry import DEFAULT_MATCHER
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 # Pixels in a notebook.
 _OVERLAY_WIDTH: Final = 1000
 _SHOWN_WIDTH: Final = 480
-_FIELDS: Final = tuple(one.name for one in fields(Verification))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,17 +73,10 @@ class Overlay:
 
 @dataclass(frozen=True, eq=False)
 class VerifiedPrints(Verification):
-    """A verification with the pictures of the prints; a notebook shows result and overlay.
+    """A verification that draws its prints; a notebook shows result and overlay.
 
-    Parameters
-    ----------
-    images : tuple of ndarray or None
-        Pixels of probe and reference; None for a template, of which the ridges are drawn.
+    Of a print given as a template, the ridges are drawn.
     """
-
-    images: tuple[NDArray[np.uint8] | None, NDArray[np.uint8] | None] = field(
-        default=(None, None), repr=False
-    )
 
     def overlay(self, *, side_by_side: bool = False, ridges: bool = False) -> Overlay:
         """Draw the probe, moved by the transform, over the reference; see `fpmatch.draw`.
@@ -234,19 +226,16 @@ def verify(
         "matcher": matcher,
         "threshold": threshold,
         "calibration": calibration,
+        "result_type": VerifiedPrints,
     }
-    first = second = None
     if isinstance(probe, Template) and isinstance(reference, Template):
         verified = verify_templates(probe, reference, **options)
     else:
         from fpmatch.prints.pair import verify_given  # noqa: PLC0415  (not needed for templates)
 
         sides = [given_print(one, dpi=dpi, enhance=enhance) for one in (probe, reference)]
-        pair = verify_given(*sides, **options)
-        verified, sides = pair.verification, [pair.probe, pair.reference]
-        first, second = (None if one.image is None else one.image.pixels for one in sides)
-    values = {name: getattr(verified, name) for name in _FIELDS}
-    return VerifiedPrints(**values, images=(first, second))
+        verified = verify_given(*sides, **options).verification
+    return cast("VerifiedPrints", verified)
 
 
 def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learned") -> GivenPrint:

@@ -1,19 +1,15 @@
-"""Parameters: numbers in frozen dataclasses with meaning, unit and range, given as NAME=VALUE.
-
-A dataclass of parameters makes its fields by `parameter`, or has other such dataclasses as fields.
-A name may occur in several of them, for one quantity; all are then set together.
-"""
+"""Parameters: the numbers of a flat frozen dataclass, with ranges, given as NAME=VALUE."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import field, fields, is_dataclass, replace
+from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from fpmatch.errors import MatcherError, did_you_mean, number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
 _UNITS: Final = {"_per_px": "px per px", "_px": "px at 500 dpi", "_deg": "degrees"}
 
@@ -40,10 +36,8 @@ class Parameter(NamedTuple):
         if math.isnan(value):
             kind = "a whole number" if whole else "a number"
             raise MatcherError(f"{owner}: {self.name} is {kind}, not {given!r}", code="kind")
-        if not self.least <= value <= self.most:
-            limits = f"from {self.least:g} to {self.most:g}"
-            shown = given if isinstance(given, str) else number_text(value)
-            raise MatcherError(f"{owner}: {self.name} lies {limits}, not {shown}", code="range")
+        if problem := _outside(self.name, value, self.least, self.most):
+            raise MatcherError(f"{owner}: {problem}", code="range")
         return value
 
 
@@ -61,34 +55,46 @@ def parameter(default: float, meaning: str, least: float, most: float, unit: str
     unit : str
         Its unit, unless the suffix of its name states it: ``_px``, ``_per_px`` or ``_deg``.
     """
-    about = {"meaning": meaning, "least": least, "most": most, "unit": unit}
-    return field(default=default, metadata=about)
+    return field(default=default, metadata={"about": (meaning, unit, least, most)})
 
 
 def parameters_of(values: Any) -> dict[str, Parameter]:
-    """Return the parameters of a dataclass, with their present values, by name."""
-    return {one.name: one for _, one in _listed(values)}
+    """Return the parameters of a dataclass, with their present values, by name; none of None."""
+    listed = {}
+    for entry in fields(values) if values is not None else ():
+        if about := entry.metadata.get("about"):
+            meaning, unit, *limits = about
+            by_name = (one for suffix, one in _UNITS.items() if entry.name.endswith(suffix))
+            value, unit = getattr(values, entry.name), unit or next(by_name, "")
+            listed[entry.name] = Parameter(entry.name, value, meaning, unit, *limits)
+    return listed
 
 
-def stages_of(values: Any) -> dict[str, list[Parameter]]:
-    """Return the parameters by the first lines of the docstrings of their dataclasses."""
-    stages: dict[str, list[Parameter]] = {}
-    for kind, one in _listed(values):
-        stages.setdefault(str(kind.__doc__).partition("\n")[0].rstrip("."), []).append(one)
-    return stages
+def check_ranges(values: Any) -> None:
+    """Raise MatcherError for a parameter outside its range: for `__post_init__`."""
+    for entry in fields(values):
+        value, about = getattr(values, entry.name), entry.metadata.get("about")
+        if about and (problem := _outside(entry.name, value, *about[2:])):
+            raise MatcherError(problem, code="range")
 
 
 def with_parameters(values: Any, given: Mapping[str, object], owner: str) -> Any:
-    """Return a dataclass with other values; raise MatcherError for an unknown name or bad value."""
+    """Return a dataclass with other values, numbers or texts of numbers.
+
+    Raises MatcherError, which names the owner, for an unknown name, a value of another kind, or
+    one out of range.
+    """
     known = parameters_of(values)
     for name in given:
+        if not known:
+            raise MatcherError(f"{owner} has no parameters, so no {name!r}", code="parameter")
         if name not in known:
             raise MatcherError(
                 f"{owner} has no parameter {name!r}.{did_you_mean(name, known)} "
                 "`fpmatch doctor --matchers` lists them",
                 code="parameter",
             )
-    return _replaced(values, {name: known[name].read(one, owner) for name, one in given.items()})
+    return replace(values, **{name: known[name].read(one, owner) for name, one in given.items()})
 
 
 def read_parameters(text: str, owner: str) -> dict[str, str]:
@@ -104,65 +110,15 @@ def read_parameters(text: str, owner: str) -> dict[str, str]:
     return given
 
 
-class Parametrised:
-    """A matcher whose keyword arguments are the entries of the dataclass `parameters`.
-
-    Its name states the parameters that differ from the default, so that no score, calibration or
-    file is taken for that of a matcher with other parameters. A subclass defines `name`, and
-    `parameters` with the defaults.
-
-    Raises
-    ------
-    MatcherError
-        If there is no such parameter, or a value is of another kind or out of range.
-
-    Examples
-    --------
-    >>> from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
-    >>> UnitCircleMatcher(rounds=5, reach_px=10.0).name
-    'unit-circle:rounds=5'
-    """
-
-    name: str
-    parameters: Any
-
-    def __init__(self, **given: float | str) -> None:
-        usual, own = type(self).parameters, type(self).name
-        made = with_parameters(usual, given, f"matcher {own}")
-        before = parameters_of(usual)
-        if changed := [one for one in parameters_of(made).values() if one != before[one.name]]:
-            self.name = f"{own}:{','.join(f'{one.name}={_short(one.value)}' for one in changed)}"
-            self.parameters = made
+def changed_parameters(usual: Any, values: Any) -> str:
+    """Return those that differ from the usual ones as NAME=VALUE,NAME=VALUE."""
+    before, after = parameters_of(usual), parameters_of(values)
+    changed = [one for name, one in after.items() if one != before[name]]
+    return ",".join(f"{one.name}={repr(one.value).removesuffix('.0')}" for one in changed)
 
 
-def _short(value: float) -> str:
-    """Return a number as text from which it is read again."""
-    return repr(value).removesuffix(".0")
-
-
-def _listed(values: Any) -> Iterator[tuple[type, Parameter]]:
-    """Yield the parameters of a dataclass, each with the dataclass that has it; once each."""
-    seen: set[str] = set()
-    for entry in fields(values):
-        value, about = getattr(values, entry.name), entry.metadata
-        inner = list(_listed(value)) if is_dataclass(value) else []
-        if "meaning" in about:
-            by_name = (unit for suffix, unit in _UNITS.items() if entry.name.endswith(suffix))
-            limits = about["unit"] or next(by_name, ""), about["least"], about["most"]
-            inner = [(type(values), Parameter(entry.name, value, about["meaning"], *limits))]
-        for kind, one in inner:
-            if one.name not in seen:
-                seen.add(one.name)
-                yield kind, one
-
-
-def _replaced(values: Any, given: Mapping[str, float]) -> Any:
-    """Return a dataclass with these values, wherever their names occur."""
-    changed: dict[str, Any] = {}
-    for entry in fields(values):
-        value = getattr(values, entry.name)
-        if is_dataclass(value):
-            changed[entry.name] = _replaced(value, given)
-        elif "meaning" in entry.metadata and entry.name in given:
-            changed[entry.name] = given[entry.name]
-    return replace(values, **changed) if changed else values
+def _outside(name: str, value: float, least: float, most: float) -> str:
+    """Return what is wrong with a value out of its range; "" where nothing is."""
+    if least <= value <= most:
+        return ""
+    return f"{name} lies from {least:g} to {most:g}, not {number_text(value)}"

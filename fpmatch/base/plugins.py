@@ -25,9 +25,10 @@ COMMANDS: Final = "fpmatch.commands"
 AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
 FMR_SIGNATURE: Final = b"FMR\x00"  # of finger minutiae records
 _AGENCY: Final = "fpmatch.formats.agency"
+_MATCHER: Final = "fpmatch.matching.result.Matcher"  # the base class, not imported from here
 _POINTS: Final = "*.*-info/entry_points.txt"
 _PARTS: Final = {  # what an object of a group must have
-    MATCHERS: ("name", "prepare", "compare"),
+    MATCHERS: ("name",),
     FORMATS: ("name", "title", "suffixes", "recognises", "decode", "encode"),
     COMMANDS: ("name", "make_context"),
 }
@@ -152,6 +153,9 @@ def _load(group: str, place: str) -> Any:
             hint = " (install its package or put its folder on PYTHONPATH: nothing is imported "
             hint += "from the working directory)"
         raise PluginError(f"{place} cannot be loaded: {why}{hint}", code="plug-in") from error
+    kinds = (f"{kind.__module__}.{kind.__qualname__}" for kind in type(plugin).__mro__)
+    if group == MATCHERS and _MATCHER not in kinds:
+        raise PluginError(f"{place} is no subclass of {_MATCHER}", code="shape")
     lacking = [part for part in _PARTS[group] if not hasattr(plugin, part)]
     if lacking:
         raise PluginError(f"{place} has no {lacking[0]!r}", code="shape")

@@ -19,7 +19,7 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
 from fpmatch.formats.registry import CODECS
-from fpmatch.matching.registry import own_matcher_names
+from fpmatch.matching.registry import OWN_MATCHERS
 from fpmatch.printable import json_text, text_table
 
 _FOR_DEVELOPERS: Final = {"bench", "browser", "dev", "docs", "test", "train"}  # extras
@@ -37,7 +37,7 @@ def inspect_installation() -> dict[str, Any]:
     """
     packages = _packages()
     plugins = {
-        "matchers": _plugins(MATCHERS, own_matcher_names()),
+        "matchers": _plugins(MATCHERS, set(OWN_MATCHERS)),
         "formats": _plugins(FORMATS, {codec.name for codec in CODECS}),
         "commands": _plugins(COMMANDS, set()),
     }

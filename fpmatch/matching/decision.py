@@ -11,14 +11,14 @@ them, and where a resolution that no file states decides.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
 from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage, call_matcher
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import MM_PER_INCH
+from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from fpmatch.templates.plausibility import OFF_RIDGES
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Matcher, Side
     from fpmatch.templates.minutiae import Template
     from fpmatch.templates.ridge_field import RidgeField
 
@@ -57,17 +58,15 @@ def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[
     return np.where(match, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
 
 
-def evidence_in(matcher: Any, template: Template, prepared: object) -> NDArray[np.float64]:
+def evidence_in(matcher: Matcher, template: Template, prepared: object) -> NDArray[np.float64]:
     """Return the amount of evidence in a print, shape (5,), as the matcher measures it.
 
     It is `NO_EVIDENCE` where the print does not show a finger; see `lacks_ridges`.
     """
     if lacks_ridges(template):
         return np.array(NO_EVIDENCE)
-    if hasattr(matcher, "amount"):
-        amount: NDArray[np.float64] = call_matcher(matcher, "amount", prepared)
-        return amount
-    return np.array([len(template.minutiae), *NO_EVIDENCE[1:]])
+    amount: NDArray[np.float64] | None = call_matcher(matcher, "amount", prepared)
+    return np.array([len(template.minutiae), *NO_EVIDENCE[1:]]) if amount is None else amount
 
 
 def lacks_ridges(template: Template) -> str:
@@ -114,18 +113,17 @@ def ridge_area_mm2(template: Template) -> float:
 
 
 def reachable_similarities(
-    matcher: Any, probe: NDArray[np.float64], references: NDArray[np.float64]
+    matcher: Matcher, probe: NDArray[np.float64], references: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the similarities that half of the genuine comparisons of as much evidence reach.
 
     `probe` and `references` are amounts of evidence, shape (..., 5). The similarities are infinite
-    where the matcher gives no estimate, and minus infinity where a print does not show a finger.
+    where the matcher gives no estimate, and minus infinity where a print does not show a finger, or
+    one of which nothing is estimated has fewer than `LEAST_MINUTIAE`.
     """
     fewest = np.minimum(probe[..., 0], references[..., 0])
-    if not hasattr(matcher, "typical_similarities"):
-        return np.where(fewest >= LEAST_MINUTIAE, math.inf, -math.inf)
     typical = call_matcher(matcher, "typical_similarities", probe, references)
-    return np.where(fewest > 0, typical, -math.inf)
+    return np.where(fewest >= np.where(np.isinf(typical), LEAST_MINUTIAE, 1), typical, -math.inf)
 
 
 def reachable_scores(
@@ -141,14 +139,18 @@ def reachable_scores(
     return np.where(known, calibration.scores(np.where(known, similarities, 0.0)), similarities)
 
 
-def find_shortage(
-    matcher: Any,
-    calibration: Calibration | None,
-    probe: tuple[Template, object],
-    references: Sequence[tuple[Template, object]],
-    threshold: float,
-) -> Shortage | None:
-    """Return what a probe and the best of the references lack for a decision; None where nothing.
+class Reachable(NamedTuple):
+    """What two prints have to reach a score by: that of a probe and the best of its references."""
+
+    score: float  # infinite where nothing is estimated
+    best: int  # of the references
+    amounts: NDArray[np.float64]  # of evidence, of the probe and of that reference, shape (2, 5)
+
+
+def find_reachable(
+    matcher: Matcher, calibration: Calibration | None, probe: Side, references: Sequence[Side]
+) -> Reachable:
+    """Return the reachable score of a probe and the best of the references.
 
     Each print is given as a template, and as the matcher prepared it.
     """
@@ -156,45 +158,52 @@ def find_shortage(
     theirs = np.stack([evidence_in(matcher, *one) for one in references])
     reachable = reachable_scores(calibration, reachable_similarities(matcher, ours, theirs))
     best = int(np.argmax(reachable))
-    needed = 0.0 if math.isnan(threshold) else threshold  # of a matcher without a calibration
-    if reachable[best] >= needed:
+    return Reachable(float(reachable[best]), best, np.stack([ours, theirs[best]]))
+
+
+def find_shortage(
+    matcher: Matcher,
+    calibration: Calibration | None,
+    probe: Side,
+    references: Sequence[Side],
+    threshold: float,
+    reachable: Reachable | None = None,
+) -> Shortage | None:
+    """Return what a probe and the best of the references lack for a decision; None where nothing.
+
+    `reachable` is what `find_reachable` returns, where it is known.
+    """
+    known = reachable or find_reachable(matcher, calibration, probe, references)
+    if known.score >= (0.0 if math.isnan(threshold) else threshold):  # NaN without a calibration
         return None
-    sides = {"probe": probe[0], "reference": references[best][0]}
-    why = {name: lacks_ridges(side) for name, side in sides.items()}
+    sides = {"probe": probe, "reference": references[known.best]}
+    why = {name: lacks_ridges(template) for name, (template, _) in sides.items()}
     code = NO_RIDGES if any(why.values()) else NO_FINGER
-    for (name, side), minutiae in zip(sides.items(), (ours[0], theirs[best, 0]), strict=True):
-        if len(side.minutiae) and not minutiae:  # the matcher counts none
+    for (name, (template, _)), amount in zip(sides.items(), known.amounts, strict=True):
+        if len(template.minutiae) and not amount[0]:  # the matcher counts none
             why[name] = why[name] or f"shows no finger: {OFF_RIDGES}"
     if any(why.values()):
         message = "; ".join(f"the {name} {text}" for name, text in why.items() if text)
         return Shortage(code, message)
-    if math.isinf(reachable[best]) and not hasattr(matcher, "available"):
-        fewest = count(int(min(ours[0], theirs[best, 0])), "minutia", "minutiae")
+    minutiae, area_px2 = known.amounts[:, :2].min(axis=0).tolist()
+    if math.isinf(known.score) and not area_px2:
+        fewest = count(int(minutiae), "minutia", "minutiae")
         message = f"{fewest} in the smaller print, where {LEAST_MINUTIAE} are needed at least"
         return Shortage(TOO_FEW_MINUTIAE, message)
-    return _needed(matcher, calibration, probe[1], references[best][1], threshold)
-
-
-def _needed(
-    matcher: Any,
-    calibration: Calibration | None,
-    probe: object,
-    reference: object,
-    threshold: float,
-) -> Shortage:
-    """Return how much evidence there is, and how much it takes."""
 
     def reaches(factor: float) -> bool:
-        sides = (call_matcher(matcher, "amount", side, factor) for side in (probe, reference))
-        reachable = reachable_scores(calibration, reachable_similarities(matcher, *sides))
-        return bool(reachable >= threshold)
+        amounts = (call_matcher(matcher, "amount", side, factor) for _, side in sides.values())
+        similarity = reachable_similarities(matcher, *amounts)
+        return bool(reachable_scores(calibration, similarity) >= threshold)
 
-    minutiae, area = call_matcher(matcher, "available", probe, reference)
+    area = area_px2 * (MM_PER_INCH / STANDARD_DPI) ** 2
     enough = next(filter(reaches, FACTORS), None)
     if enough is None and minutiae >= LEAST_MINUTIAE:
         message = f"no amount of skin would usually reach a score of {threshold:.1f}"
         return Shortage(THRESHOLD_TOO_HIGH, message)
-    message = f"{count(minutiae, 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
+    message = (
+        f"{count(int(minutiae), 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
+    )
     if enough is not None:
         message += (
             f", where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm² are usually "

@@ -1,24 +1,23 @@
-"""Find matchers by name: those of this package by their files, those of others as plug-ins.
+"""Find matchers by name: those of this package, and those of others as plug-ins.
 
-A matcher is one module of `fpmatch.matching.matchers` that defines ``MATCHER``, of the shape of
-`fpmatch.matching.result.Matcher`. File ``unit_circle.py`` is the matcher "unit-circle". Other
-packages add matchers by entry points, see `fpmatch.base.plugins`.
+A matcher of this package is a module of `fpmatch.matching.matchers` that defines ``MATCHER``, and
+stands in `OWN_MATCHERS`. Other packages add matchers by entry points, see `fpmatch.base.plugins`.
 """
 
 from __future__ import annotations
 
 import importlib
-import pkgutil
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.parameters import Parametrised, read_parameters
+from fpmatch.base.parameters import read_parameters
 from fpmatch.errors import MatcherError, did_you_mean
 
 if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 DEFAULT_MATCHER: Final = "unit-circle"
+OWN_MATCHERS: Final = ("paper", "reference", "unit-circle")
 _MATCHERS: Final = "fpmatch.matching.matchers"  # imported by name, as plug-ins are
 
 
@@ -35,7 +34,7 @@ def matcher_names() -> list[str]:
     """
     from fpmatch.base.plugins import MATCHERS, plugin_names  # noqa: PLC0415
 
-    return sorted({*own_matcher_names(), *plugin_names(MATCHERS)})
+    return sorted({*OWN_MATCHERS, *plugin_names(MATCHERS)})
 
 
 def get_matcher(name: str) -> Matcher:
@@ -50,7 +49,7 @@ def get_matcher(name: str) -> Matcher:
     plain, parameters = split_name(name)
     if parameters:
         return _parametrised(plain, parameters)
-    if name in own_matcher_names():
+    if name in OWN_MATCHERS:
         module = importlib.import_module(f"{_MATCHERS}.{name.replace('-', '_')}")
         own: Matcher = module.MATCHER
         return own
@@ -82,7 +81,7 @@ def split_name(name: str) -> tuple[str, str]:
     (('paper', 'rho=0.9'), ('package.module:OBJECT', ''))
     """
     plain, _, last = name.rpartition(":")
-    return (plain, last) if plain and ("=" in last or plain in own_matcher_names()) else (name, "")
+    return (plain, last) if plain and ("=" in last or plain in OWN_MATCHERS) else (name, "")
 
 
 def states_rho(name: str) -> bool:
@@ -94,15 +93,4 @@ def states_rho(name: str) -> bool:
 def _parametrised(name: str, text: str) -> Matcher:
     """Return a matcher with parameters, always the same one."""
     matcher = get_matcher(name)
-    owner = f"matcher {matcher.name}"
-    given = read_parameters(text, owner)
-    if not isinstance(matcher, Parametrised):
-        raise MatcherError(f"{owner} has no parameters, so no {text.partition('=')[0]!r}")
-    made: Matcher = type(matcher)(**given)
-    return made
-
-
-def own_matcher_names() -> set[str]:
-    """Return the names of the matchers of this package."""
-    modules = pkgutil.iter_modules(importlib.import_module(_MATCHERS).__path__)
-    return {m.name.replace("_", "-") for m in modules if not m.name.startswith("_")}
+    return type(matcher)(**read_parameters(text, f"matcher {matcher.name}"))

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import math
 import traceback
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from fpmatch.base.parameters import changed_parameters, with_parameters
 from fpmatch.errors import MatcherError
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import TypeAlias
 
     from numpy.typing import NDArray
 
+    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.templates.minutiae import Template
+
+    Side: TypeAlias = tuple[Template, Any]  # a template, and what the matcher prepared of it
 
 
 Decision = Literal["match", "no match", "inconclusive"]
@@ -92,68 +98,100 @@ def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:
     return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
 
 
-class Matcher(Protocol):
-    """Compare templates; a new matcher is one module that defines ``MATCHER`` of this shape.
+class Matcher(ABC):
+    """Compare templates: the base class of every matcher, of this package and of others.
 
-    `prepare` does once per template what does not depend on the other side; `compare` takes two
-    prepared templates. `compare` must be symmetric: exchanging the two sides gives the same
-    similarity to the last bit and the inverse transform.
+    A subclass defines `name`, `prepare` and `compare`; all else has a default. `prepare` does once
+    per template what does not depend on the other side; `compare` takes two prepared templates. It
+    must be symmetric: exchanging the two sides gives the same similarity to the last bit and the
+    inverse transform. A matcher that explains its answers defines `explain` and `compared`; one
+    that estimates how much skin a match needs defines `amount` and `typical_similarities`.
 
-    Where a matcher states ``wants_image = True``, `prepare` is called with the image as well:
-    its pixels as uint8, in the frame of the template, ridges dark.
+    Parameters
+    ----------
+    **given : int, float or str
+        Values of entries of the dataclass `parameters`. Those that differ from the defaults become
+        part of `name`, so that no score, calibration or file is taken for that of a matcher with
+        other parameters.
+
+    Attributes
+    ----------
+    name : str
+        Name of the matcher.
+    parameters : dataclass or None
+        The defaults, a frozen dataclass of `fpmatch.base.parameters.parameter`; None without any.
+    wants_image : bool
+        Whether `prepare` is called with the image as well: its pixels as uint8, in the frame of
+        the template, ridges dark.
+    rho : float or None
+        Where the similarity is the share of minutiae of the smaller template that are paired, and
+        more than so many are a match if no threshold is given.
+
+    Raises
+    ------
+    MatcherError
+        If there is no such parameter, or a value is of another kind or out of range.
+
+    Examples
+    --------
+    >>> from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
+    >>> UnitCircleMatcher(rounds=5, reach_px=10.0).name
+    'unit-circle:rounds=5'
     """
 
-    @property
-    def name(self) -> str:
-        """Name of the matcher."""
+    name: str
+    parameters: Any = None
+    wants_image: bool = False
+    rho: float | None = None
 
+    def __init__(self, **given: float | str) -> None:
+        if given:
+            usual, own = self.parameters, self.name
+            self.parameters = with_parameters(usual, given, f"matcher {own}")
+            changed = changed_parameters(usual, self.parameters)
+            self.name = f"{own}:{changed}" if changed else own
+
+    @abstractmethod
     def prepare(self, template: Template) -> Any:
         """Return what `compare` needs of one template."""
 
+    @abstractmethod
     def compare(self, probe: Any, reference: Any) -> Comparison:
         """Compare two prepared templates."""
 
-
-class Explaining(Protocol):
-    """Explain a comparison: why there is no match, how much was compared, how much is needed."""
-
     def explain(self, probe: Any, reference: Any, comparison: Comparison) -> Comparison:
         """Return a comparison under its best transform, with all reasons against one finger."""
+        return comparison
 
     def compared(self, probe: Any, reference: Any, comparison: Comparison) -> Compared | None:
-        """Return how much was compared; None where nothing was aligned."""
+        """Return how much was compared; None where that is unknown."""
+        return None
 
-    def available(self, probe: Any, reference: Any) -> tuple[int, float]:
-        """Return minutiae and area in mm² of the smaller of two prepared templates."""
+    def ridge_map(self, probe: Any, reference: Any, comparison: Comparison) -> RidgeMap | None:
+        """Return where the ridges agree; None where they were not compared."""
+        return None
 
-    def amount(self, prepared: Any, factor: float = 1.0) -> NDArray[np.float64]:
-        """Return the amount of evidence in a print with `factor` times as much skin."""
+    def amount(self, prepared: Any, factor: float = 1.0) -> NDArray[np.float64] | None:
+        """Return the evidence in a print with `factor` times as much skin; None if unknown.
+
+        The first two of its five numbers are minutiae and area, in square pixels at 500 dpi.
+        """
+        return None
 
     def typical_similarities(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the median similarities of genuine prints, by the amounts of evidence in them."""
+        """Return the median similarities of genuine prints, by amounts of evidence (..., 5)."""
+        return np.full(np.broadcast_shapes(probe.shape, references.shape)[:-1], math.inf)
 
     def possible_scales(self, probe: Any, reference: Any, ratios: Sequence[float]) -> list[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
+        return list(ratios)
 
 
-@runtime_checkable
-class DecidesByShare(Protocol):
-    """Decide by the share of minutiae that are paired, where no threshold is given.
-
-    The `similarity` of such a matcher is that share, of the smaller template: more than `rho` is
-    a match.
-    """
-
-    @property
-    def rho(self) -> float:
-        """Share that must be exceeded."""
-
-
-def prepare_print(matcher: Any, template: Template, image: NDArray[np.uint8] | None) -> Any:
+def prepare_print(matcher: Matcher, template: Template, image: NDArray[np.uint8] | None) -> Any:
     """Return what a matcher prepares of a print, with its image where the matcher wants one."""
-    if not wants_image(matcher):
+    if not matcher.wants_image:
         return call_matcher(matcher, "prepare", template)
     if image is None:
         raise MatcherError(f"matcher {matcher.name} compares images: a template is not enough")
@@ -230,16 +268,3 @@ def _what_is_wrong(comparison: Any) -> str:
     if not (isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu" and pairs.ndim == 2):
         return "pairs that are not an array of indices"
     return "" if pairs.shape[1] == 2 else "pairs that do not have two columns"
-
-
-def wants_image(matcher: Matcher) -> bool:
-    """Return whether a matcher prepares images, with their templates."""
-    return getattr(matcher, "wants_image", False)
-
-
-def may_match(matcher: Matcher, comparison: Comparison) -> bool:
-    """Return whether a comparison can be a match, with a score that is high enough.
-
-    It needs a transform, unless the matcher states by ``aligns = False`` that it finds none.
-    """
-    return comparison.transform is not None or not getattr(matcher, "aligns", True)

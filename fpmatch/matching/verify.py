@@ -1,24 +1,29 @@
-"""Verification: two templates become a decision, which is explained where that is asked for."""
+"""Verification: two templates become a decision, with all that explains it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import MatcherError, number_text
-from fpmatch.matching.calibration import (
-    MAX_SCORE,
-    is_calibrated,
-    load_calibration,
-    score_of,
-    score_to_fmr,
+from fpmatch.matching.calibration import allowance as allowance_of
+from fpmatch.matching.calibration import score_of, score_to_fmr
+from fpmatch.matching.decision import find_reachable, find_shortage
+from fpmatch.matching.registry import DEFAULT_MATCHER
+from fpmatch.matching.result import (
+    UNKNOWN_RESOLUTION,
+    Shortage,
+    call_matcher,
+    check_repeats,
+    compare_prepared,
+    prepare_print,
 )
-from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import check_repeats, compare_prepared, may_match, prepare_print
-from fpmatch.matching.verification import Explanation, Verification
+from fpmatch.matching.rule import DEFAULT_THRESHOLD, Rule
+from fpmatch.matching.scale import find_scale
+from fpmatch.matching.verification import Verification
 from fpmatch.templates.bounds import have_same_minutiae
 
 if TYPE_CHECKING:
@@ -27,84 +32,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Comparison, Identity, Matcher
+    from fpmatch.matching.result import Comparison, Identity, Matcher, Side
     from fpmatch.templates.minutiae import Template
 
-    Side = tuple[Template, Any]  # a template, and what the matcher prepared of it
+__all__ = ["DEFAULT_THRESHOLD", "Rule", "decide", "find_identity", "verify"]
 
-DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
-
-
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """How comparisons by a matcher become decisions: by their score, or by the share `rho`.
-
-    `threshold` is the least score of a match; where `rho` decides, the score of that share.
-    """
-
-    matcher: Matcher
-    calibration: Calibration | None
-    threshold: float
-    rho: float | None
-
-    @classmethod
-    def of(
-        cls, matcher: str | Matcher, threshold: float | None, calibration: Calibration | None
-    ) -> Rule:
-        """Return the rule of `verify`, whose parameters and errors these are."""
-        if threshold is not None and not 0 <= threshold <= MAX_SCORE:
-            raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
-        chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-        rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
-        if calibration is None and (rho is None or is_calibrated(chosen.name)):
-            calibration = load_calibration(chosen.name)
-        needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
-        return cls(chosen, calibration, needed if rho is None else score_of(calibration, rho), rho)
-
-    def decide(
-        self,
-        probe: Side,
-        reference: Side,
-        comparison: Comparison,
-        score: float,
-        impressions: Sequence[Side] = (),
-        images: Sequence[NDArray[np.uint8] | None] = (None, None),
-    ) -> Verification:
-        """Return the decision on two prints, or on a probe and a finger, that have this score.
-
-        Of a finger all `impressions` are given; `reference` is the most similar of them. `images`
-        are the pixels of probe and reference.
-        """
-        curve, rho = self.calibration, self.rho
-        enough = score >= self.threshold if rho is None else comparison.similarity > rho
-        match = enough and may_match(self.matcher, comparison)
-        explanation = Explanation(
-            matcher=self.matcher,
-            calibration=curve,
-            probe=probe,
-            reference=reference,
-            comparison=comparison,
-            match=match,
-            threshold=self.threshold,
-            rho=rho,
-            impressions=impressions,
-        )
-        return Verification(
-            match=match,
-            score=score,
-            fmr=math.nan if curve is None else score_to_fmr(score),
-            threshold=self.threshold,
-            matcher=self.matcher.name,
-            comparison=comparison,
-            probe=probe[0],
-            reference=reference[0],
-            smallest_measured_fmr=0.0
-            if curve is None
-            else score_to_fmr(curve.largest_measured_score),
-            rho=rho,
-            explanation=explanation,
-            identical=find_identity((probe[0], reference[0]), images),
-        )
+MIRRORED_SHARE: Final = 0.5  # of the false match rate, for the tries of a mirrored probe
+MIRRORED: Final = (
+    "mirrored, the probe matches, with a score of {:.1f}: is one of the images mirrored? "
+    "(--mirror flips the probe)"
+)
 
 
 def verify(
@@ -116,23 +53,112 @@ def verify(
     calibration: Calibration | None = None,
     images: Sequence[NDArray[np.uint8] | None] = (None, None),
     allowance: float = 0.0,
+    dpi_assumed: tuple[str, ...] = (),
+    result_type: type[Verification] = Verification,
 ) -> Verification:
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
     The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
     A matcher that wants them is given the `images`. A score that decides is lowered by `allowance`,
-    for one of several tries.
+    for one of several tries. The resolutions of the sides `dpi_assumed` are not stated anywhere.
     """
     rule = Rule.of(matcher, threshold, calibration)
-    chosen, curve = rule.matcher, rule.calibration
     sides = zip((probe, reference), images, strict=True)
-    ours, theirs = (prepare_print(chosen, *side) for side in sides)
-    comparison = compare_prepared(chosen, ours, theirs)
-    check_repeats(chosen, ours, theirs, comparison.similarity)
-    score = score_of(curve, comparison.similarity)
+    ours, theirs = (prepare_print(rule.matcher, *side) for side in sides)
+    comparison = compare_prepared(rule.matcher, ours, theirs)
+    check_repeats(rule.matcher, ours, theirs, comparison.similarity)
+    score = score_of(rule.calibration, comparison.similarity)
     if allowance and rule.rho is None:
         score = max(0.0, score - allowance)
-    return rule.decide((probe, ours), (reference, theirs), comparison, score, images=images)
+    return decide(
+        rule,
+        (probe, ours),
+        (reference, theirs),
+        comparison,
+        score,
+        images=images,
+        dpi_assumed=dpi_assumed,
+        result_type=result_type,
+    )
+
+
+def decide(
+    rule: Rule,
+    probe: Side,
+    reference: Side,
+    comparison: Comparison,
+    score: float,
+    *,
+    impressions: Sequence[Side] = (),
+    images: Sequence[NDArray[np.uint8] | None] = (None, None),
+    dpi_assumed: tuple[str, ...] = (),
+    result_type: type[Verification] = Verification,
+) -> Verification:
+    """Return the decision on two prints, or on a probe and a finger, that have this score.
+
+    Of a finger all `impressions` are given; `reference` is the most similar of them. `images` are
+    the pixels of probe and reference.
+    """
+    matcher, curve = rule.matcher, rule.calibration
+    match = rule.is_match(comparison, score)
+    both = probe[1], reference[1]
+    evidence = comparison if match else call_matcher(matcher, "explain", *both, comparison)
+    if not impressions:
+        compared = call_matcher(matcher, "compared", *both, evidence)
+        evidence = replace(evidence, compared=compared)
+    references = impressions or [reference]
+    reachable = find_reachable(matcher, curve, probe, references)
+    scale = find_scale(rule, probe, reference, evidence.pairs, match=match)
+    shortage, reason = None, ""
+    if not match:
+        shortage = find_shortage(matcher, curve, probe, references, rule.threshold, reachable)
+        if dpi_assumed and scale is not None and scale.differs:
+            sides = " and ".join(f"the {side}" for side in dpi_assumed)
+            message = f"the resolution of {sides} is unknown, and at another one the prints match"
+            shortage = Shortage(UNKNOWN_RESOLUTION, message)
+        by_rule = (
+            "the score is below the threshold" if rule.rho is None else "too few minutiae agree"
+        )
+        reason = (evidence.reason or by_rule) if shortage is None else shortage.message
+        if (mirrored := _mirrored_score(rule, probe[0], references)) is not None:
+            reason += f"; {MIRRORED.format(mirrored)}"
+    return result_type(
+        match=match,
+        score=score,
+        fmr=math.nan if curve is None else score_to_fmr(score),
+        threshold=rule.threshold,
+        matcher=matcher.name,
+        probe=probe[0],
+        reference=reference[0],
+        similarity=comparison.similarity,
+        transform=evidence.transform,
+        pairs=evidence.pairs,
+        rms_px=evidence.rms_px,
+        agreement=evidence.agreement,
+        overlap=evidence.overlap,
+        compared=evidence.compared,
+        reason=reason,
+        shortage=shortage,
+        reachable_score=reachable.score if math.isfinite(reachable.score) else None,
+        scale=scale,
+        smallest_measured_fmr=0.0 if curve is None else score_to_fmr(curve.largest_measured_score),
+        rho=rule.rho,
+        dpi_assumed=dpi_assumed,
+        identical=find_identity((probe[0], reference[0]), images),
+        images=tuple(images),
+        map_ridges=partial(call_matcher, matcher, "ridge_map", *both, evidence),
+    )
+
+
+def _mirrored_score(rule: Rule, probe: Template, references: Sequence[Side]) -> float | None:
+    """Return the score of the mirrored probe, less what its tries cost; None for no match."""
+    if rule.rho is not None or rule.matcher.wants_image:
+        return None
+    mirrored = prepare_print(rule.matcher, probe.mirrored(), None)
+    tried = [compare_prepared(rule.matcher, one, mirrored) for _, one in references]
+    most = max((one.similarity for one in tried if one.transform is not None), default=0.0)
+    score = score_of(rule.calibration, most) - allowance_of(MIRRORED_SHARE, len(tried))
+    return score if score >= rule.threshold else None
 
 
 def find_identity(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
@@ -13,7 +13,7 @@ from fpmatch.image.quality.ridge_scale import is_sound, possible_dpi
 from fpmatch.matching.calibration import allowance, fmr_to_score, load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.result import named
-from fpmatch.matching.verification import CANDIDATE_RATIOS
+from fpmatch.matching.scale import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
 from fpmatch.prints.reading import GivenPrint, check_one_print
 from fpmatch.prints.report import as_dict
@@ -142,11 +142,16 @@ def _verified(
     images = [None if one.image is None else one.image.pixels for one in sides.values()]
     try:
         verified = verify(
-            probe.template, reference.template, images=images, allowance=lowered, **options
+            probe.template,
+            reference.template,
+            images=images,
+            allowance=lowered,
+            dpi_assumed=unstated,
+            **options,
         )
     except MatcherError as error:
         raise named(error, probe.name, reference.name) from error
-    return ComparedPair(probe, reference, replace(verified, dpi_assumed=unstated))
+    return ComparedPair(probe, reference, verified)
 
 
 def _differ_in_scale(pair: ComparedPair) -> bool:

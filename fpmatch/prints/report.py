@@ -95,7 +95,7 @@ def as_rows(
     quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
-    v, evidence = verification, verification.evidence
+    v = verification
     scored = not math.isnan(v.score)
     score = f"{v.score:.1f} on a scale to 100" if scored else "none: the matcher is not calibrated"
     rows: list[tuple[str, str]] = []
@@ -115,14 +115,14 @@ def as_rows(
         reach = f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})"
         caution = reach if v.fmr < v.smallest_measured_fmr else ""
         rows.append(("FMR", f"{score_as_high(rate)}{caution}"))
-    pairs = count(len(evidence.pairs), "pair")
+    pairs = count(len(v.pairs), "pair")
     sides = f"{len(v.probe.minutiae)} of the probe and {len(v.reference.minutiae)} of the reference"
     rows.append(("Minutiae", f"{pairs} among {sides}"))
-    if evidence.transform is not None:
-        paired = f"{evidence.agreement:.0%} of the minutiae where the prints overlap are paired"
-        overlap = f"{evidence.overlap:.0%} of the smaller print"
+    if v.transform is not None:
+        paired = f"{v.agreement:.0%} of the minutiae where the prints overlap are paired"
+        overlap = f"{v.overlap:.0%} of the smaller print"
         ridges = []
-        if (c := evidence.compared) is not None:
+        if (c := v.compared) is not None:
             overlap += f", {c.area_mm2:.0f} mm²"
             words = "not compared"
             if c.ridge_agreement is not None:
@@ -132,8 +132,8 @@ def as_rows(
             ("Agreement", paired),
             ("Overlap", overlap),
             *ridges,
-            ("Transform", transform_in_words(evidence.transform)),
-            ("Residual", f"{evidence.rms_px:.1f} px rms"),
+            ("Transform", transform_in_words(v.transform)),
+            ("Residual", f"{v.rms_px:.1f} px rms"),
         ]
     if v.dpi_assumed:
         rows.append(("Resolution", "; ".join(_resolution(v, side) for side in v.dpi_assumed)))

@@ -167,7 +167,7 @@ def _compared(
     if matched is None:
         return *nothing, LEAST if rejected is None else rejected
     e, weights = matched[1], load_weights()
-    unusual = e.ridges - MATCHER.parameters.score.usual_correlation
+    unusual = e.ridges - MATCHER.parameters.usual_correlation
     return (
         weights.models.index(weights.model_of(probe, reference)),
         e.features,

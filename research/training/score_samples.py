@@ -12,9 +12,9 @@ import numpy as np
 from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.match import evidence_scorer, make_aligner
-from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
 SEED: Final = 18
-LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses
-HYPOTHESES: Final = LOCAL_HYPOTHESES + RidgeSearchParameters().ridge_starts
+LOCAL_HYPOTHESES: Final = USUAL.hypotheses
+HYPOTHESES: Final = LOCAL_HYPOTHESES + USUAL.ridge_starts
 NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
 """Quantiles that do not depend on the amount of evidence."""
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)  # a threshold that all prints pass
@@ -190,7 +190,7 @@ def _features(
             if step(k):
                 scorer.score_alignment(*sides, aligner, similarity)
                 row[:] = scorer.feature
-    scorer, search = scorers[1], RidgeSearch(RidgeSearchParameters())
+    scorer, search = scorers[1], RidgeSearch(USUAL)
     shown = [side.region.ridges is not None for side in (a, b)]
     model = scorer.choose_model(shown[0], shown[1], min(a.region.area, b.region.area))
     by_ridges = 0

@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.matching.result import Comparison
 from fpmatch.matching.verification import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -61,6 +60,6 @@ def compared(probe_image, reference_image):
         found |= {"pairs": np.array([[0, 0], [1, 1], [3, 3]], dtype=np.int32), "reason": ""}
         found |= {"agreement": 0.6, "overlap": 0.9, "compared": None}
         found |= {name: changes.pop(name) for name in found.keys() & changes.keys()}
-        return Verification(**(fields | changes), comparison=Comparison(**found))
+        return Verification(**(fields | found | changes))
 
     return make

@@ -39,7 +39,7 @@ NO_PAIRS = np.empty((0, 2), dtype=np.int32)
 
 def changed(verification, **changes):
     """Return a verification with fields of its comparison replaced."""
-    return replace(verification, comparison=replace(verification.comparison, **changes))
+    return replace(verification, **changes)
 
 
 def without_minutiae(verification):

@@ -11,7 +11,7 @@ from fpmatch.errors import GalleryError, ImageError
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.listing.prints import ExtractedPrint
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.matching.result import Comparison
+from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -103,7 +103,7 @@ def entries_of(*templates, labels=None):
     return [entry_of(number, template, label) for number, (template, label) in numbered]
 
 
-class FakeMatcher:
+class FakeMatcher(Matcher):
     """A matcher whose similarities are those of the first minutiae's x."""
 
     name = "fake"

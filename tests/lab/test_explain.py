@@ -19,7 +19,7 @@ from fpmatch.lab.explain.default import DefaultMethod
 from fpmatch.lab.explain.paper import PaperMethod
 from fpmatch.lab.points.match import match_points
 from fpmatch.matching.matchers.reference import MATCHER
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -118,7 +118,7 @@ def test_the_sums_over_the_rings_are_the_evidence(prints):
 
 
 def test_the_neighbours_that_count_make_the_similarity(prints):
-    least = MATCHER.parameters.local.min_cosine
+    least = MATCHER.parameters.neighbour_cosine
     ours, theirs = (MATCHER.prepare(of.template).neighbourhoods for of in prints[:2])
     similarity = local_similarity(ours, theirs)
     for i, j in np.argwhere(similarity >= 0)[::97]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline.match import Workspace, make_aligner
-from fpmatch.matching.pipeline.parameters import USUAL
 
 
 def aligner_of(a, b):

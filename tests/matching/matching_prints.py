@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.reference import coarse_pairings
 from fpmatch.matching.reference.alignment import grow
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
@@ -252,7 +252,7 @@ def assert_mirrored(forth, back):
 
 def alignments(a, b, similarity, parameters=USUAL):
     """Return the pairings of two prints by each hypothesis of their local matches."""
-    p, candidates = parameters.alignment, relax(a, b, similarity, parameters.relaxation)
+    p, candidates = parameters, relax(a, b, similarity, parameters)
     coarse = coarse_pairings(a, b, candidates, parameters)
     grown = [grow(one, p.rounds - p.coarse_rounds, settled=True) for one in coarse]
     return [one for one in grown if one.pairs]

@@ -14,17 +14,13 @@ from matching_prints import (
     two_impressions,
 )
 
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels import _alignment_kernel
-from fpmatch.matching.pipeline.parameters import (
-    AlignmentParameters,
-    PairMeshParameters,
-    RelaxationParameters,
-)
 from fpmatch.matching.reference.alignment import Pairing, _pair, grow, seeded
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.relaxation import relax
 
-PARAMETERS = AlignmentParameters()
+PARAMETERS = USUAL
 
 
 def pairing_of(a, b, partner, weight, transform):
@@ -45,8 +41,8 @@ def aligner_for(a, b, parameters=PARAMETERS, room=3):
         a.shape[1] + room,
         b.shape[1] + room,
         parameters,
-        RelaxationParameters(),
-        PairMeshParameters(),
+        USUAL,
+        USUAL,
     )
     put(aligner, a, b)
     return aligner

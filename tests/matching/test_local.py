@@ -8,15 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import seeds, spread_points
 
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
-from fpmatch.matching.pipeline.parameters import LocalParameters
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.prints.parameters import NeighbourhoodParameters
 from fpmatch.matching.prints.prepared import Neighbourhoods
 from fpmatch.matching.reference.neighbourhood import local_similarity
 
-P = LocalParameters()
-TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)
+P = USUAL
+TOLERANCE = MatchParameters(tolerance_px=9.0, tolerance_per_px=0.08)
 MOST = 20
 """Minutiae a side; the work of the kernel grows with their square."""
 
@@ -85,7 +84,7 @@ def test_kernel_agrees_with_its_definition(seed, reach, min_cosine):
 @given(seeds)
 def test_a_neighbourhood_is_wholly_similar_to_itself(seed):
     rng = np.random.default_rng(seed)
-    narrow = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.02)  # 23 px at most
+    narrow = MatchParameters(tolerance_px=9.0, tolerance_per_px=0.02)  # 23 px at most
     apart = neighbourhoods(spread_points(rng, MOST, spacing=40.0, size=500.0), narrow)
     whole = apart.count / np.maximum(apart.count, P.fewest_neighbours)
     assert local_similarity(apart, apart).diagonal() == pytest.approx(whole, abs=1e-5)

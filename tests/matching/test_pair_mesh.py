@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from matching_prints import moved, on_pixels, plane, seeds, spread_points
 from scipy.spatial import Delaunay
 
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels import _pair_mesh_kernel as kernel
-from fpmatch.matching.pipeline.parameters import PairMeshParameters
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.pair_mesh import measure
 
-P = PairMeshParameters()
+P = USUAL
 MOST = 30
 FRAME = 8
 FAR_AWAY = 1e6  # px, from the nearest pair, where no ring has any

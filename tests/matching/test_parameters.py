@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED
 
-from fpmatch.base.parameters import parameters_of, stages_of
+from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import MatcherError
 from fpmatch.image.extract import extract
 from fpmatch.matching.calibration import load_calibration
@@ -73,15 +73,6 @@ def test_every_parameter_has_a_meaning_and_a_default_in_its_range(name):
     assert name.endswith("_px") == ("px" in one.unit)
 
 
-def test_a_name_in_two_steps_has_one_default():
-    listed = [one.name for many in stages_of(MATCHER.parameters).values() for one in many]
-    assert sorted(listed) == sorted(KNOWN)
-    p = UnitCircleMatcher(usual_correlation=0.3).parameters
-    assert p.ridges.usual_correlation == p.score.usual_correlation == 0.3
-    usual = MATCHER.parameters
-    assert usual.ridges.usual_correlation == usual.score.usual_correlation
-
-
 @pytest.mark.parametrize(
     ("name", "why"),
     [
@@ -119,12 +110,3 @@ def test_a_calibration_is_not_used_for_other_parameters():
     for name in ("unit-circle:rounds=5", "paper:rho=0.9,area_tolerance=0.2", "reference:rounds=5"):
         with pytest.raises(MatcherError, match="is for its usual parameters"):
             load_calibration(name)
-
-
-def test_calibrations_are_fitted_without_holding_pairs_against_chance():
-    for made in (MATCHER, UnitCircleMatcher(rounds=5, reach_px=12.5), ReferenceMatcher()):
-        own = parameters_of(made.parameters)
-        for name, one in parameters_of(made.calibrated.parameters).items():
-            assert one.value == (0.0 if name == "beyond_share" else own[name].value)
-        assert type(made.calibrated) is type(made)
-    assert UnitCircleMatcher(rounds=5).calibrated.name == "unit-circle:rounds=5,beyond_share=0"

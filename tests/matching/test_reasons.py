@@ -18,16 +18,16 @@ from matching_prints import (
 )
 from matching_weights import NEVER, scored_by, some_weights
 
-from fpmatch import verify
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.reference import competing_pairs
 from fpmatch.matching.reference.neighbourhood import local_similarity
 
 
 def reason(probe, reference):
     """Return the reason where the threshold is one that few pairs reach."""
-    return verify(probe, reference, threshold=100.0).evidence.reason
+    sides = MATCHER.prepare(probe), MATCHER.prepare(reference)
+    return MATCHER.explain(*sides, MATCHER.compare(*sides)).reason
 
 
 def doubled(rng):

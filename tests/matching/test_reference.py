@@ -34,8 +34,8 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
 from fpmatch.matching.matchers.reference import ReferenceMatcher
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
-from fpmatch.matching.pipeline.parameters import PairMeshParameters
 from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.reference import pair_mesh
 from fpmatch.matching.reference.alignment import Pairing
@@ -179,7 +179,7 @@ def test_crowded_pairs_have_the_same_mesh(seed):
     a = on_pixels(rng, int(rng.integers(1, 20)))
     n = a.shape[1]
     partner = np.where(rng.random(n) < 0.7, np.arange(n), -1)
-    kernel = PairMesh(PairMeshParameters(), n)
+    kernel = PairMesh(USUAL, n)
     kernel.build(a, n, a, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0)
     z = a[0] + 1j * a[1]
     mesh = pair_mesh.mesh_of_pairs(z, z, partner, (1 + 0j, 0j))

@@ -13,11 +13,11 @@ from matching_prints import (
     two_impressions,
 )
 
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline._kernels import _relaxation_kernel as kernel
-from fpmatch.matching.pipeline.parameters import RelaxationParameters
 from fpmatch.matching.reference.relaxation import Candidates, relax
 
-P = RelaxationParameters()
+P = USUAL
 MOST = 25
 """Minutiae a side; the candidates support each other in pairs."""
 
@@ -73,7 +73,7 @@ def any_case(seed):
 
 
 any_parameters = st.builds(
-    RelaxationParameters,
+    MatchParameters,
     candidates=st.sampled_from([1, 5, 48]),
     distance_px=st.floats(1, 40),
     max_rotation_deg=st.floats(5, 90),

@@ -10,9 +10,9 @@ from matching_prints import packed_pictures, plane, seeds, spread_points, templa
 
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.ridges import search_by_ridges
@@ -20,7 +20,7 @@ from fpmatch.templates.minutiae import RidgeField
 from research.partial_templates import window
 
 ROOM = 40
-P = RidgeSearchParameters()
+P = USUAL
 
 
 def pairs_of(search, found):
@@ -67,7 +67,7 @@ def test_search_agrees_with_the_reference(seed):
     rng = np.random.default_rng(seed)
     a = some_print(rng, int(rng.integers(0, 6)), int(rng.integers(2, 7)))
     b = some_print(rng, int(rng.integers(0, 9)), int(rng.integers(4, 12)))
-    p = RidgeSearchParameters(
+    p = MatchParameters(
         ridge_trials=int(rng.integers(1, 12)),
         ridge_starts=int(rng.integers(1, 4)),
         least_flow=float(rng.choice([-1.0, 0.3, 0.8])),
@@ -115,7 +115,7 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed):
     """The one pair under which the ridges agree best, as the search of all pairs would find it."""
     rng = np.random.default_rng(seed)
     a, b = some_print(rng, 9, 8), some_print(rng, 12, 9)
-    p = RidgeSearchParameters(
+    p = MatchParameters(
         ridge_candidates=int(rng.integers(1, 9)),
         candidate_flow=float(rng.choice([-1.0, 0.5])),
         candidate_value=float(rng.choice([0.0, 1.0, 3.0])),

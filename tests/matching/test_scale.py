@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch import Minutiae, Template, extract, find_scale, verify
+from fpmatch import Minutiae, Template, extract, verify
 from fpmatch.matching.scale import MIN_PAIRS, measure_scale
 
 
@@ -72,7 +72,7 @@ def test_skin_is_let_be_and_a_wrong_resolution_is_not(scattered):
 @pytest.mark.parametrize("factor", [1.0, 0.88, 1.138, 0.5, 2.0])
 def test_a_wrong_resolution_is_found_match_or_not(print_, factor):
     decision = verify(replace(print_, dpi=print_.dpi * factor), print_)
-    found = find_scale(decision)
+    found = decision.scale
     assert found.differs == (factor != 1.0)
     assert found.ratio == pytest.approx(factor, rel=0.02)
     if factor in (0.5, 2.0):
@@ -81,6 +81,6 @@ def test_a_wrong_resolution_is_found_match_or_not(print_, factor):
 
 def test_different_fingers_have_no_scale(fingers):
     a, b = (extract(pixels, dpi=500) for pixels in fingers)
-    assert find_scale(verify(a, b)) is None
+    assert verify(a, b).scale is None
     at_the_edge = replace(a, dpi=110.0)
-    assert find_scale(verify(at_the_edge, b)) is None
+    assert verify(at_the_edge, b).scale is None

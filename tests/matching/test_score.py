@@ -33,9 +33,9 @@ from score_cases import (
 )
 
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
+from fpmatch.matching.parameters import USUAL as PARAMETERS
 from fpmatch.matching.pipeline._kernels._amount_kernel import decades_beyond_chance
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.parameters import ScoreParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.evidence import _features
@@ -78,7 +78,7 @@ def test_features_agree_with_the_reference(entries, shown):
     entries["cells"] *= shown
     found = features_of(weights, shown=shown, **entries)
     assert found == pytest.approx(
-        _features(weights.models[0 if shown else 1], entries, ScoreParameters()), rel=1e-12
+        _features(weights.models[0 if shown else 1], entries, PARAMETERS), rel=1e-12
     )
 
 

@@ -12,8 +12,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import get_matcher, matcher_names
-from fpmatch.matching.result import Comparison
-from fpmatch.matching.verification import as_explaining
+from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_text
@@ -28,8 +27,7 @@ def test_result_hands_on_what_the_matcher_found(matcher):
     chosen = get_matcher(matcher)
     prepared = chosen.prepare(PROBE), chosen.prepare(IMPOSTOR)
     compared = chosen.compare(*prepared)
-    if explaining := as_explaining(chosen):
-        compared = explaining.explain(*prepared, compared)
+    compared = chosen.explain(*prepared, compared)
     found = verify(PROBE, IMPOSTOR, matcher=matcher)
     assert found.matcher == matcher
     assert found.score == load_calibration(matcher).score(compared.similarity)
@@ -101,7 +99,7 @@ def test_threshold_outside_the_scale(threshold):
     assert f"{threshold:g}" in str(caught.value)
 
 
-class _Halves:
+class _Halves(Matcher):
     """A matcher that nobody calibrated: half of the minutiae are always paired."""
 
     name = "halves"
@@ -146,7 +144,7 @@ def test_a_calibration_of_ones_own_decides():
     assert (found.decision, found.shortage.code) == ("inconclusive", "threshold too high")
 
 
-def test_the_evidence_is_completed_once_when_it_is_first_read():
+def test_only_a_no_is_explained():
     explained = []
 
     class Counting(UnitCircleMatcher):
@@ -154,13 +152,22 @@ def test_the_evidence_is_completed_once_when_it_is_first_read():
             explained.append(found)
             return super().explain(probe, reference, found)
 
-    found = verify(PROBE, IMPOSTOR, matcher=Counting())
-    assert not explained
-    assert found.reason
-    assert found.transform is found.evidence.transform
-    assert explained == [found.comparison]
+    assert verify(PROBE, IMPOSTOR, matcher=Counting()).reason
+    assert len(explained) == 1
     assert verify(PROBE, PROBE, matcher=Counting(), threshold=1).compared is not None
     assert len(explained) == 1
+
+
+def test_a_verification_equals_itself_alone_and_has_a_hash():
+    found, again = verify(PROBE, IMPOSTOR), verify(PROBE, IMPOSTOR)
+    assert found != again
+    assert len({found, found, again}) == 2
+
+
+@pytest.mark.parametrize("matcher", [3, None, object()])
+def test_what_is_no_matcher_is_refused(matcher):
+    with pytest.raises(MatcherError, match=r"is no subclass of fpmatch\.matching\.result\.Matcher"):
+        verify(PROBE, PROBE, matcher=matcher)
 
 
 def test_a_verification_can_be_pickled():

@@ -14,7 +14,7 @@ from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.registry import get_matcher
-from fpmatch.matching.result import nothing_found
+from fpmatch.matching.result import Matcher, nothing_found
 from fpmatch.matching.verify import verify
 
 SAMPLES = ROOT / "sample_data"
@@ -29,7 +29,7 @@ def sift(monkeypatch):
     return get_matcher("sift:MATCHER")
 
 
-class Recording:
+class Recording(Matcher):
     """Keep the images that are given, by the size of their templates."""
 
     name = "recording"

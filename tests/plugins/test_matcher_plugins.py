@@ -18,7 +18,7 @@ from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import open_source
 from fpmatch.matching.calibration import Calibration, Provenance
 from fpmatch.matching.registry import get_matcher, matcher_names
-from fpmatch.matching.result import nothing_found
+from fpmatch.matching.result import Matcher, nothing_found
 
 GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"
@@ -29,7 +29,7 @@ BROKEN = {
     "needy": ("needy:MATCHER", "No module named 'no_such_module'"),
     "faulty": ("faulty:MATCHER", "RuntimeError: two lines"),
     "nothing": ("counted:nothing", "has no attribute 'nothing'"),
-    "shapeless": ("counted:nothing_found", "has no 'name'"),
+    "shapeless": ("counted:nothing_found", "is no subclass of fpmatch.matching.result.Matcher"),
     "other": ("counted:Counted", "is named 'counted', its entry point 'other'"),
 }
 
@@ -166,9 +166,9 @@ def test_a_name_of_two_packages_is_neither(site, counted):
 
 WRONG = """
 import itertools
-from fpmatch.matching.result import nothing_found
+from fpmatch.matching.result import Matcher, nothing_found
 
-class Base:
+class Base(Matcher):
     def prepare(self, template):
         return len(template.minutiae)
 
@@ -289,7 +289,7 @@ def test_the_error_is_typed_in_python(wrong, kind):
 
 
 def test_a_run_is_not_resumed_by_a_matcher_that_answers_otherwise(wrong, tmp_path):
-    class Resumed:
+    class Resumed(Matcher):
         """Give the sum, or from some comparison on an interrupt."""
 
         name, more, left = "resumed", 0.0, 10

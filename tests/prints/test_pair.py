@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from fpmatch.image.io.grey import GreyImage
-from fpmatch.matching.verification import CANDIDATE_RATIOS
+from fpmatch.matching.scale import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
 from fpmatch.prints import pair as pair_module
 from fpmatch.prints.pair import PairOptions, compare_pair, verify_given

@@ -21,7 +21,7 @@ from fpmatch import Minutiae, Template, as_template
 from fpmatch.matching.calibration import Calibration, load_calibration
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.pipeline import evidence
-from fpmatch.matching.result import Compared, Comparison
+from fpmatch.matching.result import Compared
 from fpmatch.matching.verification import Verification
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -30,12 +30,10 @@ from fpmatch.prints.report import as_dict, as_rows, as_text, odds
 
 def verification(template, transform, rms_px, reason="", compared=None):
     pairs = np.array([[0, 1], [2, 3]], np.int32)
-    similarity, agreement, overlap = 5.0, 0.816, 0.74
-    found = Comparison(
-        similarity, transform, pairs, rms_px, agreement, overlap, reason, compared=compared
-    )
     match, score = bool(np.bool_(transform is not None)), np.float64(52.3)
-    return Verification(match, score, 5.9e-6, 40.0, "unit-circle", found, template, template)
+    found = {"transform": transform, "pairs": pairs, "rms_px": rms_px, "reason": reason}
+    found |= {"agreement": 0.816, "overlap": 0.74, "compared": compared}
+    return Verification(match, score, 5.9e-6, 40.0, "unit-circle", template, template, **found)
 
 
 def test_text_of_a_match(template):
@@ -231,9 +229,9 @@ def test_the_false_match_rate_is_that_of_the_curve(names, form):
     v = compared_pair(names, form)
     curve = json.loads(calibration(form).as_json())
     x, score = np.array(curve["knots"]).T
-    excess = max(v.comparison.similarity - x[-1], 0.0) / curve["tail_scale"]
+    excess = max(v.similarity - x[-1], 0.0) / curve["tail_scale"]
     tail = stats.genpareto.logsf(excess, curve["tail_shape"]) / np.log(10)
-    expected = np.interp(v.comparison.similarity, x, score) - 10 * tail
+    expected = np.interp(v.similarity, x, score) - 10 * tail
     assert v.score == pytest.approx(min(expected, 100.0), abs=1e-6)
     assert v.fmr == pytest.approx(10 ** (-v.score / 10))
     assert v.smallest_measured_fmr == pytest.approx(10 ** (-score[-1] / 10))

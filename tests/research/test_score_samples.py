@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline.match import Workspace, evidence_scorer
-from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
@@ -20,7 +20,7 @@ from research.training.score_samples import (
 from tests.lab.evaluation.made_sets import extracted_set
 
 N = len(FEATURES)
-OF_MATCHES = AlignmentParameters().hypotheses
+OF_MATCHES = USUAL.hypotheses
 EVERY_PAIR = SampleParameters(every_impostor=1, every_window_impostor=1)
 
 
@@ -64,7 +64,7 @@ def test_of_so_many_impostors_one_is_taken(two_fingers, every, taken):
     found = sample_of(two_fingers, SampleParameters(every_impostor=every))
     assert found.genuine.sum() + found.nothing[0] == 6
     assert (~found.genuine).sum() + found.nothing[1] == taken
-    hypotheses = OF_MATCHES + RidgeSearchParameters().ridge_starts
+    hypotheses = OF_MATCHES + USUAL.ridge_starts
     assert found.features.shape == (len(found.genuine), hypotheses, N)
 
 

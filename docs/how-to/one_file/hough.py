@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch import Similarity
-from fpmatch.matching.result import Comparison
+from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Prepared:
 
 
 @dataclass(frozen=True, slots=True)
-class HoughMatcher:
+class HoughMatcher(Matcher):
     """Compare templates by votes; lengths in pixels at 500 dpi, rotations in radians."""
 
     name: str = "hough"

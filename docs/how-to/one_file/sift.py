@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 
 from fpmatch import Similarity
-from fpmatch.base.parameters import Parametrised, parameter
-from fpmatch.matching.result import Comparison, nothing_found
+from fpmatch.base.parameters import check_ranges, parameter
+from fpmatch.matching.result import Comparison, Matcher, nothing_found
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,8 +40,11 @@ class SiftParameters:
     diameter: float = parameter(12.0, "diameter of a key point", 2, 100, "px")
     near: float = parameter(10.0, "largest distance of a pair after the transform", 1, 100, "px")
 
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
-class SiftMatcher(Parametrised):
+
+class SiftMatcher(Matcher):
     """Count the minutiae of like surroundings that one similarity transform maps to each other."""
 
     name = "sift"

@@ -60,24 +60,24 @@ def facts(verification: Verification) -> list[list[Fact]]:
 
     Facts are (label, value); unknown values are "-".
     """
-    v, explained = verification, verification.evidence
-    compared, transform = explained.compared, explained.transform
+    v = verification
+    compared, transform = v.compared, v.transform
     ours, theirs = len(v.probe.minutiae), len(v.reference.minutiae)
     rate = odds(v.fmr) + (", extrapolated" if v.extrapolated else "")
     evidence = [("False match rate", rate)] if v.identical is None else []
-    paired = f"{len(explained.pairs)} (probe {ours}, reference {theirs})"
+    paired = f"{len(v.pairs)} (probe {ours}, reference {theirs})"
     evidence.append(("Minutiae paired", paired))
     moved: list[Fact] = []
     if transform is not None:
         agreement, overlap = (
             f"{100 * share:.0f} %" if math.isfinite(share) else "-"
-            for share in (explained.agreement, explained.overlap)
+            for share in (v.agreement, v.overlap)
         )
         area = "" if compared is None else f", {compared.area_mm2:.0f} mm²"
         evidence += [("Agreement", agreement), ("Overlap", overlap + area)]
         if compared is not None and compared.ridge_agreement is not None:
             evidence.append(("Ridge agreement", f"{compared.ridge_agreement:.2f}"))
-        rms_px = explained.rms_px
+        rms_px = v.rms_px
         moved = [
             ("Rotation of probe", rotation_text(transform.rotation_deg)),
             ("Scale", f"{transform.scale:.3f}"),

@@ -85,11 +85,9 @@ def draw(
     --------
     >>> import numpy as np
     >>> from fpmatch import Verification, draw
-    >>> from fpmatch.matching.result import Comparison
     >>> from fpmatch.templates.minutiae import Minutiae, Template
     >>> blank = Template(Minutiae.empty(), width=60, height=40)
-    >>> found = Comparison(0.0, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "no ridges found")
-    >>> nothing = Verification(False, 0.0, 1.0, 40.0, "unit-circle", found, blank, blank)
+    >>> nothing = Verification(False, 0.0, 1.0, 40.0, "unit-circle", blank, blank)
     >>> image = np.full((40, 60), 255, np.uint8)
     >>> draw(image, image, nothing).shape[2]
     3

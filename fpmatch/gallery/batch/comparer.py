@@ -17,7 +17,6 @@ from fpmatch.matching.result import (
     is_own,
     named,
     prepare_print,
-    wants_image,
 )
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class Comparer(Generic[Key]):
         template = self.template(key)
         prepared, evidence = None, np.array(NO_EVIDENCE)
         if template is not None:
-            image = self.image(key) if wants_image(self.matcher) else None
+            image = self.image(key) if self.matcher.wants_image else None
             prepared = prepare_print(self.matcher, template, image)
             evidence = evidence_in(self.matcher, template, prepared)
         self._prepared[key] = prepared, evidence

@@ -10,7 +10,6 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import is_calibrated, load_calibration
 from fpmatch.matching.decision import decide, reachable_scores
 from fpmatch.matching.registry import get_matcher, matcher_names, split_name
-from fpmatch.matching.result import DecidesByShare
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -68,4 +67,4 @@ def rho_of(matcher: str) -> float | None:
         chosen = get_matcher(matcher)
     except MatcherError:  # of a file of scores: parameters that this version does not have
         return None
-    return chosen.rho if isinstance(chosen, DecidesByShare) else None
+    return chosen.rho

@@ -25,8 +25,8 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import check_repeats, compare_prepared, prepare_print, wants_image
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule
+from fpmatch.matching.result import check_repeats, compare_prepared, prepare_print
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule, decide
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -191,7 +191,7 @@ def verify_finger(
     sides = tuple(zip(shown, finger.impressions, strict=True))
     ours, theirs = (probe, prepared), sides[fused.best]
     score, alone = max(0.0, fused.score - allowance), np.maximum(fused.scores - allowance, 0.0)
-    verification = rule.decide(ours, theirs, fused.comparison, score, sides)
+    verification = decide(rule, ours, theirs, fused.comparison, score, impressions=sides)
     return FingerVerification(verification, alone, finger.chosen, best)
 
 
@@ -244,5 +244,5 @@ def fused_scores(
 
 def refuse_images(matcher: Matcher, where: str) -> None:
     """Raise MatcherError if a matcher wants images, `where` there are none."""
-    if wants_image(matcher):
+    if matcher.wants_image:
         raise MatcherError(f"matcher {matcher.name} compares images: {where}")

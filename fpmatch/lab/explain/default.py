@@ -12,7 +12,7 @@ from fpmatch.lab.explain.shared import numbers_of
 from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side
 from fpmatch.matching import reference as method
 from fpmatch.matching.constants.comparison import FRAME
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.relaxation import relax
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.explain.steps import Plane, Sides
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
@@ -98,10 +97,10 @@ class DefaultMethod:
         sides = Side.of_prepared("P", given[0], p), Side.of_prepared("Q", given[1], q)
         swapped = q.key < p.key
         a, b = (q, p) if swapped else (p, q)
-        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
         matched = method.match(a, b, parameters) if min(len(a), len(b)) else None
         mesh = None if matched is None else PairedMesh(*matched)
-        candidates = relax(a.points, b.points, similarity, parameters.relaxation)
+        candidates = relax(a.points, b.points, similarity, parameters)
         return cls(pair, sides, (a, b), swapped, candidates, mesh, parameters)
 
     @property
@@ -169,7 +168,7 @@ class DefaultMethod:
         weights = ring_weights(mesh.vertex[ring] - a[i])
         apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])
         alone = replace(whole, owner=np.append(whole.owner[:FRAME], i))
-        of_pair = measure(alone, b, mesh.pairing.partner, predicted, self.parameters.mesh)
+        of_pair = measure(alone, b, mesh.pairing.partner, predicted, self.parameters)
         off = float(abs(predicted[i] - b[j]))
         agreements = of_pair["places"], of_pair["weights"]
         return RingMeasures(weights.tolist(), float(apart.std()), off, *agreements)

@@ -14,8 +14,8 @@ from fpmatch.lab.explain import shared
 from fpmatch.lab.explain.default import DefaultMethod
 from fpmatch.lab.explain.steps import Step, chosen_pair
 from fpmatch.lab.plots.style import degrees, number
+from fpmatch.matching import reference as method
 from fpmatch.matching.constants.comparison import FRAME
-from fpmatch.matching.matchers.unit_circle import UNLIKE
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Box, Item
     from fpmatch.lab.explain.default import PairedMesh
-    from fpmatch.matching.pipeline.parameters import MatchParameters
+    from fpmatch.matching.parameters import MatchParameters
     from fpmatch.prints.pair import ComparedPair
 
 LIKE: Final = (
@@ -116,7 +116,7 @@ def _neighbours(m: DefaultMethod, chosen: int | None) -> Step:
         ]
         head = f"{side.letter}: minutia {side.index[k]}, {count(len(near), 'neighbour')}"
         items += panel.drawn(head, drawn)
-    best = counterparts(frames[0], frames[1], m.parameters.local.min_cosine)
+    best = counterparts(frames[0], frames[1], m.parameters.neighbour_cosine)
     drawn = _in_frame(m, frames, best, boxes[2])
     items += draw.framed(boxes[2], "Both, directions to the right", drawn)
     words = (
@@ -164,7 +164,7 @@ def _local(m: DefaultMethod) -> list[Step]:
     if not len(c.first):
         return [Step("local_matches", "Local match", "No two minutiae have similar neighbours.")]
     similar = c.similarity[c.first, c.second].astype(np.float64)
-    rejected = m.pair.verification.comparison.reason == UNLIKE
+    rejected = method.rejected(*m.prints, m.parameters) is not None
     words = "The prefilter rejects these prints; the steps are shown without it. " * rejected + (
         f"The {count(len(similar), 'most similar pair')} of minutiae, each minutia in one at most; "
         f"the similarity is from {number(similar.min())} to {number(similar.max())} (width of a "

@@ -76,7 +76,7 @@ class PaperMethod:
             Side.of_points("P", probe.name, p, probe),
             Side.of_points("Q", reference.name, q, reference),
         )
-        return cls(sides, (p, q), matcher.parameters.rings, matcher.parameters.rho)
+        return cls(sides, (p, q), matcher.parameters, matcher.parameters.rho)
 
     @classmethod
     def of_sets(

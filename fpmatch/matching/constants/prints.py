@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+
 ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
 
 # Neighbourhoods
@@ -32,3 +34,7 @@ OF_NEIGHBOUR: Final = 3
 TOO_LITTLE: Final = 8
 USUAL_ORIENTATIONS: Final = 6  # taken to agree where they are unknown
 MOST_WEIGHT: Final = 18
+# Places of ridge orientation in a minutia's own frame, (2, 12): 4 at 24 px, 8 at 42 px
+_RADIUS: Final = np.repeat([24.0, 42.0], [4, 8])
+_ANGLE: Final = np.radians(np.concatenate([45.0 + 90.0 * np.arange(4), 22.5 + 45.0 * np.arange(8)]))
+FLOW_PLACES: Final = np.stack([_RADIUS * np.cos(_ANGLE), _RADIUS * np.sin(_ANGLE)])

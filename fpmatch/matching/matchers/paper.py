@@ -13,14 +13,14 @@ paper leaves open, the choices made, and where the method departs from Fig. 7.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.base.parameters import Parametrised, parameter
-from fpmatch.matching.result import Comparison, nothing_found
+from fpmatch.base.parameters import check_ranges, parameter
+from fpmatch.matching.result import Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters, match_prepared
 from fpmatch.pointset.paper.one_rings import PreparedPoints, prepare_points
@@ -46,8 +46,8 @@ class PreparedPositions:
 
 
 @dataclass(frozen=True, slots=True)
-class PaperParameters:
-    """Decision by the share of minutiae that are paired."""
+class PaperParameters(UnitCircleParameters):
+    """The parameters of the rings, and of the decision by the share of minutiae paired."""
 
     rho: float = parameter(
         DEFAULT_RHO,
@@ -56,12 +56,12 @@ class PaperParameters:
         0,
         1,
     )
-    rings: UnitCircleParameters = field(
-        default_factory=lambda: UnitCircleParameters(precision=0.61)  # the best of Table 2
-    )
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
-class PaperMatcher(Parametrised):
+class PaperMatcher(Matcher):
     """Compare templates by the paper's section 3.3; similarity is the share of minutiae matched.
 
     The arguments are `rho`, which decides, and the parameters of
@@ -81,14 +81,13 @@ class PaperMatcher(Parametrised):
     """
 
     name = "paper"
-    parameters: PaperParameters = PaperParameters()
+    parameters: PaperParameters = PaperParameters(precision=0.61)  # the best of Table 2
 
-    @property
-    def rho(self) -> float:
-        """ρ: the share of the smaller print's minutiae that must be exceeded."""
-        return self.parameters.rho
+    def __init__(self, **given: float | str) -> None:
+        super().__init__(**given)
+        self.rho = self.parameters.rho
 
-    def prepare(self, template: Template) -> PreparedPositions:
+    def prepare(self, template: Template, *_: Floats) -> PreparedPositions:
         """Triangulate the minutiae of `template` and map their one-rings to the unit circle."""
         xy = template.minutiae.xy.astype(np.float64) * (STANDARD_DPI / template.dpi)
         return PreparedPositions(prepare_points(xy), template.dpi)
@@ -96,7 +95,7 @@ class PaperMatcher(Parametrised):
     def compare(self, probe: PreparedPositions, reference: PreparedPositions) -> Comparison:
         """Compare two prepared templates; the similarity is the share that match, 0 to 1."""
         p, q = probe.at_500_dpi, reference.at_500_dpi
-        match = match_prepared(p, q, self.parameters.rings)
+        match = match_prepared(p, q, self.parameters)
         if not isinstance(match.transform, Similarity):
             return nothing_found(_why_nothing(match.local_matches, p, q))
         agreement, overlap = _common_region(match, p.points, q.points)

@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from fpmatch.base.parameters import Parametrised, parameters_of
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import (
     MAX_STRETCH,
     MIN_MINUTIAE,
     MIN_PAIRS_FOR_SCALE,
 )
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.pipeline.reasons import all_reasons
 from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
-from fpmatch.matching.prints.prepared import available, lies_off_ridges
-from fpmatch.matching.result import Compared, Comparison, nothing_found
+from fpmatch.matching.prints.prepared import lies_off_ridges
+from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
 
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.match import Alignment
-    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
@@ -55,12 +53,12 @@ MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 
 
-class UnitCircleMatcher(Parametrised):
+class UnitCircleMatcher(Matcher):
     """Compare prints by the Delaunay mesh of their pairs on the unit circle.
 
     Where the kernels are not compiled, the steps of `fpmatch.matching.reference` are taken.
 
-    The arguments are the parameters in `fpmatch.matching.pipeline.parameters`, which ``fpmatch
+    The arguments are the parameters in `fpmatch.matching.parameters`, which ``fpmatch
     doctor --matchers`` lists.
 
     References
@@ -72,24 +70,13 @@ class UnitCircleMatcher(Parametrised):
     by_reference: ClassVar[bool] = not COMPILED
     parameters: MatchParameters = USUAL
 
-    @property
-    def calibrated(self) -> UnitCircleMatcher:
-        """The matcher to whose similarities calibrations are fitted.
-
-        It does not hold pairs against chance, which lowers the similarities of the highest
-        impostors: fitted to those, a calibration would raise the scores again.
-        """
-        own = {name: one.value for name, one in parameters_of(self.parameters).items()}
-        return type(self)(**own | {"beyond_share": 0.0})
-
-    def prepare(self, template: Template) -> PreparedTemplate:
+    def prepare(self, template: Template, *_: NDArray[np.uint8]) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
-        p = self.parameters
         if self.by_reference:
             from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
 
-            return method.prepare(template, p)
-        return prepare(template, p.preparation, p.neighbourhood, p.prefilter)
+            return method.prepare(template, self.parameters)
+        return prepare(template, self.parameters)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
         """Match locally, then globally, and score the evidence, unless the prefilter rejects them.
@@ -185,11 +172,6 @@ class UnitCircleMatcher(Parametrised):
         pairing = _pairing(a, b, comparison.detail[0], self.parameters)
         return ridge_map(a, b, pairing, swapped=swapped)
 
-    def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
-        """Return minutiae and area in mm² of the smaller of two prints, in each respect."""
-        minutiae, area = available(probe, reference)
-        return minutiae, area * MM2_PER_PX2
-
     def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
         """Return the amount of evidence in a print with `factor` times as much skin, shape (5,).
 
@@ -197,7 +179,7 @@ class UnitCircleMatcher(Parametrised):
         """
         region = prepared.region
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
-        held = self.parameters.score.beyond_share > 0.0
+        held = self.parameters.beyond_share > 0.0
         off = held and lies_off_ridges(prepared)
         return amount_of_print(0.0 if off else factor * len(prepared), area, shown=shown)
 
@@ -225,7 +207,7 @@ class UnitCircleMatcher(Parametrised):
             rescaled,
         )
 
-        p, ours = self.parameters.prefilter, reference.bit_descriptors
+        p, ours = self.parameters, reference.bit_descriptors
         return [
             ratio
             for ratio in ratios

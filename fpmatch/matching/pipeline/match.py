@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
@@ -17,13 +18,11 @@ from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.evidence import Evidence
-from fpmatch.matching.pipeline.parameters import USUAL, ScoreParameters
 from fpmatch.matching.prints.bit_descriptors import prefilter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.score_model import ScoreWeights
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.prepared import PreparedTemplate
@@ -60,10 +59,10 @@ class Workspace:
         p = self.parameters = parameters
         self.capacity = capacity
         self.weights = score.load_weights()
-        self.scorer = evidence_scorer(capacity, None, p.score) if scorer is None else scorer
-        tables, search = prefilter(p.prefilter), RidgeSearch(p.ridges)
+        self.scorer = evidence_scorer(capacity, None, p) if scorer is None else scorer
+        tables, search = prefilter(p), RidgeSearch(p)
         steps = make_aligner(capacity, capacity, p), self.scorer, search
-        self._kernel: Any = Pipeline(capacity, tables, *steps, p.local)
+        self._kernel: Any = Pipeline(capacity, tables, *steps, p)
         self._probe: PreparedTemplate | None = None
 
     def load(self, probe: PreparedTemplate) -> None:
@@ -117,11 +116,11 @@ def workspace_for(minutiae: int, parameters: MatchParameters = USUAL) -> Workspa
 def make_aligner(size_a: int, size_b: int, parameters: MatchParameters = USUAL) -> Aligner:
     """Return an empty aligner for prints of up to so many minutiae, for one thread."""
     p = parameters
-    return Aligner(size_a, size_b, p.alignment, p.relaxation, p.mesh)
+    return Aligner(size_a, size_b, p, p, p)
 
 
 def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
+    room: int, weights: ScoreWeights | None = None, parameters: MatchParameters = USUAL
 ) -> EvidenceScorer:
     """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
     return EvidenceScorer(parameters, weights or score.load_weights(), room)
@@ -143,8 +142,8 @@ def _index_of(
     """
     assert prepared is not None
     of = prepared.neighbourhoods
-    turn = math.radians(parameters.local.neighbour_turn_deg)
-    slack = 1.0 / (1.0 - parameters.neighbourhood.tolerance_per_px)
+    turn = math.radians(parameters.neighbour_turn_deg)
+    slack = 1.0 / (1.0 - parameters.tolerance_per_px)
     return NeighbourIndex(of.count, of.frame, CELL_PX, HALF, turn, slack, of.frame.shape[2])
 
 

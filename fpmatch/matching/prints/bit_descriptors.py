@@ -7,19 +7,20 @@ hundredths of the time of a whole comparison, and rejects most impostor pairs.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.matching.constants.prints import (
+    FLOW_PLACES,
     MAX_ENCODED,
     NEIGHBOUR_WORDS,
     ORIENTATION_WORDS,
     TURNS,
 )
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
-from fpmatch.matching.prints.parameters import BitDescriptorParameters
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
 
     EncodedMinutiae: TypeAlias = tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8]]
 
-_USUAL: Final = BitDescriptorParameters()
-_PLACES: Final = _USUAL.places
-
 
 def encode_many(
     points: NDArray[np.float64],
@@ -41,7 +39,7 @@ def encode_many(
     start: NDArray[np.int64],
     neighbours: Neighbourhoods,
     areas: PrintAreas,
-    parameters: BitDescriptorParameters | None = None,
+    parameters: MatchParameters | None = None,
 ) -> EncodedMinutiae:
     """Encode the minutiae of many prints, each from an entry of `start` up to the next.
 
@@ -57,17 +55,17 @@ def encode_many(
     angle = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
-    p = parameters or _USUAL
+    p = parameters or USUAL
     of_neighbours = neighbours.count, neighbours.frame, angle, coded
     encode_neighbours(*of_neighbours, 1.0 / p.cell_px, neighbour_bits)
     place = start, areas.code, areas.start, areas.shape, areas.step, areas.has_flow
-    encode_orientations(points, direction_bin, *place, _PLACES, orientation_bins)
+    encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
     return direction_bin, neighbour_bits, orientation_bins
 
 
-def prefilter(parameters: BitDescriptorParameters | None = None) -> Prefilter:
+def prefilter(parameters: MatchParameters | None = None) -> Prefilter:
     """Return an empty prefilter, for one thread."""
-    p = parameters or _USUAL
+    p = parameters or USUAL
     return Prefilter(p.most_pairs, p.near_px, p.near_per_px, round(p.pair_turn_deg * TURNS / 360))
 
 

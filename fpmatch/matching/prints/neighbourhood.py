@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints._kernels import _neighbourhood_kernel as kernel
-from fpmatch.matching.prints.parameters import NeighbourhoodParameters
 from fpmatch.matching.prints.prepared import Neighbourhoods
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def neighbourhoods(
     points: NDArray[np.float64],
-    parameters: NeighbourhoodParameters | None = None,
+    parameters: MatchParameters | None = None,
     start: Sequence[int] | None = None,
 ) -> Neighbourhoods:
     """Describe the neighbourhood of every minutia; `points` are as `PreparedTemplate` has them.
@@ -34,7 +34,7 @@ def neighbourhoods(
     They may be those of many prints, each from an entry of `start` up to the next; neighbours are
     numbered from the print's first minutia.
     """
-    p = parameters or NeighbourhoodParameters()
+    p = parameters or USUAL
     n = points.shape[1]
     starts = (0, n) if start is None else start
     count = np.empty(n, np.int32)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.bit_descriptors import encode_many
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepared import BitDescriptors, prepare_by, rounded
@@ -15,11 +16,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.bit_descriptors import EncodedMinutiae
-    from fpmatch.matching.prints.parameters import (
-        BitDescriptorParameters,
-        NeighbourhoodParameters,
-        PreparationParameters,
-    )
     from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.templates.minutiae import Template
@@ -27,9 +23,7 @@ if TYPE_CHECKING:
 
 def prepare(
     template: Template,
-    parameters: PreparationParameters | None = None,
-    neighbourhood: NeighbourhoodParameters | None = None,
-    prefilter: BitDescriptorParameters | None = None,
+    parameters: MatchParameters = USUAL,
 ) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
 
@@ -37,7 +31,7 @@ def prepare(
         points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
     ) -> tuple[Neighbourhoods, BitDescriptors]:
         start, areas = np.array((0, len(quality)), np.int64), PrintAreas.of(region)
-        described, bits = describe(points, quality, start, areas, neighbourhood, prefilter)
+        described, bits = describe(points, quality, start, areas, parameters)
         xy = np.ascontiguousarray(points[:2].T, np.float32)
         return described, BitDescriptors(xy, *bits, region.has_flow)
 
@@ -49,12 +43,11 @@ def describe(
     quality: NDArray[np.float64],
     start: NDArray[np.int64],
     areas: PrintAreas,
-    neighbourhood: NeighbourhoodParameters | None = None,
-    prefilter: BitDescriptorParameters | None = None,
+    parameters: MatchParameters = USUAL,
 ) -> tuple[Neighbourhoods, EncodedMinutiae]:
     """Describe the minutiae of many prints: their neighbourhoods, and what `encode_many` returns.
 
     Those of print k are from ``start[k]`` up to the next.
     """
-    described = rounded(neighbourhoods(points, neighbourhood, start.tolist()))
-    return described, encode_many(points, quality, start, described, areas, prefilter)
+    described = rounded(neighbourhoods(points, parameters, start.tolist()))
+    return described, encode_many(points, quality, start, described, areas, parameters)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.constants.prints import ORIENTATIONS
-from fpmatch.matching.prints.parameters import PreparationParameters
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.print_area import area_of_field, area_of_hull, codes_at
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import (
@@ -98,10 +98,10 @@ def prepare_by(
         tuple[Neighbourhoods, BitDescriptors],
     ],
     template: Template,
-    parameters: PreparationParameters | None = None,
+    parameters: MatchParameters | None = None,
 ) -> PreparedTemplate:
     """Prepare a template by a function that describes minutiae (4, N) of a quality in an area."""
-    p = parameters or PreparationParameters()
+    p = parameters or USUAL
     to_500dpi = STANDARD_DPI / template.dpi
     index = best_minutiae(template.minutiae, p.max_minutiae)
     all_of_them = len(index) == len(template.minutiae)

@@ -32,8 +32,8 @@ from fpmatch.matching.constants.comparison import (
     REJECTED,
     SHORTFALL,
 )
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.prints.prepared import prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.prints.prepared import (
         BitDescriptors,
         Neighbourhoods,
@@ -69,10 +68,10 @@ def prepare(template: Template, parameters: MatchParameters = USUAL) -> Prepared
     def describe(
         points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
     ) -> tuple[Neighbourhoods, BitDescriptors]:
-        rings = neighbourhoods(points, parameters.neighbourhood)
-        return rings, encode(points, quality, rings, region, parameters.prefilter)
+        rings = neighbourhoods(points, parameters)
+        return rings, encode(points, quality, rings, region, parameters)
 
-    return prepare_by(describe, template, parameters.preparation)
+    return prepare_by(describe, template, parameters)
 
 
 def rejected(
@@ -82,7 +81,7 @@ def rejected(
     base, growth, limit = load_weights().model_of(a, b).prefilter
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors
-    shortfall = enough - descriptor_similarity(*bits, parameters.prefilter)
+    shortfall = enough - descriptor_similarity(*bits, parameters)
     return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else None
 
 
@@ -97,10 +96,10 @@ def match(
 
     All hypotheses are tried, also those of weak local matches, if `however_weak`.
     """
-    p, model = parameters.alignment, load_weights().model_of(a, b)
+    p, model = parameters, load_weights().model_of(a, b)
     strong = -math.inf if however_weak else model.relaxation_threshold
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
-    candidates = relax(a.points, b.points, similarity, parameters.relaxation)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
+    candidates = relax(a.points, b.points, similarity, parameters)
     start = partial(seeded, a.points, b.points, parameters=parameters)
     weighed = partial(weigh, a, b, candidates)
     if a.key == b.key:  # only the identity is its own inverse
@@ -126,7 +125,7 @@ def match(
     if doubtful and not (best and best[1].total > model.confident_threshold):
         small = load_weights().is_small(a, b)
         proposed = None if small else (candidates.first, candidates.second)
-        pairs = search_by_ridges(a, b, proposed, parameters.ridges)
+        pairs = search_by_ridges(a, b, proposed, parameters)
         grown = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
         by_ridges = [weighed(each) for each in grown if each.pairs]
         best = _greatest([best, *by_ridges] if best else by_ridges)
@@ -144,7 +143,7 @@ def coarse_pairings(
     `a` and `b` are the minutiae of two prints, (4, N) and (4, M), as in `PreparedTemplate`. A
     candidate that is among the pairs of one hypothesis starts no later one.
     """
-    p, seeds = parameters.alignment, candidates.seeds
+    p, seeds = parameters, candidates.seeds
     for _ in range(p.hypotheses):
         if not seeds:
             break
@@ -167,8 +166,8 @@ def competing_pairs(
     The prints are in the order of their content, and `best` is their best pairing. Very different
     are images of A's minutiae that lie more than `apart_px` apart on average, at 500 dpi.
     """
-    p, places = parameters.alignment, best.places[0]
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
+    p, places = parameters, best.places[0]
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
     # a minutia is in one local match only: without those of the best, there are others
     other = similarity.copy()
     paired = np.flatnonzero(best.partner >= 0)
@@ -180,7 +179,7 @@ def competing_pairs(
 
     most = 0
     for matches in (similarity, other):
-        candidates = relax(a.points, b.points, matches, parameters.relaxation)
+        candidates = relax(a.points, b.points, matches, parameters)
         coarse = coarse_pairings(a.points, b.points, candidates, parameters)
         for pairing in filter(is_elsewhere, coarse):
             grown = grow(pairing, p.rounds - p.coarse_rounds, settled=True)

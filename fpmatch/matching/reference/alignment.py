@@ -14,13 +14,11 @@ from fpmatch.matching.constants.comparison import (
     LEAST_SCALE,
     MOST_SCALE,
 )
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.reference.pair_mesh import PairMesh, mesh_of_pairs, predict
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from fpmatch.matching.pipeline.parameters import MatchParameters
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
@@ -56,7 +54,7 @@ class Pairing:
     @cached_property
     def mesh(self) -> tuple[PairMesh, Plane, Plane, Floats]:
         """The mesh of the pairs, and what it predicts; see `predict`."""
-        mesh = mesh_of_pairs(*self.places, self.partner, self.move, self.parameters.mesh)
+        mesh = mesh_of_pairs(*self.places, self.partner, self.move, self.parameters)
         return mesh, *predict(mesh, self.directions[0], self.move)
 
 
@@ -82,7 +80,7 @@ def grow(pairing: Pairing, rounds: int, *, settled: bool = False) -> Pairing:
 
     Pairs that have just been made are not `settled`: their transform is fitted anew in any case.
     """
-    p = pairing.parameters.alignment
+    p = pairing.parameters
     for k in range(rounds):
         if not pairing.pairs:
             break
@@ -104,7 +102,7 @@ def _pair(
 
     Return partners and weights.
     """
-    least = pairing.parameters.alignment.min_cosine
+    least = pairing.parameters.min_cosine
     away = pairing.places[1] - place[:, None]
     squared = away.real * away.real + away.imag * away.imag
     cosine = (direction[:, None] * pairing.directions[1].conj()).real

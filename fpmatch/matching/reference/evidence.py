@@ -39,7 +39,7 @@ from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.parameters import ScoreParameters
+    from fpmatch.matching.parameters import MatchParameters
     from fpmatch.matching.pipeline.score_model import ScoreModel
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
@@ -63,7 +63,7 @@ def weigh(
     The ridges are compared where the sum of the minutiae is above `ridges_from`.
     """
     model = load_weights().model_of(a, b)
-    p = pairing.parameters.score
+    p = pairing.parameters
     entries = _gather(a, b, candidates, pairing)
     features = _features(model, entries, p)
     if model.sums(features) > ridges_from:
@@ -88,8 +88,8 @@ def _gather(
     others = np.setdiff1d(np.arange(len(b)), partner[paired])
     back = (b.points[0, others] + 1j * b.points[1, others] - shift) / linear
     own = np.flatnonzero(partner < 0)
-    common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own], p.score)
-    common_b, unpaired_b = _unpaired(b, others, a.region, back, p.score)
+    common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own], p)
+    common_b, unpaired_b = _unpaired(b, others, a.region, back, p)
     common_a, common_b = common_a + len(paired), common_b + len(paired)
     smaller = min(a.region.area, b.region.area)
     area = min(_common_cells(a.region, b.region, linear, shift) * a.region.step**2, smaller)
@@ -100,7 +100,7 @@ def _gather(
         "common": common_a + common_b,
         "overlap": area / smaller if smaller > 0.0 else 0.0,
         "relaxed": float(candidates.relaxed[candidates.among(partner)].sum()),
-        **measure(mesh, pairing.places[1], partner, predicted, p.mesh),
+        **measure(mesh, pairing.places[1], partner, predicted, p),
         "fewest": min(len(a), len(b)),
         "ridges": 0.0,
         "cells": 0,
@@ -110,7 +110,7 @@ def _gather(
 
 
 def _unpaired(
-    own: PreparedTemplate, which: NDArray[np.intp], other: PrintArea, at: Plane, p: ScoreParameters
+    own: PreparedTemplate, which: NDArray[np.intp], other: PrintArea, at: Plane, p: MatchParameters
 ) -> tuple[int, float]:
     """Return how many unpaired minutiae lie in the other print, and the weight of those well in."""
     margin = p.margin_px if other.has_flow else p.hull_margin_px
@@ -130,7 +130,7 @@ def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -
     return int(np.count_nonzero(codes_at(b, shift + linear * a.step * at)))
 
 
-def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Floats:
+def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
     """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [
@@ -166,7 +166,7 @@ def _beyond_chance(
     pairing: Pairing,
     e: dict[str, Any],
     estimate: float,
-    p: ScoreParameters,
+    p: MatchParameters,
 ) -> float:
     """Return -ln(FMR), lowered for pairs that chance would make, and for implausible prints."""
     least = LOG_10 * p.beyond_from

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fpmatch.matching.constants.prints import LEAST_WEIGHT
-from fpmatch.matching.pipeline.parameters import LocalParameters
-from fpmatch.matching.prints.parameters import NeighbourhoodParameters
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import Neighbourhoods, rounded
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
@@ -23,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def neighbourhoods(
-    points: NDArray[np.float64], parameters: NeighbourhoodParameters | None = None
+    points: NDArray[np.float64], parameters: MatchParameters | None = None
 ) -> Neighbourhoods:
     """Describe the nearest neighbours, in the first two rings, of minutiae (4, N).
 
     A neighbour is seen in the frame of its minutia, whose direction is +u. It counts by its weight
     of eq. (4) where it is in the ring, by a constant beyond.
     """
-    p = parameters or NeighbourhoodParameters()
+    p = parameters or USUAL
     z, d = points[0] + 1j * points[1], points[2] + 1j * points[3]
     joined, rings = _mesh(z)
     near = joined | (joined.astype(np.intp) @ joined > 0)
@@ -83,14 +82,14 @@ def _mesh(z: Plane) -> tuple[NDArray[np.bool_], list[list[int]]]:
 
 
 def local_similarity(
-    a: Neighbourhoods, b: Neighbourhoods, parameters: LocalParameters | None = None
+    a: Neighbourhoods, b: Neighbourhoods, parameters: MatchParameters | None = None
 ) -> NDArray[np.float32]:
     """Return the similarity of all minutiae of A and B: the weighted share of like neighbours.
 
     A neighbour in A counts by the most similar one in B, or not at all.
     """
-    p = parameters or LocalParameters()
-    total = like_neighbours(a, b, p.min_cosine)
+    p = parameters or USUAL
+    total = like_neighbours(a, b, p.neighbour_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
     return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)
 

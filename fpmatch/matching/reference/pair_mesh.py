@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching.constants.comparison import FAR_AWAY, FRAME, NEAR2, ROUNDING
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.reference.triangulation import chain, cross, ring_of, triangulate
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
-
-    from fpmatch.matching.pipeline.parameters import PairMeshParameters
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]
@@ -45,7 +43,7 @@ def mesh_of_pairs(
     b: Plane,
     partner: Numbers,
     move: tuple[complex, complex],
-    p: PairMeshParameters = USUAL.mesh,
+    p: MatchParameters = USUAL,
 ) -> PairMesh:
     """Triangulate the pairs; of those whose minutiae of A coincide, the first."""
     low, high = complex(a.real.min(), a.imag.min()), complex(a.real.max(), a.imag.max())
@@ -115,7 +113,7 @@ def predict(
 
 
 def measure(
-    mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane, p: PairMeshParameters = USUAL.mesh
+    mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane, p: MatchParameters = USUAL
 ) -> dict[str, float]:
     """Measure the pairs on their rings: sums over the pairs, each 0 to 1."""
     features = dict.fromkeys(("places", "weights", "fullness"), 0.0)

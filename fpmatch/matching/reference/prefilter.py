@@ -16,6 +16,7 @@ from fpmatch.matching.constants.prints import (
     APART,
     CELL,
     CELLS_ALONG,
+    FLOW_PLACES,
     MAX_ENCODED,
     MOST_WEIGHT,
     NEIGHBOUR_WORDS,
@@ -33,7 +34,7 @@ from fpmatch.matching.constants.prints import (
     UNKNOWN_BIN,
     USUAL_ORIENTATIONS,
 )
-from fpmatch.matching.prints.parameters import BitDescriptorParameters
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import BitDescriptors
 
 if TYPE_CHECKING:
@@ -53,22 +54,22 @@ def encode(
     quality: Floats,
     neighbours: Neighbourhoods,
     region: PrintArea,
-    parameters: BitDescriptorParameters | None = None,
+    parameters: MatchParameters | None = None,
 ) -> BitDescriptors:
     """Encode the minutiae (4, N) of a print, or those of best quality where there are many."""
-    p = parameters or BitDescriptorParameters()
+    p = parameters or USUAL
     coded = np.zeros(len(quality), bool)
     coded[np.argsort(-quality, kind="stable")[:MAX_ENCODED]] = True
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     direction_bin = (turn % TURNS).astype(np.uint8)
     bits = _neighbour_bits(neighbours, coded, 1.0 / p.cell_px)
-    bins = _orientation_bins(points, direction_bin, region, p.places)
+    bins = _orientation_bins(points, direction_bin, region, FLOW_PLACES)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return BitDescriptors(xy, direction_bin, bits, bins, region.has_flow)
 
 
 def rescaled(
-    prepared: PreparedTemplate, ratio: float, parameters: BitDescriptorParameters | None = None
+    prepared: PreparedTemplate, ratio: float, parameters: MatchParameters | None = None
 ) -> BitDescriptors:
     """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
     points, frame = prepared.points.copy(), prepared.neighbourhoods.frame.copy()
@@ -135,13 +136,13 @@ def _orientation_bins(
 
 
 def descriptor_similarity(
-    a: BitDescriptors, b: BitDescriptors, parameters: BitDescriptorParameters | None = None
+    a: BitDescriptors, b: BitDescriptors, parameters: MatchParameters | None = None
 ) -> int:
     """Return the greatest weight of pairs of minutiae that agree in one rotation and shift.
 
     Of the pairs of one minutia, the first counts.
     """
-    p = parameters or BitDescriptorParameters()
+    p = parameters or USUAL
     i, j, weight = _pairs(a, b, p.most_pairs)
     angle = (a.direction_bin[i].astype(np.int64) - b.direction_bin[j]) % TURNS
     c, s = (of(angle * (2 * np.pi / TURNS))[:, None] for of in (np.cos, np.sin))

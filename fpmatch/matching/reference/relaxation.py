@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching.constants.comparison import COINCIDENT
-from fpmatch.matching.pipeline.parameters import RelaxationParameters
+from fpmatch.matching.parameters import USUAL, MatchParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,7 @@ class Candidates:
     second: Numbers  # (K,): minutiae of B
     relaxed: Floats  # (K,): similarity after relaxation
     support: Floats  # (K, K): how well two of them agree, 0 to 1
-    parameters: RelaxationParameters
+    parameters: MatchParameters
 
     @property
     def strength(self) -> float:
@@ -68,10 +68,10 @@ def relax(
     a: Floats,
     b: Floats,
     similarity: NDArray[np.float32],
-    parameters: RelaxationParameters | None = None,
+    parameters: MatchParameters | None = None,
 ) -> Candidates:
     """Select the most similar pairs of minutiae and relax them: each supports those it fits."""
-    p = parameters or RelaxationParameters()
+    p = parameters or USUAL
     first, second = _select(similarity, p.candidates)
     relaxed = similarity[first, second].astype(np.float64)
     support = _compatibility(a[:, first], b[:, second], p)
@@ -93,7 +93,7 @@ def _select(similarity: NDArray[np.float32], most: int) -> tuple[Numbers, Number
     return first, second
 
 
-def _compatibility(a: Floats, b: Floats, p: RelaxationParameters) -> Floats:
+def _compatibility(a: Floats, b: Floats, p: MatchParameters) -> Floats:
     """Return how well candidates agree, shape (K, K), 0 to 1: in distance, rotation, direction."""
     z_a, z_b = a[0] + 1j * a[1], b[0] + 1j * b[1]
     rotation = (b[2] + 1j * b[3]) * (a[2] - 1j * a[3])

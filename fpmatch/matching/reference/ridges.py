@@ -22,7 +22,7 @@ from fpmatch.matching.constants.comparison import (
     SMALL_AREA_PX2,
 )
 from fpmatch.matching.constants.prints import ORIENTATIONS
-from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline.ridge_map import RidgeMap
 from fpmatch.matching.prints.print_area import codes_at
 from fpmatch.matching.reference.triangulation import cross
@@ -198,7 +198,7 @@ def search_by_ridges(
     a: PreparedTemplate,
     b: PreparedTemplate,
     pairs: tuple[Numbers, Numbers] | None,
-    parameters: RidgeSearchParameters | None = None,
+    parameters: MatchParameters | None = None,
 ) -> list[tuple[int, int]]:
     """Return pairs of minutiae under whose transforms the ridges correlate best, the best first.
 
@@ -207,7 +207,7 @@ def search_by_ridges(
     if b.region.area < a.region.area:
         swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], parameters)
         return [(j, i) for i, j in swapped]
-    p = parameters or RidgeSearchParameters()
+    p = parameters or USUAL
     most, least_flow, least_value = p.ridge_starts, p.least_flow, 0.0
     if pairs is not None:
         most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value

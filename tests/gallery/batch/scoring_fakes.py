@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from fpmatch.gallery.batch.sources import StoredTemplate, pack
-from fpmatch.matching.result import Comparison
+from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -30,7 +30,7 @@ class Line:
                 )
 
 
-class Near:
+class Near(Matcher):
     """Call prints alike that lie near each other, after a moment's thought."""
 
     name = "near"

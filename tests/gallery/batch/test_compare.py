@@ -9,17 +9,25 @@ from fpmatch.gallery.batch.plan import AllPairs, PairChunk
 from fpmatch.gallery.batch.run import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.gallery.batch.sources import pack
 from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.result import Matcher
 
 
-class OneByOne:
+class OneByOne(Matcher):
     """The default matcher without its way to compare many at once."""
 
     name = "one by one"
 
-    def __init__(self):
-        matcher = get_matcher("unit-circle")
-        self.prepare, self.compare = matcher.prepare, matcher.compare
-        self.amount, self.typical_similarities = matcher.amount, matcher.typical_similarities
+    def prepare(self, template):
+        return get_matcher("unit-circle").prepare(template)
+
+    def compare(self, probe, reference):
+        return get_matcher("unit-circle").compare(probe, reference)
+
+    def amount(self, prepared, factor=1.0):
+        return get_matcher("unit-circle").amount(prepared, factor)
+
+    def typical_similarities(self, probe, references):
+        return get_matcher("unit-circle").typical_similarities(probe, references)
 
 
 def packed(template, rng, count):

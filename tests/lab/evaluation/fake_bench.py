@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from fpmatch.errors import ImageReadError
-from fpmatch.matching.result import Comparison
+from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 
@@ -39,7 +39,7 @@ def slow_extractor(path, dpi):
     return extractor(path, dpi)
 
 
-class Fake:
+class Fake(Matcher):
     """Call prints alike that lie near each other; find no transform beyond 200 px."""
 
     name = "fake"

@@ -16,18 +16,18 @@ from matching_prints import (
 )
 
 from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.prints.bit_descriptors import (
     prefilter,
     prefilter_of,
     score_descriptors,
 )
-from fpmatch.matching.prints.parameters import BitDescriptorParameters
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.prefilter import descriptor_similarity
 
 EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8
-P = BitDescriptorParameters()
+P = USUAL
 
 
 def impressions(seed):

@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import any_points, on_pixels, seeds
 
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.prints.parameters import NeighbourhoodParameters
 from fpmatch.matching.prints.prepared import rounded
 from fpmatch.matching.reference import neighbourhood as reference
 
-P = NeighbourhoodParameters()
+P = USUAL
 
 
 def minutiae(*rows):
@@ -34,7 +34,7 @@ def test_a_neighbour_stands_in_the_frame_of_its_minutia():
 @given(seeds, st.integers(1, 14), st.floats(0.1, 1))
 def test_frames_agree_with_the_reference(seed, size, second):
     points = any_points(seed)
-    p = NeighbourhoodParameters(neighbours=size, second_ring_weight=second)
+    p = MatchParameters(neighbours=size, second_ring_weight=second)
     found = neighbourhoods(points, p)
     expected = reference.neighbourhoods(points, p)
     assert found.frame.shape == (points.shape[1], 6, size)

@@ -14,11 +14,11 @@ from matching_prints import (
     templates,
 )
 
-from fpmatch.matching.prints.parameters import NeighbourhoodParameters, PreparationParameters
+from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
-USUAL_QUALITY = PreparationParameters().usual_quality
+USUAL_QUALITY = USUAL.usual_quality
 
 
 @pytest.mark.parametrize("dpi", [250.0, 500.0, 1000.0])
@@ -52,8 +52,8 @@ def test_qualities_that_are_none_or_of_no_print_are_the_usual_one(quality, prepa
 def test_of_too_many_minutiae_the_best_take_part_in_their_order():
     quality = np.array([10, 90, 50, 90, 50, 70])
     points = spread_points(np.random.default_rng(1), 6)
-    parameters = PreparationParameters(max_minutiae=4), NeighbourhoodParameters(neighbours=3)
-    prepared = prepare(template_of(points, quality=quality), *parameters)
+    parameters = MatchParameters(max_minutiae=4, neighbours=3)
+    prepared = prepare(template_of(points, quality=quality), parameters)
     assert prepared.index.tolist() == [1, 2, 3, 5]
     assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
     assert prepared.neighbourhoods.count.tolist() == [3] * 4
@@ -132,7 +132,7 @@ def test_minutiae_outside_the_image_have_no_region():
 @pytest.mark.parametrize("reach", [2e4, 1e9])
 def test_far_minutiae_take_no_more_memory(reach):
     minutiae = Minutiae(x=[0, reach, 10], y=[0, 10, reach], angle=[0, 0, 0])
-    p = PreparationParameters(max_hull_cells=64)
+    p = MatchParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
     assert max(prepared.region.code.shape) <= p.max_hull_cells + 1
     assert contains(prepared.region, *prepared.points[:2]).all()

@@ -36,7 +36,7 @@ from fpmatch.gallery.store.stored_template import (
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.parameters import PreparationParameters
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.prints.prepared import points_at_500dpi, qualities, root_weight_codes
 from fpmatch.matching.prints.print_area import PrintAreas, orientation_codes
 from fpmatch.templates.bounds import DPI_UNITS, rounded_dpi
@@ -189,7 +189,7 @@ def _in_parts(
 
 def _part(templates: CompactTemplates, which: NDArray[np.int64], make: _Make) -> PreparedPrints:
     """Make a few prints, those that are plain in neither layout one by one."""
-    start, most = templates.content_start, PreparationParameters().max_minutiae
+    start, most = templates.content_start, USUAL.max_minutiae
     left, parts, order = np.arange(len(which)), [], []
     for layout in LAYOUTS:
         begin, end = start[which[left]], start[which[left] + 1]
@@ -210,7 +210,7 @@ def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
     of_each = zoom.repeat(n)
     xy = ((np.stack([x, y]) + 0.5) / of_each - 0.5).astype(np.float32)  # in the image's pixels
     points = points_at_500dpi(xy[0], xy[1], ANGLES[angle], of_each.astype(np.float32))
-    usual = PreparationParameters().usual_quality
+    usual = USUAL.usual_quality
     quality = qualities(hundredths.astype(np.uint8), given.start, usual)
     areas = _areas(given)
     from fpmatch.matching.prints.prepare import describe  # noqa: PLC0415  (of compiled kernels)

@@ -12,7 +12,7 @@ from fpmatch.gallery.index.prints.compact_template import print_areas
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE, SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
-from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.parameters import USUAL
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

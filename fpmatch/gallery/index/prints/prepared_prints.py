@@ -25,12 +25,8 @@ from fpmatch.gallery.index.prints.print_arrays import (
     of_each,
 )
 from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
+from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-from fpmatch.matching.prints.parameters import (
-    BitDescriptorParameters,
-    NeighbourhoodParameters,
-    PreparationParameters,
-)
 from fpmatch.matching.prints.prepared import (
     ROOT_WEIGHTS,
     BitDescriptors,
@@ -47,7 +43,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PRINTS_AT_ONCE: Final = 1024  # put into arrays before these are joined
-_SIZE: Final = NeighbourhoodParameters().neighbours
+_SIZE: Final = USUAL.neighbours
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 # Beyond what is ever kept, and far from where a kernel's numbers would overflow:
 MAX_CELLS: Final = 1 << 24  # of a print, and rows and columns
@@ -117,7 +113,7 @@ class PreparedPrints(PrintArrays):
     @cached_property
     def view(self) -> PreparedView:
         """The prints as the kernels see them."""
-        p = NeighbourhoodParameters()
+        p = USUAL
         return PreparedView(self, QUALITIES, ROOT_WEIGHTS, (p.tolerance_px, p.tolerance_per_px))
 
     def __getitem__(self, k: int) -> PreparedTemplate:
@@ -174,7 +170,7 @@ COLUMNS: Final = PreparedPrints.columns()
 
 def preparation() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{PreparationParameters()} {NeighbourhoodParameters()} {BitDescriptorParameters()}"
+    return repr(USUAL)
 
 
 def _packed(prints: Sequence[PreparedTemplate]) -> PreparedPrints:

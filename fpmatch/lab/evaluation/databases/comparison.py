@@ -15,7 +15,7 @@ from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.gallery.fingers.finger import Finger, refuse_images
 from fpmatch.lab.evaluation.databases.extraction import SetImages
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.result import compare_prepared, named, wants_image
+from fpmatch.matching.result import compare_prepared, named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -180,7 +180,7 @@ def compare_sets(
 
     progress("compare", 0, total)
     images = None
-    if wants_image(matcher):
+    if matcher.wants_image:
         if probes is not None or enrolled is not None:
             refuse_images(matcher, "not with squares of prints or enrolled fingers")
         datasets = [one.dataset for one in sets]

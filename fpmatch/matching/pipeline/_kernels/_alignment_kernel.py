@@ -98,8 +98,8 @@ class MinutiaGrid:
 class Aligner:
     """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
 
-    The parameters are those of `pipeline.parameters`. ``predicted[:, i]`` is where minutia i of A
-    lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
+    The parameters are `matching.parameters.MatchParameters`. ``predicted[:, i]`` is where minutia
+    i of A lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
     ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
     These are the current pairs. `keep` stores them in row h of the arrays ``kept_...``, in
     which hypothesis k of the local matches is row k, and others have the rows after these.

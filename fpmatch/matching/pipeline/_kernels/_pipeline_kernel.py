@@ -21,7 +21,7 @@ class Pipeline:
 
     The prints are taken in the order of their content, so that exchanging them changes nothing: a
     reference is print A or print B. `neighbours`, the index of the probe's, is set before it is
-    matched. `parameters` are a `pipeline.parameters.LocalParameters`.
+    matched. `parameters` are `matching.parameters.MatchParameters`.
 
     Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
     ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.
@@ -35,7 +35,7 @@ class Pipeline:
         self.evidence = np.empty((aligner.rows, len(scorer.evidence)))
         self.best = -1
         self.probe = self.neighbours = None
-        self.min_cosine = parameters.min_cosine
+        self.min_cosine = parameters.neighbour_cosine
         self.fewest_neighbours = parameters.fewest_neighbours
 
     def load(self, probe):

@@ -28,7 +28,7 @@ FOUND = cython.declare(cython.int, 8)  # pairs found, at most
 class RidgeSearch:
     """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are a `pipeline.parameters.RidgeSearchParameters`. After a search, the pairs are
+    `parameters` are a `matching.parameters.MatchParameters`. After a search, the pairs are
     ``(first[k], second[k])`` of print A and print B, ``value[k]`` is what their ridges amount to,
     the best first.
     """

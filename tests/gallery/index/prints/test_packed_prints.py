@@ -7,7 +7,7 @@ from matching_prints import SIZES, some_templates, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints import compact_template, prepared_prints, stored_descriptors
 from fpmatch.gallery.store.array_file import read_arrays, write_arrays
-from fpmatch.matching.prints.parameters import PreparationParameters
+from fpmatch.matching.parameters import MatchParameters
 from fpmatch.matching.prints.prepare import prepare
 
 KINDS = {
@@ -54,7 +54,7 @@ def test_more_minutiae_than_a_byte_can_number_are_refused(kind):
     points = np.zeros((4, 300))
     points[0], points[2] = np.arange(300) * 7.0, 1
     crowd, few = (
-        prepare(template_of(points), PreparationParameters(max_minutiae=most)) for most in (300, 6)
+        prepare(template_of(points), MatchParameters(max_minutiae=most)) for most in (300, 6)
     )
     with pytest.raises(MatcherError, match="300"):
         KINDS[kind][1].pack([crowd])

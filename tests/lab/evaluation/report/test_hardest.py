@@ -11,7 +11,6 @@ from fpmatch.lab.evaluation.report.hardest import (
     hardest_pairs,
 )
 from fpmatch.lab.evaluation.run import evaluate
-from fpmatch.matching.result import Comparison
 from fpmatch.matching.verification import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -28,14 +27,18 @@ def template(count=40, quality=80, dpi=500):
 def verification(
     probe=None, transform=NEARLY_IN_PLACE, agreement=0.7, overlap=0.9, rms_px=2.0, reason="", **more
 ):
-    measured = (np.zeros((12, 2), np.int32), rms_px, agreement, overlap, reason)
     return Verification(
         match=False,
         score=5.0,
         fmr=0.3,
         threshold=40.0,
         matcher="unit-circle",
-        comparison=Comparison(0.0, transform, *measured),
+        transform=transform,
+        pairs=np.zeros((12, 2), np.int32),
+        rms_px=rms_px,
+        agreement=agreement,
+        overlap=overlap,
+        reason=reason,
         probe=probe or template(),
         reference=more.get("reference") or template(),
     )

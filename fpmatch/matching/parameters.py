@@ -1,4 +1,4 @@
-"""The parameters of the default matcher, step by step; each is an argument of the matcher.
+"""The parameters of the default matcher; each is an argument of the matcher.
 
 Kernels and reference read them from here: a change of one compiles nothing. Weights and thresholds
 of the score are learned, see `fpmatch.matching.pipeline.score_model`.
@@ -7,25 +7,65 @@ of the score are learned, see `fpmatch.matching.pipeline.score_model`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
-from fpmatch.base.parameters import parameter
-from fpmatch.matching.prints.parameters import (
-    BitDescriptorParameters,
-    NeighbourhoodParameters,
-    PreparationParameters,
-)
+from fpmatch.base.parameters import check_ranges, parameter
 
 
-def _cosine(degrees: float) -> float:
-    return math.cos(math.radians(degrees))
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchParameters:
+    """All of them, in the order of the steps; compared by identity, which costs nothing.
 
+    Each has its default, its meaning and its range; lengths are in pixels at 500 dpi.
 
-@dataclass(frozen=True, slots=True)
-class LocalParameters:
-    """Local match of the neighbourhoods of minutiae."""
+    Raises
+    ------
+    MatcherError
+        If a value is out of range.
+    """
 
+    # Preparation; without a ridge field, the cells of the minutiae's hull stand for the print
+    max_minutiae: int = parameter(
+        200, "minutiae that take part; of more, those of best quality", 1, 256
+    )
+    hull_step_px: float = parameter(
+        16.0, "side of a cell of the hull, where a template has no ridge field", 4, 64
+    )
+    max_hull_cells: int = parameter(
+        512, "such cells along a side; larger ones where the minutiae reach farther", 16, 512
+    )
+    usual_quality: float = parameter(
+        0.7, "quality where a template gives none: all are 100, or all 0", 0, 1
+    )
+
+    # Neighbourhoods of the minutiae, with the shape-preserving weights of eq. (4)
+    neighbours: int = parameter(
+        12, "neighbours of a minutia, nearest first, from its first and second ring", 1, 32
+    )
+    tolerance_px: float = parameter(
+        9.0, "how far a neighbour may lie from its counterpart", 0.1, 100
+    )
+    tolerance_per_px: float = parameter(
+        0.08, "what a px of the neighbour's own distance adds to it", 0, 0.5
+    )
+    second_ring_weight: float = parameter(
+        0.5, "weight of neighbours beyond the one-ring, the least in it; the mean is 1", 0, 1
+    )
+
+    # Prefilter: bit descriptors of minutiae, and pairs of them that agree in one transform; two
+    # pairs d apart agree within sqrt(near_px² + (near_per_px·d)²)
+    cell_px: float = parameter(16.0, "side of the cells in which neighbours lie", 4, 64)
+    most_pairs: int = parameter(
+        16, "pairs compared with each other: those that share most words", 1, 64
+    )
+    near_px: float = parameter(12.0, "distance within which two pairs agree", 0, 100)
+    near_per_px: float = parameter(0.1, "what a px between them adds to it, squared", 0, 1)
+    pair_turn_deg: float = parameter(
+        15.0, "largest difference of the rotations of two pairs", 0, 22.5
+    )
+
+    # Local match of the neighbourhoods
     neighbour_turn_deg: float = parameter(
         30.0, "largest difference in relative direction of a neighbour and its counterpart", 1, 90
     )
@@ -33,20 +73,9 @@ class LocalParameters:
         4, "fewer neighbours count as this many, so that few do not agree easily", 1, 32
     )
 
-    @property
-    def min_cosine(self) -> float:
-        """Cosine of the largest difference in direction."""
-        return _cosine(self.neighbour_turn_deg)
-
-
-@dataclass(frozen=True, slots=True)
-class RelaxationParameters:
-    """Relaxation of the local matches, the candidates (`_relaxation_kernel`).
-
-    Two candidates support each other if the distances between their minutiae differ by at most
-    `distance_px` and `distance_per_px` of the distance in the two prints, as skin stretches.
-    """
-
+    # Relaxation of the local matches, the candidates. Two support each other if the distances
+    # between their minutiae in the two prints differ by at most distance_px and distance_per_px of
+    # the distance
     candidates: int = parameter(
         32, "local matches that take part, at most; each minutia is in one of them", 1, 256
     )
@@ -72,21 +101,7 @@ class RelaxationParameters:
         0.25, "least value of the other pairs of a hypothesis, as a share of its seed's", 0.01, 1
     )
 
-    @property
-    def min_rotation_cosine(self) -> float:
-        """Cosine of the largest difference of rotations."""
-        return _cosine(self.max_rotation_deg)
-
-    @property
-    def min_angle_cosine(self) -> float:
-        """Cosine of the largest difference of directions."""
-        return _cosine(self.max_angle_deg)
-
-
-@dataclass(frozen=True, slots=True)
-class PairMeshParameters:
-    """Mesh of pairs, its unit circles and predictions, eq. (3) and (4) (`_pair_mesh_kernel`)."""
-
+    # Mesh of pairs, its unit circles and predictions, eq. (3) and (4)
     frame_margin_px: float = parameter(
         60.0, "distance of the frame points from the circle round the bounding box", 20, 1000
     )
@@ -100,14 +115,8 @@ class PairMeshParameters:
         0.08, "what a px of the mean radius of the ring adds to it", 0, 1
     )
 
-
-@dataclass(frozen=True, slots=True)
-class AlignmentParameters:
-    """Global match: pairs grow over their mesh.
-
-    A minutia is paired within its reach of where it is predicted.
-    """
-
+    # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
+    # predicted
     max_turn_deg: float = parameter(30.0, "largest difference in direction within a pair", 1, 90)
     hypotheses: int = parameter(4, "hypotheses of the relaxed local matches, at most", 1, 32)
     coarse_rounds: int = parameter(
@@ -122,19 +131,8 @@ class AlignmentParameters:
     )
     reach_limit_px: float = parameter(24.0, "largest such distance", 1, 100)
 
-    @property
-    def min_cosine(self) -> float:
-        """Cosine of the largest difference in direction."""
-        return _cosine(self.max_turn_deg)
-
-
-@dataclass(frozen=True, slots=True)
-class RidgeSearchParameters:
-    """Search for alignments by the ridges (`_ridge_search_kernel`).
-
-    The agreement of the orientation is the mean cosine of twice the difference, -1 to 1.
-    """
-
+    # Search for alignments by the ridges; the agreement of the orientation is the mean cosine of
+    # twice the difference, -1 to 1
     ridge_trials: int = parameter(
         64, "pairs of minutiae whose ridges are compared, of a small print", 1, 128
     )
@@ -160,19 +158,8 @@ class RidgeSearchParameters:
     )
     apart_deg: float = parameter(12.0, "or the difference of their rotations", 0, 180)
 
-    @property
-    def apart_cosine(self) -> float:
-        """Cosine of `apart_deg`."""
-        return _cosine(self.apart_deg)
-
-
-@dataclass(frozen=True, slots=True)
-class ScoreParameters:
-    """Score: how evidence is gathered and turned into features.
-
-    A print reaches farther than the hull of its minutiae.
-    """
-
+    # Score: how evidence is turned into features; a print reaches farther than the hull of its
+    # minutiae
     margin_px: float = parameter(
         20.0, "how far inside the other print a minutia lies that counts as unpaired", 0, 200
     )
@@ -184,9 +171,6 @@ class ScoreParameters:
     )
     doubt_minutiae: float = parameter(5.0, "added to the number of minutiae", 0, 1000)
     doubt_cells: float = parameter(10.0, "added to the number of cells of ridges", 0, 1000)
-    usual_correlation: float = parameter(
-        0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
-    )
     beyond_from: float = parameter(
         2.0, "rarity from which pairs are held against chance", 0, 1000, "decades of the FMR"
     )
@@ -200,20 +184,37 @@ class ScoreParameters:
         0.8, "share of the rarity beyond chance that does not count", 0, 1
     )
 
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MatchParameters:
-    """All of them, by step; compared by identity, which costs nothing."""
+    @property
+    def neighbour_cosine(self) -> float:
+        """Cosine of the largest difference in direction of a neighbour and its counterpart."""
+        return _cosine(self.neighbour_turn_deg)
 
-    preparation: PreparationParameters = field(default_factory=PreparationParameters)
-    neighbourhood: NeighbourhoodParameters = field(default_factory=NeighbourhoodParameters)
-    prefilter: BitDescriptorParameters = field(default_factory=BitDescriptorParameters)
-    local: LocalParameters = LocalParameters()
-    relaxation: RelaxationParameters = RelaxationParameters()
-    mesh: PairMeshParameters = PairMeshParameters()
-    alignment: AlignmentParameters = AlignmentParameters()
-    ridges: RidgeSearchParameters = RidgeSearchParameters()
-    score: ScoreParameters = ScoreParameters()
+    @property
+    def min_cosine(self) -> float:
+        """Cosine of the largest difference in direction within a pair."""
+        return _cosine(self.max_turn_deg)
+
+    @property
+    def min_rotation_cosine(self) -> float:
+        """Cosine of the largest difference of the rotations of two candidates."""
+        return _cosine(self.max_rotation_deg)
+
+    @property
+    def min_angle_cosine(self) -> float:
+        """Cosine of the largest difference of the directions from one minutia to the other."""
+        return _cosine(self.max_angle_deg)
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return _cosine(self.apart_deg)
+
+
+def _cosine(degrees: float) -> float:
+    return math.cos(math.radians(degrees))
 
 
 USUAL: Final = MatchParameters()

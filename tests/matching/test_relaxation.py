@@ -81,7 +81,7 @@ any_parameters = st.builds(
     relaxation_rounds=st.integers(0, 8),
     inertia=st.floats(0, 1),
     least_seed_share=st.floats(0, 1),
-    least_share=st.floats(0.01, 1.5),
+    least_share=st.floats(0.01, 1.0),
 )
 
 

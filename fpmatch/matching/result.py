@@ -147,9 +147,9 @@ class Matcher(ABC):
     def __init__(self, **given: float | str) -> None:
         if given:
             usual, own = self.parameters, self.name
-            self.parameters = with_parameters(usual, given, f"matcher {own}")
-            changed = changed_parameters(usual, self.parameters)
-            self.name = f"{own}:{changed}" if changed else own
+            parameters = with_parameters(usual, given, f"matcher {own}")
+            if changed := changed_parameters(usual, parameters):
+                self.parameters, self.name = parameters, f"{own}:{changed}"
 
     @abstractmethod
     def prepare(self, template: Template) -> Any:

@@ -75,7 +75,8 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     steps, numbers = default_steps.explain_prints(pair, USUAL, None)
     check(steps, numbers)
     oracle = verify(prints[p].template, prints[q].template, matcher="reference")
-    pairing, evidence = oracle.evidence.detail
+    both = [MATCHER.prepare(prints[k].template) for k in (p, q)]
+    pairing, evidence = MATCHER.explain(*both, MATCHER.compare(*both)).detail
     pairs = [[row["p"], row["q"]] for row in numbers["pairs"]]
     assert pairs == oracle.pairs.tolist() == pair.verification.pairs.tolist()
     for name in ("pairs", "relaxed", "places", "weights", "total", "minus_log_fmr"):

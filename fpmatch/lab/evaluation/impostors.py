@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from fpmatch.lab.evaluation.databases.extraction import dataset_reader, extract_
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.report.results import scores_of
 from fpmatch.lab.evaluation.run import evaluate, load_datasets
+from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -52,13 +53,13 @@ def gather_impostors(
     `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
     galleries, whose prints are compared by the extended protocol. `matcher`, `workers`, `progress`,
     `extractor`, `pattern`, `by_folder`: as for `evaluate`; in place of the default matcher, the one
-    whose similarities are not lowered by the pairs that chance makes (`calibrated`) compares and is
-    read. `dpi`: the resolution of all images; `reading`: further parameters of `dataset_reader`.
+    whose similarities are not lowered by the pairs that chance makes compares and is read. `dpi`:
+    the resolution of all images; `reading`: further parameters of `dataset_reader`.
     Raises a `DatasetError` if a source cannot be used, or a database comes twice; a `MatcherError`
     if the matcher is unknown.
     """
     given = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    chosen: Matcher = getattr(given, "calibrated", given)
+    chosen = _calibrated(given)
     gathered = [
         ImpostorSet(one.name, one.impostors)
         for source in sources
@@ -82,6 +83,19 @@ def gather_impostors(
                 raise DatasetError(f"{row.name}: given both as a folder and as scores")
         gathered += impostors_of_report(report)
     return gathered
+
+
+def _calibrated(matcher: Matcher) -> Matcher:
+    """Return the matcher to whose similarities a calibration of `matcher` is fitted.
+
+    The default matcher holds its pairs against chance, which lowers the similarities of the highest
+    impostors: fitted to those, a calibration would raise the scores again.
+    """
+    if not isinstance(matcher, UnitCircleMatcher):
+        return matcher
+    used = matcher.parameters
+    own = {entry.name: getattr(used, entry.name) for entry in fields(used)}
+    return type(matcher)(**own | {"beyond_share": 0.0})
 
 
 def _scores_of(chosen: Matcher, given: str, source: str | os.PathLike[str]) -> list[ScoresSet]:

@@ -249,6 +249,6 @@ def test_without_all_keys_nothing_is_changed(tmp_path, source, monkeypatch):
         rotate(gallery)
     assert caught.value.code == "missing key"
     monkeypatch.delenv("FPMATCH_KEY")
-    with open_gallery(path) as gallery, pytest.raises(GalleryError, match="--key"):
+    with open_gallery(path) as gallery, pytest.raises(GalleryError, match="FPMATCH_KEY"):
         rotate(gallery)
     assert path.read_bytes() == before

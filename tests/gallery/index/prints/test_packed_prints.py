@@ -53,9 +53,10 @@ def test_parts_files_and_chosen_prints_are_those_of_the_whole(kind, sizes, tmp_p
 def test_more_minutiae_than_a_byte_can_number_are_refused(kind):
     points = np.zeros((4, 300))
     points[0], points[2] = np.arange(300) * 7.0, 1
-    crowd, few = (
-        prepare(template_of(points), MatchParameters(max_minutiae=most)) for most in (300, 6)
-    )
+    beyond = MatchParameters()
+    object.__setattr__(beyond, "max_minutiae", 300)  # out of range
+    crowd = prepare(template_of(points), beyond)
+    few = prepare(template_of(points), MatchParameters(max_minutiae=6))
     with pytest.raises(MatcherError, match="300"):
         KINDS[kind][1].pack([crowd])
     assert len(KINDS[kind][1].pack([few])) == 1

@@ -34,7 +34,6 @@ EXTRAS: Final = {
         *("fastapi", "h11", "prometheus-client", "python-json-logger"),
         *("python-multipart", "starlette", "uvicorn"),
     ),
-    "client": ("h11", "httpx"),
     "postgres": ("psycopg",),
     "parquet": ("pyarrow",),
     "encryption": ("cryptography", "keyring"),

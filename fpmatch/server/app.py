@@ -17,12 +17,11 @@ from starlette.exceptions import HTTPException
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.printable import printable
-from fpmatch.server.auditor import route_of
 from fpmatch.server.errors import ClientGoneError, NotReadyError, RequestError, status_of
 from fpmatch.server.gallery import check_gallery
 from fpmatch.server.guard import Guard
 from fpmatch.server.logs import Incidents
-from fpmatch.server.observer import Observer
+from fpmatch.server.observer import Observer, route_of
 from fpmatch.server.pool import Pool
 from fpmatch.server.readiness import Check, in_own_thread
 from fpmatch.server.routes import gallery_router, operations_router, router
@@ -94,7 +93,7 @@ def make_app(settings: Settings) -> Observer:
     app.openapi()  # requests are checked by it
     for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
         app.add_exception_handler(kind, _on_error)
-    return Observer(Guard(app, settings, gallery), settings)
+    return Observer(Guard(app, settings, gallery))
 
 
 async def _on_error(request: Request, error: Exception) -> Response:

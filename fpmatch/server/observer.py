@@ -1,36 +1,29 @@
-"""Observer: measures, logs and audits every request."""
+"""Observer: measures and logs every request."""
 
 from __future__ import annotations
 
 import logging
-import secrets
 import time
 from typing import TYPE_CHECKING, Final
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
 
-from fpmatch.server.auditor import AUDITOR, REQUEST, Auditor, route_of
 from fpmatch.server.guard import CLIENT
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from fpmatch.server.guard import Guard
-    from fpmatch.server.settings import Settings
 
 _SECONDS: Final = (0.01, 0.03, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _log: Final = logging.getLogger("fpmatch.access")
 
 
 class Observer:
-    """Measure and log every request, and append those about prints to the audit log, if any.
+    """Measure and log every request."""
 
-    Raises AuditError if the audit log cannot be written.
-    """
-
-    def __init__(self, guard: Guard, settings: Settings) -> None:
+    def __init__(self, guard: Guard) -> None:
         self._app: ASGIApp = guard
-        self._auditor = Auditor(settings.audit_log)
         self.registry = registry = CollectorRegistry()
         ProcessCollector(registry=registry)
         self._requests = Counter(
@@ -64,9 +57,8 @@ class Observer:
             await send(message)
 
         scope["fpmatch.observer"] = self
-        scope[AUDITOR], scope[REQUEST] = self._auditor, secrets.token_hex(8)
         try:
-            await self._app(scope, receive, self._auditor.guarded(scope, sending))
+            await self._app(scope, receive, sending)
         finally:
             self._account(scope, method, status, time.perf_counter() - start)
 
@@ -77,7 +69,6 @@ class Observer:
         client = scope.get(CLIENT)
         name = "-" if client is None else client.name
         fields = {
-            "request": scope[REQUEST],
             "client": name,
             "address": (scope.get("client") or ("-",))[0],
             "method": method,
@@ -95,3 +86,8 @@ class Observer:
             seconds,
             extra=fields,
         )
+
+
+def route_of(scope: Scope) -> str:
+    """Return the address of the API that a request is for."""
+    return getattr(scope.get("route"), "path", "other")

@@ -132,14 +132,14 @@ class Pool:
             await self._in_turn(_START_S, _warm_up)
 
 
-def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> tuple[bytes, Any]:
-    """Return the JSON of ``work(*args)``, and its `result`, None where it has none.
+def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> bytes:
+    """Return the JSON of ``work(*args)``.
 
     A worker process encodes documents with pictures, so that the server holds them once.
     """
     document = work(*args)
     content = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return content.encode(), document.get("result")
+    return content.encode()
 
 
 _ready: list[bool] = []  # whether this worker process is on one thread

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Awaitable, Callable, Collection
 from functools import partial
 from typing import Annotated, Any, Final, Literal, cast
@@ -15,9 +14,9 @@ from fpmatch.errors import unknown_name
 from fpmatch.gallery.store.audit_chain import act_as
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names, split_name
 from fpmatch.prints.pair import PairOptions
-from fpmatch.server.auditor import AUDITED, AUDITOR, route_of
 from fpmatch.server.errors import RequestError
 from fpmatch.server.guard import CLIENT
+from fpmatch.server.observer import route_of
 from fpmatch.server.pair import EnrolledPrint, PairRequest
 from fpmatch.server.prints import PrintOptions, Upload, shown_name
 from fpmatch.server.settings import LOCAL, Client, Role, Settings
@@ -41,7 +40,6 @@ def needs(role: Role) -> params.Depends:
     async def check(request: Request, _: Annotated[Any, Security(_BEARER)]) -> None:
         own = cast("Client", request.scope[CLIENT]).role
         if own < role:
-            request.scope.setdefault(AUDITED, {})["needs"] = role.name.lower()
             given = f"the token has {own.name.lower()}"
             raise RequestError(f"this needs the role {role.name.lower()}, and {given}", status=403)
 
@@ -127,17 +125,6 @@ def _check_taken_once(kind: str, names: list[str], taken: dict[str, list[str]]) 
 KNOWN_NAMES: Final = cast("params.Depends", Depends(_check_names))
 
 
-async def _audit(request: Request) -> Callable[..., None]:
-    """Return the function that adds values to what the audit log states about the request."""
-    details: dict[str, Any] = request.scope.setdefault(AUDITED, {})
-    return details.update
-
-
-async def _begin(request: Request) -> Callable[[], Awaitable[None]]:
-    """Return the function that lets the audit log state a change before it is made."""
-    return partial(request.scope[AUDITOR].begin, request.scope)
-
-
 async def _settings(request: Request) -> Settings:
     return cast("Settings", request.app.state.settings)
 
@@ -154,22 +141,15 @@ async def _run(request: Request, client: Sender) -> Callable[..., Awaitable[Any]
 ServerSettings = Annotated[Settings, Depends(_settings)]
 Sender = Annotated[Client, Depends(_client)]
 Run = Annotated[Callable[..., Awaitable[Any]], Depends(_run)]
-Audit = Annotated[Callable[..., None], Depends(_audit)]
-Begin = Annotated[Callable[[], Awaitable[None]], Depends(_begin)]
 
 
 async def read_upload(request: Request, file: UploadFile, role: str) -> Upload:
-    """Return the bytes of an uploaded file; `role` is its name if it has none to show.
-
-    The audit log states the SHA-256 of the file, not its name.
-    """
+    """Return the bytes of an uploaded file; `role` is its name if it has none to show."""
     settings = await _settings(request)
     name, most = shown_name(file.filename, role), settings.limits.file_megabytes
     if (file.size or 0) > most * 1e6:
         raise RequestError(f"larger than {most:g} MB", path=name, status=413)
-    data = await file.read()
-    (await _audit(request))(**{role: hashlib.sha256(data).hexdigest()})
-    return Upload(name, data)
+    return Upload(name, await file.read())
 
 
 async def _print_options(
@@ -244,7 +224,6 @@ async def _enrolled_pair(
     options: Options,
 ) -> PairRequest:
     enrolled = EnrolledPrint(str(settings.gallery), number)
-    (await _audit(request))(entries=[number])
     return PairRequest(await read_upload(request, probe, "probe"), enrolled, readings, options)
 
 

@@ -22,8 +22,6 @@ from fpmatch.server.pool import encoded
 from fpmatch.server.prints import PrintOptions
 from fpmatch.server.requests import (
     KNOWN_NAMES,
-    Audit,
-    Begin,
     Dpi,
     Drawing,
     EnrolledPair,
@@ -139,10 +137,9 @@ async def about(settings: ServerSettings, client: Sender) -> models.About:
 
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
-async def verify(run: Run, audit: Audit, prints: UploadedPair) -> models.Verified:
+async def verify(run: Run, prints: UploadedPair) -> models.Verified:
     """Return what `fpmatch verify --json` prints."""
     document = await run(pair.verify_pair, prints)
-    audit(match=document["match"], score=document["score"])
     return models.Verified(**document)
 
 
@@ -151,10 +148,9 @@ async def verify(run: Run, audit: Audit, prints: UploadedPair) -> models.Verifie
     summary="Decide, and return all that the web interface shows",
     response_model=models.Shown,
 )
-async def compare(run: Run, audit: Audit, prints: UploadedPair) -> Response:
+async def compare(run: Run, prints: UploadedPair) -> Response:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    content, result = await run(encoded, pair.show_pair, prints)
-    audit(match=result["match"], score=result["score"])
+    content = await run(encoded, pair.show_pair, prints)
     return _json(content)
 
 
@@ -164,9 +160,9 @@ async def compare(run: Run, audit: Audit, prints: UploadedPair) -> Response:
     response_model=models.Shown,
     dependencies=_VERIFY,
 )
-async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> Response:
+async def compare_enrolled(run: Run, prints: EnrolledPair) -> Response:
     """Return what `/compare` does; of the enrolled print, what its template contains."""
-    return await compare(run, audit, prints)
+    return await compare(run, prints)
 
 
 @router.post("/overlay", summary="Draw one print, moved, over the other", **_PICTURE)
@@ -184,7 +180,7 @@ async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
 )
 async def further_views(run: Run, prints: UploadedPair) -> Response:
     """Return the map of ridge agreement."""
-    content, _ = await run(encoded, pair.show_views, prints)
+    content = await run(encoded, pair.show_views, prints)
     return _json(content)
 
 
@@ -261,7 +257,7 @@ async def extract(
 async def stages(request: Request, run: Run, image: UploadedFile, reading: OneReading) -> Response:
     """Return the pictures that `fpmatch extract --format stages` writes."""
     upload = await read_upload(request, image, "image")
-    content, _ = await run(encoded, single.show_stages, upload, reading)
+    content = await run(encoded, single.show_stages, upload, reading)
     return _json(content)
 
 
@@ -279,7 +275,6 @@ async def gallery(run: Run, settings: ServerSettings) -> models.GalleryInfo:
 async def identify(
     request: Request,
     run: Run,
-    audit: Audit,
     settings: ServerSettings,
     probe: UploadedFile,
     matcher: Matcher,
@@ -292,7 +287,6 @@ async def identify(
     reading, where = PrintOptions(settings.limits, dpi), settings.gallery
     arguments = (upload, reading, where, matcher, candidates, threshold)
     document = await run(gallery_work.identify_print, *arguments)
-    audit(candidates=[candidate["id"] for candidate in document["candidates"]])
     return models.Identified(**document)
 
 
@@ -301,8 +295,6 @@ async def enrol(
     request: Request,
     response: Response,
     run: Run,
-    audit: Audit,
-    begin: Begin,
     settings: ServerSettings,
     image: UploadedFile,
     subject: LabelPart = "",
@@ -320,9 +312,7 @@ async def enrol(
     label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None
     reading = PrintOptions(settings.limits, dpi)
     arguments = (upload, reading, settings.gallery, label, settings.pattern)
-    await begin()
     document = await run(gallery_work.enrol_print, *arguments)
-    audit(enrolled=document["enrolled"], subject=document["subject"])
     if not document["enrolled"]:
         response.status_code = 200
     return models.Enrolled(**document)
@@ -332,10 +322,9 @@ async def enrol(
     "/gallery/prints", summary="The enrolled prints of a subject", dependencies=_READ
 )
 async def list_prints(
-    run: Run, audit: Audit, settings: ServerSettings, subject: Subject
+    run: Run, settings: ServerSettings, subject: Subject
 ) -> models.EnrolledPrints:
     """Return what `fpmatch gallery list --subject --json` prints."""
-    audit(subject=subject)
     rows = await run(gallery_work.list_prints, settings.gallery, subject)
     return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in rows])
 
@@ -348,7 +337,6 @@ async def list_prints(
 async def verify_claim(
     request: Request,
     run: Run,
-    audit: Audit,
     settings: ServerSettings,
     probe: UploadedFile,
     subject: LabelPart,
@@ -358,35 +346,24 @@ async def verify_claim(
 ) -> models.CheckedClaim:
     """Return what `fpmatch verify --gallery --subject --json` prints."""
     upload = await read_upload(request, probe, "probe")
-    audit(subject=subject)
     arguments = (upload, reading, settings.gallery, subject, finger or None, options)
     document = await run(gallery_work.verify_claim, *arguments)
-    audit(match=document["match"], score=document["score"])
     return models.CheckedClaim(**document)
 
 
 @gallery_router.delete(
     "/gallery/prints", summary="Remove all enrolled prints of a subject", dependencies=_ADMIN
 )
-async def remove_subject(
-    run: Run, audit: Audit, begin: Begin, settings: ServerSettings, subject: Subject
-) -> models.Removed:
+async def remove_subject(run: Run, settings: ServerSettings, subject: Subject) -> models.Removed:
     """Remove the templates of all prints of a subject."""
-    audit(subject=subject)
-    await begin()
     removed = await run(gallery_work.remove_subject, settings.gallery, subject)
-    audit(entries=removed)
     return models.Removed(removed=len(removed))
 
 
 @gallery_router.delete(
     "/gallery/{number}", summary="Remove one enrolled print", dependencies=_ADMIN
 )
-async def remove_print(
-    run: Run, audit: Audit, begin: Begin, settings: ServerSettings, number: int
-) -> models.Removed:
+async def remove_print(run: Run, settings: ServerSettings, number: int) -> models.Removed:
     """Remove the template of entry `number`."""
-    audit(entries=[number])
-    await begin()
     await run(gallery_work.remove_print, settings.gallery, number)
     return models.Removed(removed=1)

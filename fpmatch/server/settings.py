@@ -101,7 +101,6 @@ class Settings:
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1", "[::1]")
     clients: Mapping[bytes, Client] = field(default_factory=dict, repr=False)
     gallery: str | None = None  # file or URL
-    audit_log: str | None = None  # file
     pattern: str = FVC_PATTERN  # of names of enrolled files
     workers: int = field(default_factory=available_cores)
     limits: Limits = Limits()

@@ -63,9 +63,8 @@ def server(place, prints, plugins):
     assert CliRunner().invoke(command, words).exit_code == 0
     with open_gallery(place / "prints.db") as gallery:
         assert all(MARKER in entry.source for entry in gallery.entries())
-    settings = {"audit_log": str(place / "audit.jsonl"), "limits": Limits(file_megabytes=4.0)}
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
-    with served_gallery(place / "prints.db", clients=clients, **settings) as client:
+    with served_gallery(place / "prints.db", clients=clients, limits=Limits(file_megabytes=4.0)) as client:
         yield client
 
 

@@ -68,7 +68,7 @@ def steps(name):
 
 def test_the_image_serves_with_a_log_and_a_health_check():
     pytest.importorskip("fastapi", reason="the extra web is not installed")
-    from fpmatch.server.exchange import is_public
+    from fpmatch.server.access import is_public
     from fpmatch.server.routes import operations_router
 
     program, command, *options = json.loads(steps("ENTRYPOINT")[-1])

@@ -31,8 +31,8 @@ CORE: Final = (
 EXTRAS: Final = {
     "plot": ("matplotlib",),
     "web": (
-        *("fastapi", "h11", "prometheus-client", "python-json-logger"),
-        *("python-multipart", "starlette", "uvicorn"),
+        *("fastapi", "h11", "hypercorn", "prometheus-client", "python-json-logger"),
+        *("python-multipart", "starlette"),
     ),
     "postgres": ("psycopg",),
     "parquet": ("pyarrow",),

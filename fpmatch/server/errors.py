@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, GalleryError
 
 if TYPE_CHECKING:
     from starlette.types import Send
+
+BUSY: Final = "too many requests at once: try again shortly"
+RETRY: Final = ((b"retry-after", b"5"),)
 
 
 class RequestError(FpmatchError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, Field
 
 
 class Error(BaseModel):
@@ -108,91 +108,6 @@ class Verified(BaseModel):
     probe: str = Field(description="Name of the file")
     reference: str = Field(description="Name of the file")
     resolution: dict[str, PrintResolution] = Field(description="Of probe and reference")
-
-
-class Row(BaseModel):
-    """One row of the evidence."""
-
-    label: str
-    words: str
-
-
-class ShownPrint(BaseModel):
-    """One print, with its pictures as data URLs."""
-
-    name: str
-    kind: str = Field(description="image or template")
-    width: int
-    height: int
-    dpi: float
-    notes: list[str]
-    extent: tuple[int, int, int, int] = Field(
-        description="left, top, right, bottom of what shows ridges, in pixels"
-    )
-    minutiae: list[tuple[float, float, float, int, int]] = Field(
-        description="x, y (pixels), angle (radians, counter-clockwise), kind, quality"
-    )
-    picture: str
-    ink: str | None
-
-
-class Shown(BaseModel):
-    """A decision with all that the web interface shows of it."""
-
-    result: Verified
-    odds: str
-    rows: list[Row]
-    smallest_measured_fmr: float
-    pairs: list[tuple[int, int]]
-    probe: ShownPrint
-    reference: ShownPrint
-
-
-class Ridges(BaseModel):
-    """Where the ridges of two prints agree."""
-
-    mean: float = Field(description="Mean of the cells, as ridge_agreement in compared")
-    impostor_mean: float = Field(description="Mean agreement of different fingers")
-    area_mm2: float
-    cell_px: float = Field(description="Side of a cell, in pixels of the reference")
-    rotation_deg: float = Field(description="Rotation of the rows of cells, clockwise")
-    cells: list[tuple[float, float, float, str]] = Field(
-        description="x, y of the centre (pixels of the reference), agreement -1 to 1, colour"
-    )
-    colours: list[str] = Field(description="of agreements from 0 to 1, evenly spaced")
-
-
-class Views(BaseModel):
-    """Further views of a comparison."""
-
-    ridges: Ridges | None = Field(description="null where the ridges were not compared")
-
-
-class Mark(BaseModel):
-    """A mark of an examiner, in pixels of one of the prints."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    side: Literal["probe", "reference"]
-    x: FiniteFloat
-    y: FiniteFloat
-    note: str = ""
-
-
-class Stage(BaseModel):
-    """One stage of an extraction, with its picture as a data URL."""
-
-    name: str
-    words: str
-    range: str
-    picture: str
-
-
-class Stages(BaseModel):
-    """The stages of an extraction, in their order."""
-
-    name: str
-    stages: list[Stage]
 
 
 class About(BaseModel):

@@ -1,23 +1,33 @@
 """Who may ask: hosts, origins, tokens, sizes, how many at once; and the headers of safety."""
 
 import asyncio
-from dataclasses import replace
 
 import pytest
+from fastapi import HTTPException
+from starlette.middleware.exceptions import ExceptionMiddleware
+from starlette.responses import JSONResponse
 
-from fpmatch.server.guard import FORM_BYTES, Guard
+from fpmatch.server.access import FORM_BYTES, Access
 from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
 
 from .conftest import echo, served
 
 TOKEN = "a-long-enough-token"
-LIMITS = Limits(file_megabytes=0.05, upload_seconds=5.0, waiting=1)
-LARGE = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
+LIMITS = Limits(file_megabytes=0.05, slow_seconds=5.0)
 MOST = 2 * 50_000 + FORM_BYTES
 
 
+def with_errors(app):
+    """Answer with the status of an error, as the application does."""
+
+    async def answer(_, error):
+        return JSONResponse({"error": error.detail}, error.status_code, error.headers)
+
+    return ExceptionMiddleware(app, {HTTPException: answer})
+
+
 def guarded(**settings):
-    return Guard(echo, Settings(workers=1, limits=LIMITS, **settings))
+    return Access(with_errors(echo), Settings(workers=1, limits=LIMITS, **settings))
 
 
 @pytest.fixture(scope="module")
@@ -119,53 +129,53 @@ def test_a_body_may_have_its_size_and_no_more(client):
     assert client.post("/verify", content=chunks()).status_code == 413
 
 
-class Wire:
-    """Requests to an application, all at once, whose bodies come when they are let."""
+async def ask(access, released, size):
+    """Return status and headers of the answer to a request whose body comes when it is let."""
+    answers = []
 
-    def __init__(self, limits):
-        self.app = Guard(echo, Settings(workers=1, limits=limits))
-        self.released = asyncio.Event()
+    async def receive():
+        await released.wait()
+        return {"type": "http.request", "body": bytes(size), "more_body": False}
 
-    async def ask(self, announced=0):
-        """Return status and headers of the answer to a request that announces so many bytes."""
-        answers = []
+    async def send(message):
+        answers.append(message)
 
-        async def receive():
-            await self.released.wait()
-            return {"type": "http.request", "body": b"", "more_body": False}
-
-        async def send(message):
-            answers.append(message)
-
-        headers = [(b"host", b"localhost"), (b"content-length", str(announced).encode())]
-        scope = {"type": "http", "method": "POST", "path": "/verify", "headers": headers}
-        await self.app(scope, receive, send)
-        return answers[0]["status"], dict(answers[0]["headers"])
-
-    async def ask_at_once(self, *announced):
-        """Return the answers to requests that come at once, and to one that comes later."""
-        asked = [asyncio.create_task(self.ask(size)) for size in announced]
-        await asyncio.sleep(0.05)
-        self.released.set()
-        return [*await asyncio.gather(*asked), await self.ask()]
+    headers = [(b"host", b"localhost"), (b"content-length", str(size).encode())]
+    scope = {"type": "http", "method": "POST", "path": "/verify", "headers": headers}
+    await access(scope, receive, send)
+    return answers[0]["status"], dict(answers[0]["headers"])
 
 
 @pytest.mark.parametrize(
     ("limits", "sizes", "statuses"),
     [
-        (replace(LIMITS, wait_seconds=0.01), (0, 0, 0, 0), [200, 200, 503, 503, 200]),
-        (replace(LIMITS, queue=1), (0, 0, 0, 0), [200, 200, 200, 503, 200]),
-        (LIMITS, (0, 0, 0, 0), [200, 200, 200, 200, 200]),
-        (replace(LARGE, wait_seconds=0.01), (1_600_000, 1_100_000), [200, 503, 200]),
-        (LARGE, (1_600_000, 1_100_000, 100_000), [200, 200, 200, 200]),
-        (Limits(upload_seconds=0.01), (1,), [408, 200]),
+        ({"requests": 2}, (9, 9, 9), [200, 200, 503]),
+        ({"megabytes_at_once": 1.5}, (2_000_000, 9), [200, 503]),
+        ({"megabytes_at_once": 1.5}, (1_000_000, 400_000, 400_000), [200, 200, 503]),
+        ({"slow_seconds": 0.01}, (9, 9), [408, 408]),
     ],
-    ids=["number", "queue", "patience", "size", "patience for size", "time"],
 )
-def test_requests_wait_for_their_turn_and_no_longer(limits, sizes, statuses):
-    async def test():
-        return await Wire(limits).ask_at_once(*sizes)
+def test_requests_beyond_a_limit_are_refused_and_leave_room(limits, sizes, statuses):
+    let_in, late = asyncio.Event(), "slow_seconds" in limits
 
-    answers = asyncio.run(test())
+    async def slow_echo(scope, receive, send):
+        await receive()
+        await asyncio.sleep(0.1)
+        await echo({**scope, "method": "GET"}, receive, send)
+
+    async def test():
+        settings = Settings(workers=1, limits=Limits(**limits))
+        access = Access(with_errors(slow_echo), settings)
+        asked = [asyncio.create_task(ask(access, let_in, size)) for size in sizes]
+        await asyncio.sleep(0.1)
+        let_in.set()
+        answers = await asyncio.gather(*asked)
+        later, _ = await ask(access, let_in, 9)
+        assert access.inside == 0
+        return answers, later
+
+    answers, later = asyncio.run(test())
     assert [status for status, _ in answers] == statuses
-    assert all(headers[b"retry-after"].isdigit() for status, headers in answers if status == 503)
+    assert later == 200
+    if not late:
+        assert answers[-1][1][b"retry-after"].isdigit()

@@ -9,10 +9,10 @@ import pytest
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_on
-from fpmatch.server.logs import set_up_logging
 from fpmatch.server.settings import Client, Role, digest_of
+from fpmatch.server.watch import set_up_logging
 
-from .conftest import served_gallery, serving
+from .conftest import served_gallery, serving, wait_until
 
 TOKEN = "a-long-enough-token"
 GUEST = "another-long-enough-token"
@@ -56,7 +56,7 @@ def test_metrics_count_requests(http):
     text = http.get("/metrics", headers=bearer).text
     assert 'fpmatch_requests_total{route="/health",status="200"}' in text
     assert "fpmatch_request_seconds_bucket" in text
-    assert "fpmatch_requests_waiting 0.0" in text
+    assert "fpmatch_requests_inside 1.0" in text
 
 
 def test_a_print_is_enrolled_identified_claimed_listed_and_removed(http, prints, gallery_place):
@@ -125,6 +125,7 @@ def test_requests_are_logged(http, form):
         set_up_logging(form, stream)
         http.get("/health")
         http.get("/about")
+        wait_until(lambda: stream.getvalue().count("fpmatch.access") == 2)
     finally:
         root.handlers[:], level = kept
         root.setLevel(level)

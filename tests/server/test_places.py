@@ -11,8 +11,7 @@ import fpmatch
 from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch as command
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.app import STATIC
-from fpmatch.server.settings import Client, Limits, Role, digest_of
+from fpmatch.server.settings import STATIC, Client, Limits, Role, digest_of
 
 from .conftest import served_gallery
 
@@ -64,7 +63,9 @@ def server(place, prints, plugins):
     with open_gallery(place / "prints.db") as gallery:
         assert all(MARKER in entry.source for entry in gallery.entries())
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
-    with served_gallery(place / "prints.db", clients=clients, limits=Limits(file_megabytes=4.0)) as client:
+    with served_gallery(
+        place / "prints.db", clients=clients, limits=Limits(file_megabytes=4.0)
+    ) as client:
         yield client
 
 

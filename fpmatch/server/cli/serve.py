@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 _PACKAGES: Final = (
     "fastapi",
+    "hypercorn",
     "prometheus_client",
     "python_multipart",
     "pythonjsonlogger",
-    "uvicorn",
 )
 
 

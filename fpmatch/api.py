@@ -219,7 +219,7 @@ def verify(
 
     References
     ----------
-    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization", Fig. 7.
+    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization".
 
     Examples
     --------

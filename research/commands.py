@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.base.output import atomic_write_bytes, check_writable, reason
-from fpmatch.cli.notes import say_outdated_kernels
+from fpmatch.cli.notes import say_kernels
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
-        say_outdated_kernels()
+        say_kernels()
         try:
             if ctx.params.get("json_file") is not None:
                 check_writable(ctx.params["json_file"])
@@ -134,7 +134,6 @@ research.add_command(
         modules={
             "score": ("training.score", "Weights of the default matcher's score."),
             "quality": ("training.quality", "Weights of the quality of prints."),
-            "polarity": ("training.polarity", "Weights of the polarity of prints."),
             "enhancer": ("training.enhancer_net", "The network that enhances ridges."),
             "embedding": ("training.embedding_net", "The network that makes embeddings of prints."),
             "index": ("training.index", "The index of large galleries."),

@@ -1,7 +1,6 @@
 """What several tests share: templates and pictures of prints that never were."""
 
 import csv
-import importlib
 import importlib.util
 import re
 import shutil
@@ -21,6 +20,7 @@ from PIL import Image
 import fpmatch
 from fpmatch.base.kernels import compiled_kernels
 from fpmatch.cli.group import fpmatch as main
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 # `research` and the benchmarks are not installed. The root stands last on the path: it holds the
@@ -30,6 +30,10 @@ sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 
 PACKAGE = Path(fpmatch.__file__).parent
 KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
+RUNS_COMPILED = re.compile(
+    r"fpmatch\.matching\.(pipeline\.(match|_kernels)|prints\.(_kernels|prepare |neighbour|bit_))"
+    r"|import .*prefilter_scores|from (kernel|score)_cases"
+)
 IMPORT = re.compile(r"from (fpmatch[\w.]*) import (\([^)]*\)|.*)")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
@@ -42,10 +46,10 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.base.kernels import outdated_kernels_note
+    from fpmatch.base.kernels import kernels_text, outdated_kernels
 
-    if note := outdated_kernels_note():
-        raise pytest.UsageError(note)
+    if outdated_kernels():
+        raise pytest.UsageError(kernels_text())
 
 
 @cache
@@ -70,6 +74,13 @@ def kernels_of(path):
             if name.startswith(f"{folder}."):
                 kernels |= called_kernels().get(name, set())
     return kernels
+
+
+def pytest_ignore_collect(collection_path):
+    """Leave out the tests of what runs compiled only, where it is not."""
+    if COMPILED or not collection_path.match("test_*.py"):
+        return None
+    return True if RUNS_COMPILED.search(collection_path.read_text("utf-8")) else None
 
 
 def pytest_collection_modifyitems(items):
@@ -159,14 +170,6 @@ def fingers():
 
 
 @pytest.fixture(scope="session")
-def stripes():
-    """Return a 240 x 220 picture of straight ridges on white, whose lines are all alike."""
-    y, x = np.mgrid[:240, :220].astype(float)
-    inside = np.hypot(x - 110, y - 120) < 95
-    return np.where(inside, 127 + 100 * np.cos(0.7 * x), 255).astype(np.uint8)
-
-
-@pytest.fixture(scope="session")
 def pressed():
     """Return synthetic prints with pores and creases of two fingers, two of each, on white."""
     from fpmatch.lab.synthesis.impression import make_impression
@@ -196,23 +199,6 @@ def interpreted():
         return module
 
     return load
-
-
-@pytest.fixture
-def bench(monkeypatch):
-    """The module `fake_bench`, importable in worker processes too."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parent / "lab" / "evaluation"))
-    return importlib.import_module("fake_bench")
-
-
-@pytest.fixture
-def make_database(tmp_path, bench):
-    """Write a database of prints that `fake_bench.extractor` understands."""
-
-    def make(name="db", fingers=5, impressions=4, contents=None, toml=None):
-        return bench.write_database(tmp_path / name, fingers, impressions, contents, toml)
-
-    return make
 
 
 @pytest.fixture

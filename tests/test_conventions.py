@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fpmatch.formats.files import load_record
-from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
+from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.pointset.geometry.pairing import greedy_pairs

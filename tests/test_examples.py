@@ -9,10 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
-from research import notebook
+from fpmatch.matching.compiled import COMPILED
 from research.notebook import shown
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -94,23 +92,3 @@ def test_the_notebook_runs_and_shows_what_is_stored(ran):
     assert "image/png" in by_last_line["plt.show()"]
     if COMPILED:
         assert now == stored
-
-
-def test_outputs_of_another_version_are_found_and_stored(tmp_path, monkeypatch):
-    cell = {"cell_type": "code", "source": "x", "execution_count": 1, "id": "a", "metadata": {}}
-
-    def of(text):
-        output = {"output_type": "stream", "name": "stdout", "text": text}
-        return json.dumps({"cells": [cell | {"outputs": [output]}]})
-
-    path = tmp_path / "examples.ipynb"
-    path.write_text(of("score 59.04, 3.1 ms"))
-    monkeypatch.setattr(notebook, "NOTEBOOK", path)
-    monkeypatch.setattr(notebook, "ROOT", tmp_path)
-    for text, differs in (("score 59.01, 27 s", False), ("score 59.2, 3.1 ms", True)):
-        monkeypatch.setattr(notebook, "executed", lambda _, text=text: of(text))
-        checked = CliRunner().invoke(notebook.command, ["--check"])
-        assert (checked.exit_code, "differs" in checked.output) == (int(differs), differs)
-    assert path.read_text() == of("score 59.04, 3.1 ms")
-    assert CliRunner().invoke(notebook.command, []).output == "examples.ipynb: written\n"
-    assert path.read_text() == of("score 59.2, 3.1 ms")

@@ -9,7 +9,6 @@ import pytest
 from packaging.requirements import Requirement
 
 from fpmatch._version import __version__
-from fpmatch.cli.doctor import CORE, EXTRAS
 from fpmatch.server.cli.serve import serve
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -32,14 +31,6 @@ def names(requirements):
 
 def test_the_recipe_has_the_version_of_the_package():
     assert read_yaml("packaging/conda/recipe.yaml")["context"]["version"] == __version__
-
-
-def test_the_packages_that_doctor_lists_are_those_of_the_project(project):
-    extras = project["project"]["optional-dependencies"]
-    assert {name.lower() for name in CORE} == names(project["project"]["dependencies"])
-    assert set(extras) - set(EXTRAS) == {"bench", "browser", "dev", "docs", "test", "train"}
-    for extra, packages in EXTRAS.items():
-        assert set(packages) == names(extras[extra])
 
 
 def test_the_recipe_needs_what_the_package_needs(project):

@@ -80,24 +80,6 @@ def test_the_folder_is_made_from_what_the_script_asks_for():
     assert len(FINGERS) == sample_data.FINGERS
 
 
-def test_the_script_replaces_prints_and_leaves_the_rest(tmp_path, monkeypatch):
-    made, kept = {"101_1.tif", "dataset.toml", "truth/101.json"}, {"README.md", "stars.csv"}
-
-    def write(folder, names, text):
-        (folder / "truth").mkdir(parents=True)
-        for name in names:
-            (folder / name).write_text(text)
-
-    monkeypatch.setattr(sample_data, "make_database", lambda out, **_: write(out, made, "new"))
-    write(tmp_path, {*kept, *made, "105_1.tif", "truth/105.json"}, "old")
-    sample_data.make_sample_prints(tmp_path)
-    texts = {path.relative_to(tmp_path).as_posix(): path for path in tmp_path.rglob("*.*")}
-    assert {name: path.read_text() for name, path in texts.items()} == {
-        **dict.fromkeys(kept, "old"),
-        **dict.fromkeys(made, "new"),
-    }
-
-
 def test_the_points_are_made_as_they_are_here_and_their_match_is_the_truth(tmp_path, run_research):
     assert run_research("sample-data", tmp_path, "--only", "points").exit_code == 0
     for name in ("stars.csv", "catalogue.csv", "points_truth.json"):

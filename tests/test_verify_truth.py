@@ -13,7 +13,7 @@ from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity

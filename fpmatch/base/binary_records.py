@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 class ByteReader:
     """Read big-endian numbers from `data`, from byte `at` on.
 
-    Where the bytes end too soon, it raises what `error` makes of the reason.
+    Raises ``error(reason)`` where the bytes end too soon.
     """
 
     def __init__(self, data: bytes, error: Callable[[str], Exception], at: int = 0) -> None:

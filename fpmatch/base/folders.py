@@ -24,8 +24,8 @@ def make_folder(
 ) -> None:
     """Make a folder and its parents where they are missing; raise OutputError if that fails.
 
-    Only their owner may list them, unless they are `public`. The rights of a folder that is there
-    already stay as they are, or are made so too with `narrow`.
+    Only their owner may list them, unless they are `public`. An existing folder keeps its rights,
+    unless `narrow`.
     """
     folder = Path(path)
     try:
@@ -48,10 +48,10 @@ def write_files(
 
 
 def make_private(path: str | os.PathLike[str]) -> bool:
-    """Withdraw from others the rights on a file or folder; return whether only the owner has any.
+    """Remove the rights of others on a file or folder; return whether only the owner has any.
 
-    Nothing is changed where the group may write, which somebody has set for a shared gallery, apart
-    from the rights of all others. Nor can it be changed where it belongs to another user.
+    Where the group may write, as in a shared gallery, the group keeps its rights. Files of other
+    users stay as they are.
     """
     place = Path(path)
     if os.name == "nt":  # there, rights are inherited from the folder

@@ -24,8 +24,8 @@ def compiled_kernels() -> dict[str, bool]:
 def outdated_kernels() -> list[str]:
     """Return the names of the kernels of a source tree that are older than their files.
 
-    Where others are compiled, a kernel that is not compiled is one of them, too. A new ``.pxd``
-    file renews all. Times are whole seconds: setuptools keeps no more where it copies a kernel.
+    Where others are compiled, a kernel that is not compiled is one of them. A changed ``.pxd`` file
+    makes all of them old. Times are compared in whole seconds: setuptools copies no fractions.
     """
     folders = _folders() if in_source_tree() else []
     files = _compiled_files(folders)
@@ -51,9 +51,9 @@ def in_source_tree() -> bool:
 
 
 def other_sources_note() -> str | None:
-    """Return what is noted where the working directory is in a clone with other sources than these.
+    """Return a note where the working directory is in a clone with other sources, else None.
 
-    None where it is in no clone, in that of this package, or in one with the same sources.
+    There is none in the clone of this package, or in one with the same sources.
     """
     clone = _clone_here()
     if clone is None or _same_sources(clone / _PACKAGE.name):
@@ -79,7 +79,7 @@ def kernels_text() -> str:
 
 
 def slow_kernels_note() -> str | None:
-    """Return what long work notes first where kernels do not run compiled; None where all do."""
+    """Return the note before long work that kernels are not compiled; None where all are."""
     kernels = compiled_kernels()
     slow = len(kernels) - sum(kernels.values())
     if not slow:
@@ -88,11 +88,6 @@ def slow_kernels_note() -> str | None:
         f"{slow} of {len(kernels)} kernels are not compiled: batches take many times as long, with "
         f"the same results; `{build_command()}` compiles them where there is a C compiler"
     )
-
-
-def outdated_kernels_note() -> str | None:
-    """Return what is noted where kernels are out of date; None where none is."""
-    return kernels_text() if outdated_kernels() else None
 
 
 def build_command(clone: Path | None = None) -> str:

@@ -22,14 +22,14 @@ _ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC")
 
 
 class Network:
-    """Run the network in a file of the package; every thread reads it once, and has its own."""
+    """A neural network in a file of the package; each thread loads its own copy, once."""
 
     def __init__(self, path: Path, sha256: str) -> None:
         self.path, self.sha256 = path, sha256
         self._own = threading.local()
 
     def __call__(self, given: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return what the network makes of its input.
+        """Return the output of the network.
 
         Raises FpmatchError if the file is missing, damaged or of another version, or OpenCV cannot
         use it.

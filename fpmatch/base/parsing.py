@@ -40,7 +40,7 @@ def read_regular(
     error: Callable[[str], Exception],
     others: tuple[str, str],
 ) -> bytes:
-    """Return up to `most` + 1 bytes of a regular file; raise what `error` makes of the reason.
+    """Return up to `most` + 1 bytes of a regular file; raise ``error(reason)`` if it fails.
 
     `others` names what is there instead, a folder or something else.
     """

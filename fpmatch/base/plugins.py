@@ -34,7 +34,7 @@ _PARTS: Final = {  # what an object of a group must have
 
 
 class PluginError(FpmatchError):
-    """What another package adds cannot be loaded."""
+    """A plug-in of another package cannot be loaded."""
 
 
 @dataclass(frozen=True, slots=True)

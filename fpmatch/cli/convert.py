@@ -111,13 +111,14 @@ def convert(
     from fpmatch.base.output import check_writable
     from fpmatch.formats.files import save_record
     from fpmatch.formats.record import TemplateRecord, View
-    from fpmatch.image.dataset_folder import described
+    from fpmatch.image.dataset_folder import folder_settings
     from fpmatch.prints.reading import PrintReader, content_of, read_given_print
 
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
     check_writable(target)
     if source_format or content_of(source) in {"template", "both"}:
-        prints = _template(source, source_format, described(source, dpi=dpi)[1], size, angles)
+        _, stated_dpi = folder_settings(source, dpi=dpi)
+        prints = _template(source, source_format, stated_dpi, size, angles)
         prints = prints if record is None else prints.of_view(record, source)
     else:
         given = read_given_print(

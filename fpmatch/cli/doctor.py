@@ -1,12 +1,11 @@
-"""`fpmatch doctor`: what is installed and what it can use, with versions, kernels and memory."""
+"""`fpmatch doctor`: what is installed and what is missing, with versions and kernels."""
 
 from __future__ import annotations
 
-import os
 import platform
+import re
 import sys
-from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,150 +22,100 @@ from fpmatch.formats.registry import CODECS
 from fpmatch.matching.registry import own_matcher_names
 from fpmatch.printable import json_text, text_table
 
-# Of pyproject.toml, which an installed package does not contain; a test compares them.
-CORE: Final = (
-    *("numpy", "scipy", "opencv-python-headless", "scikit-image", "pillow", "click", "Cython"),
-    *("lazy-loader", "threadpoolctl", "SQLAlchemy", "platformdirs", "jinja2", "filelock"),
-)
-EXTRAS: Final = {
-    "plot": ("matplotlib",),
-    "web": (
-        *("fastapi", "h11", "hypercorn", "prometheus-client", "python-json-logger"),
-        *("python-multipart", "starlette"),
-    ),
-    "postgres": ("psycopg",),
-    "parquet": ("pyarrow",),
-    "encryption": ("cryptography", "keyring"),
-    "dask": ("distributed", "tornado"),
-}
+_FOR_DEVELOPERS: Final = {"bench", "browser", "dev", "docs", "test", "train"}  # extras
+_REQUIRED: Final = re.compile(r"""([\w.-]+).*?(?:;\s*extra\s*==\s*["']([\w-]+)["'])?\s*""")
 _OTHER_NAMES: Final = {
     "opencv-python-headless": ("opencv-python", "opencv-contrib-python-headless", "opencv")
 }
-_MEMORY_LIMITS: Final = (  # of a container, by the second and the first version of Linux's cgroups
-    Path("/sys/fs/cgroup/memory.max"),
-    Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
-)
 
 
-@dataclass(frozen=True, slots=True)
-class PluginState:
-    """A matcher or format of another package; `problem` is "" if it can be used."""
+def inspect_installation() -> dict[str, Any]:
+    """Return what is installed, as JSON values; plug-ins are imported, kernels are not.
 
-    name: str
-    source: str  # package, version and module
-    problem: str
-
-
-@dataclass(frozen=True, slots=True)
-class Installation:
-    """The parts that are installed; versions are None for packages that are missing."""
-
-    version: str
-    folder: str
-    python: str
-    free_threaded: bool
-    platform: str
-    packages: dict[str, str | None]
-    extras: dict[str, dict[str, str | None]]
-    kernels: dict[str, bool]
-    outdated_kernels: tuple[str, ...]
-    cores: int
-    memory: int | None
-    memory_limit: int | None
-    matchers: tuple[PluginState, ...]
-    formats: tuple[PluginState, ...]
-    commands: tuple[PluginState, ...]
-
-    @property
-    def engines(self) -> dict[str, bool]:
-        """Whether each engine can be used."""
-        return {"serial": True, "processes": True, "dask": None not in self.extras["dask"].values()}
-
-    @property
-    def problems(self) -> list[str]:
-        """What is missing or fails; kernels that are not compiled work."""
-        missing = [f"{name} is not installed" for name, one in self.packages.items() if one is None]
-        failed = [
-            f"{kind} {one.name}: {one.problem}"
-            for kind, plugins in self._plugins.items()
-            for one in plugins
-            if one.problem
-        ]
-        outdated = [f"kernels out of date: `{build_command()}` compiles them"]
-        return missing + failed + outdated * bool(self.outdated_kernels)
-
-    @property
-    def _plugins(self) -> dict[str, tuple[PluginState, ...]]:
-        """What other packages add, by its kind."""
-        return {"matcher": self.matchers, "format": self.formats, "command": self.commands}
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything as JSON values."""
-        return {**asdict(self), "engines": self.engines, "problems": self.problems}
-
-    def as_text(self) -> str:
-        """Return everything as lines for people."""
-        memory = _gigabytes(self.memory)
-        if self.memory_limit is not None:
-            memory += f", of which this container may use {_gigabytes(self.memory_limit)}"
-        slow = [name for name, compiled in self.kernels.items() if not compiled]
-        compiled = f"{len(self.kernels) - len(slow)} of {len(self.kernels)} compiled"
-        if slow:
-            names = f", not {', '.join(slow)}" if len(slow) < len(self.kernels) else ""
-            compiled += f"{names}: slow; with a C compiler, `{build_command()}` compiles them"
-        if self.outdated_kernels:
-            compiled += f"; out of date: {', '.join(self.outdated_kernels)}"
-        engines = [name for name, usable in self.engines.items() if usable]
-        rows = [
-            ("fpmatch", f"{self.version}, in {self.folder}"),
-            ("Python", f"{self.python}{', free-threaded' * self.free_threaded}"),
-            ("system", self.platform),
-            ("cores", str(self.cores)),
-            ("memory", memory),
-            ("kernels", compiled),
-            ("engines", ", ".join(engines)),
-            ("packages", _versions(self.packages)),
-        ]
-        rows += [(f"extra {name}", _versions(versions)) for name, versions in self.extras.items()]
-        for kind, plugins in self._plugins.items():
-            shown = [f"{one.name} ({one.source})" for one in plugins if not one.problem]
-            rows.append((f"{kind}s added", ", ".join(shown) or "none"))
-        return text_table(rows, left=2)
+    Versions are None for packages that are missing. ``problems`` has what is missing or fails;
+    kernels that are not compiled work.
+    """
+    packages = _packages()
+    plugins = {
+        "matchers": _plugins(MATCHERS, own_matcher_names()),
+        "formats": _plugins(FORMATS, {codec.name for codec in CODECS}),
+        "commands": _plugins(COMMANDS, set()),
+    }
+    outdated = outdated_kernels()
+    needed = packages.pop("", {})
+    missing = [f"{name} is not installed" for name, one in needed.items() if one is None]
+    failed = [
+        f"{kind[:-1]} {one['name']}: {one['problem']}"
+        for kind, of in plugins.items()
+        for one in of
+        if one["problem"]
+    ]
+    old = [f"kernels out of date: `{build_command()}` compiles them"] * bool(outdated)
+    return {
+        "version": __version__,
+        "folder": str(Path(__file__).parents[1]),
+        "python": f"{platform.python_implementation()} {platform.python_version()}, "
+        f"{sys.executable}",
+        "platform": platform.platform(),
+        "cores": available_cores(),
+        "packages": needed,
+        "extras": packages,
+        "kernels": compiled_kernels(),
+        "outdated_kernels": outdated,
+        **plugins,
+        "problems": missing + failed + old,
+    }
 
 
-def inspect_installation() -> Installation:
-    """Return what is installed; plug-ins are imported, kernels are not."""
-    memory, limit = _memory(), _memory_limit()
-    return Installation(
-        version=__version__,
-        folder=str(Path(__file__).parents[1]),
-        python=f"{platform.python_implementation()} {platform.python_version()}, {sys.executable}",
-        free_threaded=not getattr(sys, "_is_gil_enabled", lambda: True)(),
-        platform=platform.platform(),
-        packages={name: _version(name) for name in CORE},
-        extras={extra: {name: _version(name) for name in names} for extra, names in EXTRAS.items()},
-        kernels=compiled_kernels(),
-        outdated_kernels=tuple(outdated_kernels()),
-        cores=available_cores(),
-        memory=memory,
-        memory_limit=limit if limit is not None and limit < (memory or limit + 1) else None,
-        matchers=_plugins(MATCHERS, own_matcher_names()),
-        formats=_plugins(FORMATS, {codec.name for codec in CODECS}),
-        commands=_plugins(COMMANDS, set()),
-    )
+def installation_text(installed: dict[str, Any]) -> str:
+    """Return what `inspect_installation` returns as lines for people."""
+    kernels, outdated = installed["kernels"], installed["outdated_kernels"]
+    slow = [name for name, compiled in kernels.items() if not compiled]
+    compiled = f"{len(kernels) - len(slow)} of {len(kernels)} compiled"
+    if slow:
+        names = f", not {', '.join(slow)}" if len(slow) < len(kernels) else ""
+        compiled += f"{names}: slow; with a C compiler, `{build_command()}` compiles them"
+    if outdated:
+        compiled += f"; out of date: {', '.join(outdated)}"
+    rows = [
+        ("fpmatch", f"{installed['version']}, in {installed['folder']}"),
+        ("Python", installed["python"]),
+        ("system", installed["platform"]),
+        ("cores", str(installed["cores"])),
+        ("kernels", compiled),
+        ("packages", _versions(installed["packages"])),
+    ]
+    rows += [(f"extra {name}", _versions(of)) for name, of in installed["extras"].items()]
+    for kind in ("matchers", "formats", "commands"):
+        usable = [one for one in installed[kind] if not one["problem"]]
+        shown = [f"{one['name']} ({one['source']})" for one in usable]
+        rows.append((f"{kind} added", ", ".join(shown) or "none"))
+    return text_table(rows, left=2)
 
 
-def _plugins(group: str, own: set[str]) -> tuple[PluginState, ...]:
-    """Return the state of each plug-in of a group; `own` are the names that fpmatch uses."""
+def _packages() -> dict[str, dict[str, str | None]]:
+    """Return the versions of the packages that fpmatch requires, by extra, "" for none."""
+    try:
+        required = requires("fpmatch") or []
+    except PackageNotFoundError:  # the source tree alone
+        required = []
+    packages: dict[str, dict[str, str | None]] = {}
+    for match in filter(None, map(_REQUIRED.fullmatch, required)):
+        name, extra = match[1], match[2] or ""
+        if extra not in _FOR_DEVELOPERS:
+            packages.setdefault(extra, {})[name] = _version(name)
+    return packages
+
+
+def _plugins(group: str, own: set[str]) -> list[dict[str, str]]:
+    """Return name, source and problem of each plug-in of a group; `own` are fpmatch's names."""
     plugins = load_plugins(group)
-    return tuple(
-        PluginState(
-            name,
-            plugin_source(group, name),
-            "the name is one of fpmatch's own" if name in own else plugins.failures.get(name, ""),
-        )
-        for name in sorted({*plugins.loaded, *plugins.failures})
-    )
+    taken = dict.fromkeys(own, "the name is one of fpmatch's own")
+    problems = dict.fromkeys(plugins.loaded, "") | plugins.failures
+    return [
+        {"name": name, "source": plugin_source(group, name), "problem": taken.get(name, why)}
+        for name, why in sorted(problems.items())
+    ]
 
 
 def _version(name: str) -> str | None:
@@ -180,29 +129,6 @@ def _version(name: str) -> str | None:
 
 def _versions(versions: dict[str, str | None]) -> str:
     return ", ".join(f"{name} {one or 'missing'}" for name, one in versions.items())
-
-
-def _memory() -> int | None:
-    """Return the bytes of memory of this computer; None where Python cannot tell."""
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):
-        return None
-
-
-def _memory_limit() -> int | None:
-    """Return the bytes that the container may use; None where there is no limit."""
-    for file in _MEMORY_LIMITS:
-        try:
-            text = file.read_text(encoding="ascii").strip()
-        except OSError:
-            continue
-        return int(text) if text.isdecimal() else None
-    return None
-
-
-def _gigabytes(count: int | None) -> str:
-    return "unknown" if count is None else f"{count / 2**30:.1f} GiB"
 
 
 @click.command(
@@ -226,7 +152,7 @@ slowly; one that is out of date was compiled before its file changed.
 )
 @json_option
 def doctor(list_matchers: bool, as_json: bool) -> int:
-    """Show what is installed: versions, compiled kernels, extras, plug-ins, cores and memory.
+    """Show what is installed: versions, compiled kernels, extras, plug-ins, cores.
 
     Send it along when you report a problem: it contains no prints and no names of files of yours
     other than the folder of the installation.
@@ -236,7 +162,7 @@ def doctor(list_matchers: bool, as_json: bool) -> int:
 
         show(json_text(matchers_document()) if as_json else matchers_text())
         return 0
-    installation = inspect_installation()
-    show(json_text(installation.as_dict()) if as_json else installation.as_text())
-    say_errors(installation.problems)
-    return 1 if installation.problems else 0
+    installed = inspect_installation()
+    show(json_text(installed) if as_json else installation_text(installed))
+    say_errors(installed["problems"])
+    return 1 if installed["problems"] else 0

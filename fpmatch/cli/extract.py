@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import click
-from click.core import ParameterSource
 
-from fpmatch.cli.command import Command
+from fpmatch.cli.command import Command, check_combination, load_object
+from fpmatch.cli.given_files import given_files
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import (
     MIRROR,
@@ -18,13 +18,11 @@ from fpmatch.cli.options import (
     angles_option,
     enhance_option,
     files_argument,
-    files_of,
     json_option,
     output_option,
     reading_options,
 )
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.wings import from_wing
 from fpmatch.errors import FpmatchError, OutputError, TemplateError
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.printable import count, json_text, printable
@@ -137,63 +135,54 @@ def extract(
     """
     from fpmatch.base.folders import make_folder
     from fpmatch.base.output import check_writable
-    from fpmatch.image.dataset_folder import resolution_of
-    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
-    from fpmatch.templates.minutiae import check_dpi
 
+    check_combination({"subject": "gallery"}, excluding="gallery", excluded=_OF_IMAGES)
     if gallery is not None:
-        _refuse_options_of_images(file_format)
-        export = from_wing("gallery", "cli.export", "export_gallery", used_by="extract --gallery")
+        if file_format == STAGES:
+            raise click.UsageError("--format stages cannot be combined with --gallery")
+        export = load_object(
+            "fpmatch.gallery.cli.export:export_gallery", used_by="extract --gallery"
+        )
         return cast("int", export(gallery, output, file_format, subject))
-    if subject is not None:
-        raise click.UsageError("--subject is of --gallery")
     if not images:
         raise click.MissingParameter(param_hint="'IMAGE|DIR...'", param_type="argument")
-    if dpi is not None:
-        check_dpi(dpi)
-    listed = files_of(images)
-    images = tuple(image for image, _ in listed)
-    folders = [image.relative_to(above or image.parent).parent for image, above in listed]
-    stems = [folder / image.stem for folder, image in zip(folders, images, strict=True)]
-    _refuse_shared_names(images, stems)
+    reader = PrintReader(raw, quiet=True, angles=angles, record=record, mirror=mirror)
+    files = given_files(images, reader, polarity=polarity, dpi=dpi)
+    stems = [file.place.parent / file.path.stem for file in files]
+    _refuse_shared_names([file.path for file in files], stems)
     if output.exists():
         make_folder(output)  # fails for a file
-    check_writable(output / images[0].name)
-    reader = PrintReader(raw, quiet=True, angles=angles, record=record, mirror=mirror)
-    places = {image.parent: above for image, above in listed if above is not None}
-    traits = find_traits(images, polarity=polarity, dpi=dpi, reader=reader, places=places)
-    of_folder = FolderReader(reader, traits, dpi)
-    if len(images) > 1:
+    check_writable(output / files[0].path.name)
+    if len(files) > 1:
         say_slow_kernels()
     failures: list[FpmatchError] = []
     done: list[_Extracted] = []
     with ProgressBars({"extract": "extracting"}) as bars:
-        for number, (image, stem) in enumerate(zip(images, stems, strict=True), start=1):
+        for number, (file, stem) in enumerate(zip(files, stems, strict=True), start=1):
             try:
-                own_dpi = dpi or resolution_of(image, places.get(image.parent))
                 recorder = StageRecorder() if file_format == STAGES else None
-                how: dict[str, Any] = {"dpi": own_dpi, "enhance": enhance, "recorder": recorder}
-                given = make_given_print(of_folder(image), str(image), **how)
+                how: dict[str, Any] = {"dpi": file.dpi, "enhance": enhance, "recorder": recorder}
+                given = make_given_print(file.read(file.path), str(file.path), **how)
                 if recorder is None:
-                    files = _write(given.template, output / stem, file_format)
+                    written = _write(given.template, output / stem, file_format)
                 else:
-                    files = _draw(recorder, image, output / stem)
+                    written = _draw(recorder, file.path, output / stem)
                 minutiae = len(given.template.minutiae)
-                done.append(_Extracted(image, files, minutiae, given.quality, given.notes))
+                done.append(_Extracted(file.path, written, minutiae, given.quality, given.notes))
             except OutputError as error:
                 failures.append(error)
                 break
             except FpmatchError as error:
                 failures.append(error)
-            bars.show("extract", number, len(images))
+            bars.show("extract", number, len(files))
     templates = [one.as_dict() for one in done]
     document = {"templates": templates, "failures": list(map(str, failures))}
     show(
         json_text(document)
         if as_json
-        else printable(_as_text(done, len(images), output, file_format))
+        else printable(_as_text(done, len(files), output, file_format))
     )
     say_notes(group_by_note((one.image, one.notes) for one in done))
     for one in done:
@@ -201,20 +190,6 @@ def extract(
             say_note(f"{one.image}: {one.quality}")
     say_errors(failures)
     return 2 if failures else 0
-
-
-def _refuse_options_of_images(file_format: str) -> None:
-    """Fail where the command line has anything that is of images, in place of a gallery."""
-    ctx = click.get_current_context()
-    for param in ctx.command.params:
-        given = ctx.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
-        if given and param.name in _OF_IMAGES:
-            name = (
-                param.human_readable_name if param.param_type_name == "argument" else param.opts[0]
-            )
-            raise click.UsageError(f"{name} cannot be combined with --gallery")
-    if file_format == STAGES:
-        raise click.UsageError("--format stages cannot be combined with --gallery")
 
 
 def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format: str) -> str:

@@ -10,20 +10,41 @@ import click
 
 from fpmatch._version import __version__
 from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
-from fpmatch.cli.command import LazyGroup
-from fpmatch.cli.wings import from_wing, registered, wing_of
+from fpmatch.cli.command import Group
 from fpmatch.errors import FpmatchError
 from fpmatch.printable import message_text
 
-# Each sub-command is the object of its name in the module of its name, which is imported when it
-# runs: `fpmatch --help` imports none of them. Other commands are registered by the wings.
-CORE: Final = {
-    "verify": "Decide whether two images show the same finger.",
-    "extract": "Write templates of images, or each stage as a picture.",
-    "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
-    "inspect": "Show what files contain: format, size, minutiae, quality.",
-    "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
+# All commands, by the title of their section and the folder of the package that has them; the
+# folders after the first are wings. The command NAME is the object NAME of FOLDER.NAME.
+COMMANDS: Final = {
+    ("Commands", "cli"): {
+        "verify": "Decide whether two images show the same finger.",
+        "extract": "Write templates of images, or each stage as a picture.",
+        "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
+        "inspect": "Show what files contain: format, size, minutiae, quality.",
+        "doctor": "Show what is installed: versions, kernels, extras, plug-ins.",
+    },
+    ("Galleries and batches", "gallery.cli"): {
+        "enrol": "Enrol prints in a gallery, a database of templates.",
+        "identify": "Rank the subjects of a gallery by how well they match a probe.",
+        "gallery": "Show and change a gallery: list, check, remove, rewrite.",
+        "key": "List and make the keys of encrypted galleries.",
+        "score": "Compare all probes with all references, scores into a file.",
+    },
+    ("Server", "server.cli"): {
+        "serve": "Serve a web interface to compare prints, and an HTTP API.",
+    },
+    ("Laboratory", "lab.cli"): {
+        "explain": "Show each step of the method on two prints.",
+        "evaluate": "Measure error rates on databases of prints.",
+        "evaluate-identification": "Measure error rates of searches (1:N).",
+        "rates": "Compute error rates of scores of any matcher.",
+        "synth": "Make synthetic prints with ground truth.",
+        "calibrate": "Fit scores to the rates of your own prints.",
+        "points": "Find the transform between two point sets.",
+    },
 }
+_OF_OTHERS: Final = "Commands of other packages"
 
 EXIT_ERROR: Final = 2
 EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
@@ -38,64 +59,58 @@ class _OneLineError(click.ClickException):
         """Print the line."""
         from fpmatch.cli.notes import say
 
-        say(f"error: {message_text(self.format_message())}")
+        say(f"error: {self.format_message()}")
 
 
-def _made_printable(error: click.ClickException) -> click.ClickException:
-    """Return an error about a command line, which repeats parts of it, as it may be shown."""
-    error.message = message_text(error.message)  # type: ignore[misc]
-    return error
+def _shown(error: Exception) -> Exception:
+    """Return an error as it is shown: of a command line with its usage, of input on one line."""
+    if isinstance(error, click.ClickException):
+        error.message = message_text(error.message)  # type: ignore[misc]  # it repeats the words
+        return error
+    if isinstance(error, OSError):
+        # other files raise FpmatchError: this is the output itself, on a full disk
+        return _OneLineError(message_text(f"{error.filename or 'output'}: {error.strerror}"))
+    return _OneLineError(message_text(error))
 
 
-def summaries() -> dict[str, str]:
-    """Return the summaries of all commands, of the core and of the wings that are installed."""
-    return CORE | {
-        name: text for wing in registered().values() for name, text in wing.commands.items()
+def _places() -> dict[str, str]:
+    return {
+        name: f"fpmatch.{folder}.{name.replace('-', '_')}:{name.replace('-', '_')}"
+        for (_, folder), commands in COMMANDS.items()
+        for name in commands
     }
 
 
-class _Fpmatch(LazyGroup):
+class _Fpmatch(Group):
     """The whole command: sub-commands return the exit status, errors are shown on one line.
 
-    The wings add theirs; other packages may, as entry points of `fpmatch.base.plugins.COMMANDS`.
+    Other packages may add commands, as entry points of `fpmatch.base.plugins.COMMANDS`.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names, the core's first."""
-        return list(summaries())
+        """Return the names of the commands, those of other packages last."""
+        return list(dict.fromkeys([*super().list_commands(ctx), *_added()]))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the sub-command `cmd_name`, of the core, a wing or another package."""
-        if cmd_name in CORE:
+        """Import the sub-command `cmd_name`, of fpmatch or another package."""
+        if cmd_name in self.lazy or cmd_name not in _added():
             return super().get_command(ctx, cmd_name)
-        if wing := wing_of(cmd_name):
-            name = cmd_name.replace("-", "_")
-            command = from_wing(wing, f"cli.{name}", name, used_by=cmd_name)
-            return cast("click.Command", command)
-        if cmd_name not in _added():
-            return None
-        from fpmatch.base.plugins import COMMANDS, load_plugin
+        from fpmatch.base.plugins import COMMANDS as ADDED
+        from fpmatch.base.plugins import load_plugin
 
-        return cast("click.Command", load_plugin(COMMANDS, cmd_name))
+        return cast("click.Command", load_plugin(ADDED, cmd_name))
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the summaries, then those of the wings and the commands of other packages."""
-        super().format_commands(ctx, formatter)
-        sections = {wing.title: wing.commands for wing in registered().values()}
-        known = summaries()
-        added = {name: of for name, of in _added().items() if name not in known}
-        sections["Commands of other packages"] = added
-        for title, commands in sections.items():
-            if commands:
-                with formatter.section(title):
-                    formatter.write_dl(list(commands.items()))
+    def sections(self, ctx: click.Context) -> dict[str, dict[str, str]]:
+        """Return the summaries, without importing the commands."""
+        own = {title: commands for (title, _), commands in COMMANDS.items()}
+        return own | {_OF_OTHERS: {k: of for k, of in _added().items() if k not in self.lazy}}
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
         """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
         try:
             return super().make_context(*args, **options)
         except click.ClickException as error:
-            raise _made_printable(error) from None
+            raise _shown(error) from None
         except KeyboardInterrupt:
             raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
 
@@ -103,58 +118,43 @@ class _Fpmatch(LazyGroup):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the sub-command that is named first; note before that other code runs, if so."""
-        resolved: tuple[str | None, click.Command | None, list[str]]
-        name = click.utils.make_str(args[0])
-        known = name in CORE or wing_of(name) is not None
-        if not known and name in _added():
-            resolved = name, self.get_command(ctx, name), args[1:]
-        else:
-            resolved = super().resolve_command(ctx, args)
+        resolved = super().resolve_command(ctx, args)
         if not ctx.resilient_parsing:
-            from fpmatch.cli.notes import say_other_sources, say_outdated_kernels
+            from fpmatch.cli.notes import say_kernels
 
-            say_other_sources()
-            if resolved[0] != "doctor":  # which lists them itself
-                say_outdated_kernels()
+            say_kernels(outdated=resolved[0] != "doctor")  # which lists them itself
         return resolved
 
     def invoke(self, ctx: click.Context) -> Any:
-        try:
-            self._invoke(ctx)
-        except (KeyboardInterrupt, Exception) as error:
-            if not is_interrupt(error):
-                raise
-            ctx.exit(EXIT_INTERRUPTED)
-
-    def _invoke(self, ctx: click.Context) -> None:
+        """Run a sub-command and exit with its status."""
         try:
             ctx.exit(super().invoke(ctx) or 0)
-        except click.ClickException as error:
-            raise _made_printable(error) from None
-        except FpmatchError as error:
-            raise _OneLineError(str(error)) from error
         except BrokenPipeError:
             # The reader has gone; otherwise the interpreter reports it again when it flushes.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             ctx.exit(EXIT_BROKEN_PIPE)
-        except OSError as error:
-            # other files raise FpmatchError: this is the output itself, on a full disk
-            raise _OneLineError(f"{error.filename or 'output'}: {error.strerror}") from error
+        except (KeyboardInterrupt, Exception) as error:
+            if is_interrupt(error):
+                ctx.exit(EXIT_INTERRUPTED)
+            if isinstance(error, click.ClickException | FpmatchError | OSError):
+                raise _shown(error) from None
+            raise
 
 
 def _added() -> dict[str, str]:
     """Return the commands that other packages add, and what each is of."""
-    from fpmatch.base.plugins import COMMANDS, plugin_names, plugin_source
+    from fpmatch.base.plugins import COMMANDS as ADDED
+    from fpmatch.base.plugins import plugin_names, plugin_source
 
-    return {name: plugin_source(COMMANDS, name) for name in plugin_names(COMMANDS)}
+    return {name: plugin_source(ADDED, name) for name in plugin_names(ADDED)}
 
 
 def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
     if requested and not ctx.resilient_parsing:
         from fpmatch.base.kernels import kernels_text
-        from fpmatch.cli.notes import say_other_sources, show_line
+        from fpmatch.cli.notes import say_kernels, show_line
 
-        say_other_sources()
+        say_kernels(outdated=False)
         show_line(f"fpmatch {__version__} ({kernels_text()})")
         ctx.exit()
 
@@ -162,8 +162,7 @@ def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> No
 @click.group(
     name="fpmatch",
     cls=_Fpmatch,
-    summaries=CORE,
-    prefix="fpmatch.cli.",
+    lazy=_places(),
     context_settings={
         "help_option_names": ["-h", "--help"],
         "max_content_width": 100,

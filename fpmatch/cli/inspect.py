@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.command import Command
+from fpmatch.cli.given_files import given_files
 from fpmatch.cli.notes import say_errors, show, show_line
 from fpmatch.cli.options import (
     PRINT,
     RECORD,
     files_argument,
-    files_of,
     json_array_option,
     reading_options,
 )
@@ -66,29 +66,18 @@ def inspect(
     them is separated by bars.
     """
     from fpmatch.cli.inspection import inspect_file
-    from fpmatch.image.dataset_folder import resolution_of
-    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.prints.reading import PrintReader
-    from fpmatch.templates.minutiae import check_dpi
 
     reader = PrintReader(raw, quiet=True, record=record).image
-    if dpi is not None:
-        check_dpi(dpi)
-    files = files_of(places)
-    above = {file.parent: place for file, place in files if place is not None}
-    traits = find_traits(
-        [file for file, _ in files], polarity=polarity, dpi=dpi, reader=reader, places=above
-    )
-    image_reader = FolderReader(reader, traits, dpi)
+    files = given_files(places, reader, polarity=polarity, dpi=dpi)
     inspections: list[Inspection] = []
     failures = 0
     with ProgressBars({"inspect": "inspecting"}) as bars:
-        for number, (file, place) in enumerate(files, start=1):
+        for number, file in enumerate(files, start=1):
             if as_json or not sys.stdout.isatty():  # else the lines show how far it is
                 bars.show("inspect", number, len(files))
             try:
-                own_dpi = dpi or resolution_of(file, place)
-                inspection = inspect_file(file, image_reader=image_reader, dpi=own_dpi)
+                inspection = inspect_file(file.path, image_reader=file.read, dpi=file.dpi)
             except FpmatchError as error:
                 failures += 1
                 say_errors([error])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import click
 import numpy as np
 
-from fpmatch.cli.wings import from_wing
+from fpmatch.cli.command import load_object
 from fpmatch.errors import FpmatchError, ImageError, without_path
 from fpmatch.formats.files import load_record
 from fpmatch.formats.registry import codec_of_name
@@ -153,7 +153,7 @@ def _image(image: GreyImage, dpi: float | None) -> InspectedImage:
 def _doubts(template: Template) -> tuple[str, ...]:
     """Return doubts about a template; that it is two prints in one, the wing of galleries finds."""
     try:
-        find = from_wing("gallery", "listing.two_prints", "find_doubts", used_by="inspect")
+        find = load_object("fpmatch.gallery.listing.two_prints:find_doubts", used_by="inspect")
     except click.UsageError:  # the wing is missing
         return plausibility.find_doubts(template)
     return cast("tuple[str, ...]", find(template))

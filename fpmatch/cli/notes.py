@@ -51,19 +51,13 @@ def say_slow_kernels() -> None:
         say_note(note)
 
 
-def say_outdated_kernels() -> None:
-    """Note that kernels of a source tree are older than its files, where that is so."""
+def say_kernels(*, outdated: bool = True) -> None:
+    """Note that another copy than the current clone's runs, or that kernels are out of date."""
     from fpmatch.base import kernels
 
-    if note := kernels.outdated_kernels_note():
-        say_note(note)
-
-
-def say_other_sources() -> None:
-    """Note in a clone that what runs is not its code, where that is so."""
-    from fpmatch.base import kernels
-
-    if note := kernels.other_sources_note():
+    notes = [kernels.other_sources_note()]
+    notes += [kernels.kernels_text()] if outdated and kernels.outdated_kernels() else []
+    for note in filter(None, notes):
         say_note(note)
 
 

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.wings import from_wing
-from fpmatch.errors import did_you_mean
+from fpmatch.cli.command import load_object
+from fpmatch.errors import FpmatchError, did_you_mean
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.image.io.grey import RawSize
 
 # Of fpmatch.image.quality.polarity and fpmatch.image.enhancement.enhancers, which import OpenCV.
 POLARITIES: Final = ("auto", "dark", "white")
@@ -63,26 +61,19 @@ class Name(click.Choice[str]):
         return f"{message}{did_you_mean(str(value), self.choices)}"
 
 
-def image_size(text: str) -> RawSize:
-    """Return the size that WIDTHxHEIGHT on the command line means."""
-    from fpmatch.errors import ImageError
-    from fpmatch.image.io.grey import RawSize
+def parsed_by(place: str) -> Callable[[str], Any]:
+    """Return the type of a value that the method `parse` of a class reads; see `load_object`."""
 
-    try:
-        return RawSize.parse(text)
-    except ImageError as error:
-        raise click.BadParameter(str(error)) from error
+    def parse(text: str) -> Any:
+        try:
+            return load_object(place, used_by=text).parse(text)
+        except FpmatchError as error:
+            raise click.BadParameter(str(error)) from error
+
+    return parse
 
 
-def angle_convention(text: str) -> AngleConvention:
-    """Return the convention of angles that a text on the command line means."""
-    from fpmatch.errors import TemplateError
-    from fpmatch.formats.angles import AngleConvention
-
-    try:
-        return AngleConvention.parse(text)
-    except TemplateError as error:
-        raise click.BadParameter(str(error)) from error
+image_size: Final = parsed_by("fpmatch.image.io.grey:RawSize")
 
 
 class FormatChoice(Name):
@@ -162,22 +153,11 @@ matcher_option: Final = click.option(
 angles_option: Final = click.option(
     "--angles",
     metavar="deg|rad[,clockwise][,opposite]",
-    type=angle_convention,
+    type=parsed_by("fpmatch.formats.angles:AngleConvention"),
     hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
 )
-
-
-def files_of(places: Sequence[Path]) -> list[tuple[Path, Path | None]]:
-    """Return files, in place of a folder its prints, as `enrol` takes them.
-
-    With each is the folder above its own from which it was taken, None where that was not so.
-    """
-    if not any(place.is_dir() for place in places):
-        return [(place, None) for place in places]
-    of_place = from_wing("gallery", "listing.folders", "files_of", used_by="a folder")
-    return [(file.path, file.place) for place in places for file in of_place(place)]
 
 
 def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable[..., Any]:

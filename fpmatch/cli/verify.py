@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.command import Command
+from fpmatch.cli.command import Command, check_combination, load_object
 from fpmatch.cli.notes import say_note, say_notes_on, show
 from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.pair import compare_files, pair_options, pair_options_of
-from fpmatch.cli.wings import from_wing
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -21,6 +20,17 @@ if TYPE_CHECKING:
     from fpmatch.prints.pair import ComparedPair
 
 EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
+_NEEDS: Final = {
+    "subject": "gallery",
+    "finger": "gallery",
+    "view": "overlay_file",
+    "case_number": "case_report",
+    "notes": "case_report",
+    "ridge_map": "as_json",
+}
+_OF_TWO_FILES: Final = (
+    *("reference", "reference_dpi", "overlay_file", "case_report", "ridge_map"),
+)
 
 
 @click.command(
@@ -133,24 +143,16 @@ def verify(
     is -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000
     scores as high.
     """
-    if gallery is not None or subject is not None or finger is not None:
-        if overlay_file is not None or case_report is not None:
-            raise click.UsageError("--overlay and --case-report cannot be combined with --gallery")
-        if view is not None or ridge_map:
-            raise click.UsageError("--view and --ridge-map compare two files")
-        if gallery is None or subject is None:
-            raise click.UsageError("--gallery and --subject must be given together")
-        verify_claim = from_wing("gallery", "cli.claim", "verify_claim", used_by="verify --gallery")
-        decision = verify_claim(gallery, subject, finger, values, as_json=as_json)
-        return EXIT_STATUS[decision]
+    check_combination(_NEEDS, excluding="gallery", excluded=_OF_TWO_FILES)
+    if gallery is not None:
+        if subject is None:
+            raise click.UsageError("--gallery needs --subject")
+        verify_claim = load_object(
+            "fpmatch.gallery.cli.claim:verify_claim", used_by="verify --gallery"
+        )
+        return EXIT_STATUS[verify_claim(gallery, subject, finger, values, as_json=as_json)]
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
-    if overlay_file is None and view is not None:
-        raise click.UsageError("--view is of --overlay")
-    if case_report is None and (case_number or notes):
-        raise click.UsageError("--case-number and --notes are of --case-report")
-    if ridge_map and not as_json:
-        raise click.UsageError("--ridge-map is of --json")
     from fpmatch.base.output import check_writable
     from fpmatch.errors import MatcherError
     from fpmatch.matching.result import named

@@ -322,9 +322,9 @@ def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
 
 
 def of_text(data: bytes) -> bytes | None:
-    """Return the record whose base64 or hexadecimal digits a text is; None for other data.
+    """Return the record that a text encodes in base64 or hexadecimal; None for other data.
 
-    Of a text that is cut short, the record is cut short as well.
+    Where the text is cut short, so is the record. Raises TemplateError for a damaged text.
     """
     digits = re.sub(rb"\s+", b"", data.strip(b"\xef\xbb\xbf \t\r\n\"'")).rstrip(b"=")
     try:

@@ -37,10 +37,10 @@ class DatasetInfo:
     polarity: Polarity = "auto"  # "dark" or "white" ridges; "auto": unknown
 
 
-def described(
+def folder_settings(
     path: str | os.PathLike[str], *, polarity: Polarity = "auto", dpi: float | None = None
 ) -> tuple[Polarity, float | None]:
-    """Return polarity and resolution of a print: as given, else as ``dataset.toml`` beside it."""
+    """Return the polarity and the dpi given for a print, else those of its ``dataset.toml``."""
     info = read_dataset_info(Path(path).parent)
     return (info.polarity if polarity == "auto" else polarity), info.dpi if dpi is None else dpi
 

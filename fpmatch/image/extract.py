@@ -9,19 +9,14 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.enhancement.enhancers import ENHANCERS
+from fpmatch.image.enhancement.enhancers import ENHANCERS, MAPS
 from fpmatch.image.io.grey import GreyImage, ImageLimits
 from fpmatch.image.io.read import name_errors, read_image
-from fpmatch.image.preprocess.arrays import BLOCK_PX, UncropRecorder
+from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
-from fpmatch.image.quality.print_quality import (
-    MIN_CONCENTRATION,
-    PrintQuality,
-    grade,
-    wrong_resolution,
-)
+from fpmatch.image.quality.print_quality import PrintQuality, grade
 from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import (
@@ -47,8 +42,6 @@ if TYPE_CHECKING:
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, dpi=STANDARD_DPI)
 DEFAULT_ENHANCEMENT: Final = "learned"
-_NOTHING_FOUND: Final = {"no ridges", "too small"}  # reasons of an image to look at enlarged
-_ENLARGED: Final = 2.5
 
 
 def extract(
@@ -107,15 +100,10 @@ def extract(
 
     stretched = stretch_contrast(grey, source.pixels)
     box = foreground_box(stretched)
-    stages = UncropRecorder(recorder, box, (grey.shape[0], grey.shape[1]))
-    stages.record("input", grey)
     normalized = normalize(stretched[box.slices])
-    stages.record("normalised", normalized.pixels)
-    ridges = ENHANCERS[enhance](normalized, stages)
+    ridges = ENHANCERS[enhance](normalized)
     binary = binarize(ridges.enhanced, ridges.mask)
-    stages.record("binary", binary)
     skeleton = remove_spurs_and_islands(thin(binary))
-    stages.record("skeleton", skeleton)
 
     nodes = find_nodes(skeleton, BRANCH_PX)
     angle = directions(nodes)
@@ -129,13 +117,32 @@ def extract(
         kind=np.where(ending, MinutiaKind.ENDING, MinutiaKind.BIFURCATION),
         quality=minutia_quality(normalized.pixels, ridges.enhanced, x, y),
     )
-    at_500_dpi = ((place + 0.5) * zoom - 0.5 for place in (minutiae.x, minutiae.y))
-    columns = (*at_500_dpi, minutiae.angle, minutiae.kind, minutiae.quality)
-    stages.record("minutiae", np.column_stack(columns).astype(np.float32))
+    if recorder is not None:
+        at_500_dpi = ((place + 0.5) * zoom - 0.5 for place in (minutiae.x, minutiae.y))
+        columns = (*at_500_dpi, minutiae.angle, minutiae.kind, minutiae.quality)
+        stages: dict[str, NDArray[Any]] = {"input": grey, "normalised": normalized.pixels}
+        stages |= {"enhanced": ridges.enhanced, "mask": ridges.mask}
+        if not hasattr(recorder, "wanted") or {*recorder.wanted} & {*MAPS}:
+            stages |= ridges.maps()
+        stages |= {"binary": binary, "skeleton": skeleton}
+        stages["minutiae"] = np.column_stack(columns).astype(np.float32)
+        _record(recorder, stages, box, grey.shape)
     height, width = source.pixels.shape
-    field = _ridge_field(ridges, binary, box, stages.shape, zoom)
+    field = _ridge_field(ridges, binary, box, grey.shape, zoom)
     stated = dpi is not None or source.dpi is not None
     return Template(minutiae, width, height, resolution, field, dpi_known=stated)
+
+
+def _record(
+    recorder: Recorder, stages: dict[str, NDArray[Any]], box: Box, shape: tuple[int, ...]
+) -> None:
+    """Pass on the stages that are wanted, images of the box padded to a whole image, `shape`."""
+    for stage, array in stages.items():
+        if stage not in getattr(recorder, "wanted", stages):
+            continue
+        if array.shape == (box.bottom - box.top, box.right - box.left) != shape:
+            array = box.uncrop(array, shape, around=MAPS.get(stage, 0.0))  # noqa: PLW2901
+        recorder.record(stage, array)
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
@@ -155,7 +162,7 @@ def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
 
 
 def _ridge_field(
-    print_: EnhancedPrint, binary: Mask, box: Box, shape: tuple[int, int], zoom: float
+    print_: EnhancedPrint, binary: Mask, box: Box, shape: tuple[int, ...], zoom: float
 ) -> RidgeField | None:
     """Return the ridge field of a template, on cells of two by two blocks; None without ridges.
 
@@ -207,20 +214,7 @@ class QualityRecorder:
 
     def quality(self, dpi: float) -> PrintQuality:
         """Return the quality of that print, whose resolution was taken to be `dpi`."""
-        quality = grade(self.measures(), dpi)
-        codes = {reason.code for reason in quality.reasons}
-        return (self._quality_enlarged(dpi) if codes >= _NOTHING_FOUND else None) or quality
-
-    def _quality_enlarged(self, dpi: float) -> PrintQuality | None:
-        """Return the quality of a small image with ridges too fine to be found; None without."""
-        grey = np.asarray(self._stages["input"], np.uint8)
-        enlarged = cv2.resize(grey, None, fx=_ENLARGED, fy=_ENLARGED, interpolation=cv2.INTER_CUBIC)
-        stages = QualityRecorder()
-        extract(GreyImage(np.asarray(enlarged, np.uint8)), STANDARD_DPI, recorder=stages)
-        measures = stages.measures()
-        if not measures.ridges_mm2 > 0 or measures.concentration < MIN_CONCENTRATION:
-            return None
-        return PrintQuality(0, (wrong_resolution(measures.period_px / _ENLARGED, dpi),))
+        return grade(self.measures(), dpi)
 
 
 def assess(

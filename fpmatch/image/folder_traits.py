@@ -14,14 +14,12 @@ import numpy as np
 from fpmatch.errors import FpmatchError
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.quality.line_cues import polarity_evidence
-from fpmatch.image.quality.polarity import MIN_EVIDENCE
+from fpmatch.image.quality.polarity import background_level
 from fpmatch.image.quality.ridge_scale import (
     TYPICAL_MM,
     clear_period_px,
     common_dpi,
     is_sound,
-    likely_dpi,
     sensors_of,
 )
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI, check_dpi
@@ -35,6 +33,7 @@ if TYPE_CHECKING:
 MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
 FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
+LEAST_LEVEL: Final = 1.5  # sum of background levels from which a folder's polarity is certain
 OF_TWO_SENSORS: Final = (
     "the prints are of two sensors by their ridges, of {:g} and {:g} dpi: each has the nearer one"
 )
@@ -77,9 +76,9 @@ class FolderReader(Generic[Read]):
 
 
 class _Evidence(NamedTuple):
-    """What one image says of the polarity, and the distance of its ridges where it is needed."""
+    """The background of an image, and the distance of its ridges, where these are needed."""
 
-    polarity: float
+    background: float
     period_px: float | None
 
 
@@ -96,9 +95,8 @@ def find_traits(
     """Find the polarity, "dark", "white" or "auto", and the resolution of the folders of images.
 
     The polarity is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder;
-    else that of the sum of the images' evidence, at `dpi`, else the resolution of ``dataset.toml``
-    or the images' own. Folders whose own images leave doubt are decided together; "auto" leaves the
-    decision to each image. The resolution of those that state none is found from their ridges; see
+    else that of the sum of the images' background levels; "auto" leaves the decision to each image.
+    The resolution of those that state none is found from their ridges; see
     `fpmatch.image.quality.ridge_scale.common_dpi`.
 
     Of each folder at most `MOST_IMAGES` are looked at, chosen by their places in the list, so that
@@ -142,13 +140,9 @@ def find_traits(
         if one is not None:
             evidence[group[path.parent]].append(one)
     unstated = {f: _resolutions(evidence[group[f]], known_dpi.get(f)) for f in open_}
-    doubtful = [folder for folder in open_ if polarities[folder] == "auto"]
-    common = {key: common_polarity([one.polarity for one in of]) for key, of in evidence.items()}
-    polarities |= {folder: common[group[folder]] for folder in doubtful}
-    doubtful = [folder for folder in doubtful if polarities[folder] == "auto"]
-    groups = dict.fromkeys(group[folder] for folder in doubtful)
-    together = common_polarity([one.polarity for key in groups for one in evidence[key]])
-    polarities |= dict.fromkeys(doubtful, together)
+    for folder in open_:
+        if polarities[folder] == "auto":
+            polarities[folder] = common_polarity([e.background for e in evidence[group[folder]]])
     return {f: FolderTraits(one, unstated.get(f, ())) for f, one in polarities.items()}
 
 
@@ -182,20 +176,13 @@ def _evidence(
         return None
     if not isinstance(image, GreyImage):
         return None
-    stated = dpi or image.dpi
-    weight = 0.0
-    if polarity == "auto":
-        weight = polarity_evidence(image.pixels, stated or likely_dpi(image.pixels))
-    return _Evidence(weight, None if stated else clear_period_px(image.pixels))
+    level = background_level(image.pixels) if polarity == "auto" else 0.0
+    return _Evidence(level, None if dpi or image.dpi else clear_period_px(image.pixels))
 
 
-def common_polarity(evidence: Sequence[float]) -> Polarity:
-    """Return the polarity of images of one sensor by the `polarity_evidence` of each.
-
-    The sum is divided by the root of their number, because images are not independent; "auto" where
-    it is not certain.
-    """
-    total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
-    if abs(total) < MIN_EVIDENCE:
+def common_polarity(levels: Sequence[float]) -> Polarity:
+    """Return the polarity of images of one sensor by their background levels; "auto" in doubt."""
+    total = math.fsum(levels)
+    if abs(total) < LEAST_LEVEL:
         return "auto"
     return "dark" if total > 0 else "white"

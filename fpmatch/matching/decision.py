@@ -42,7 +42,7 @@ LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
 _CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a cell
-NOTHING: Final = (0.0,) * 5  # the amount of evidence in a print that shows no finger
+NO_EVIDENCE: Final = (0.0,) * 5  # amount of evidence in a print that shows no finger
 
 
 def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[np.str_]:
@@ -60,14 +60,14 @@ def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[
 def evidence_in(matcher: Any, template: Template, prepared: object) -> NDArray[np.float64]:
     """Return the amount of evidence in a print, shape (5,), as the matcher measures it.
 
-    It is `NOTHING` where the print does not show a finger; see `lacks_ridges`.
+    It is `NO_EVIDENCE` where the print does not show a finger; see `lacks_ridges`.
     """
     if lacks_ridges(template):
-        return np.array(NOTHING)
+        return np.array(NO_EVIDENCE)
     if hasattr(matcher, "amount"):
         amount: NDArray[np.float64] = call_matcher(matcher, "amount", prepared)
         return amount
-    return np.array([len(template.minutiae), *NOTHING[1:]])
+    return np.array([len(template.minutiae), *NO_EVIDENCE[1:]])
 
 
 def lacks_ridges(template: Template) -> str:
@@ -192,7 +192,7 @@ def _needed(
     minutiae, area = call_matcher(matcher, "available", probe, reference)
     enough = next(filter(reaches, FACTORS), None)
     if enough is None and minutiae >= LEAST_MINUTIAE:
-        message = f"even of whole prints, most genuine pairs score less than {threshold:.1f}"
+        message = f"no amount of skin would usually reach a score of {threshold:.1f}"
         return Shortage(THRESHOLD_TOO_HIGH, message)
     message = f"{count(minutiae, 'minutia', 'minutiae')} on {area:.0f} mm² in the smaller print"
     if enough is not None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.verification import Verification
 
-# Of the false match rate of a comparison whose resolutions are not all stated, 1 in sum:
+# Shares of the false match rate where not all resolutions are stated; their sum is 1:
 FIRST_SHARE: Final = 0.9  # for the first try,
 USUAL_SHARE: Final = 0.06  # for all other usual resolutions together,
 SCALE_SHARE: Final = 0.04  # and for the one by which the scale differs

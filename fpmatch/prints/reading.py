@@ -17,11 +17,11 @@ import numpy as np
 from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.base.plugins import AN2_SIGNATURES, FMR_SIGNATURE, PluginError, agency
 from fpmatch.errors import ImageError, ImageReadError, TemplateError
-from fpmatch.image.dataset_folder import described
+from fpmatch.image.dataset_folder import folder_settings
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
-from fpmatch.image.io.registry import is_image_file
+from fpmatch.image.io.registry import sniff
 from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
@@ -157,7 +157,7 @@ class GivenPrint:
         return None if self.image is None else clear_period_px(self.image.pixels)
 
     def at(self, dpi: float) -> GivenPrint:
-        """Return the print of an image extracted at another resolution, which was found."""
+        """Return the print extracted at another resolution, which the match indicates."""
         if self.image is None or dpi == self.template.dpi:
             return self
         given = make_given_print(self.image, self.name, dpi=dpi, enhance=self.enhance)
@@ -238,11 +238,11 @@ def read_given_print(
     enhance: str = DEFAULT_ENHANCEMENT,
     recorder: Recorder | None = None,
 ) -> GivenPrint:
-    """Read one print; what is not given of `polarity` and `dpi`, ``dataset.toml`` beside it states.
+    """Read one print, with `polarity` and `dpi` from its ``dataset.toml`` where not given.
 
     `read` is a `PrintReader`, or its method `image`; the rest is as for `make_given_print`.
     """
-    polarity, dpi = described(path, polarity=polarity, dpi=dpi)
+    polarity, dpi = folder_settings(path, polarity=polarity, dpi=dpi)
     content = read(path, polarity=polarity, dpi=dpi)
     return make_given_print(content, str(path), dpi=dpi, enhance=enhance, recorder=recorder)
 
@@ -276,9 +276,10 @@ def _mirrored(content: Read) -> Read:
 
 
 def content_of(file: str | os.PathLike[str] | bytes) -> Content:
-    """Return what a file, or its bytes, is by how it begins; "" where it cannot be read."""
+    """Return the kind of a file, or of its bytes, by its beginning; "" if it cannot be read."""
     head = file[:HEAD_BYTES] if isinstance(file, bytes) else read_head(file)
-    if is_image_file(head):  # then the formats of templates need not be imported
+    reader = sniff(head)
+    if reader is not None and not reader.holds_several:  # then it is no template
         return "image"
     from fpmatch.formats.registry import codec_of_content  # noqa: PLC0415
 

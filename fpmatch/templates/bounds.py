@@ -81,7 +81,7 @@ def _is_far(value: float, zoom: float) -> bool:
 
 
 def check_cells(rows: int, columns: int) -> None:
-    """Raise TemplateError unless a ridge field may have so many cells, before room is made."""
+    """Raise TemplateError unless a ridge field may have so many cells, before memory is taken."""
     if rows < 1 or columns < 1:
         raise _beyond("ridge_field: rows and columns must be positive")
     if rows * columns > MOST_CELLS:

@@ -1,4 +1,4 @@
-"""`Minutiae` and `Template`: the types that all rooms exchange.
+"""`Minutiae` and `Template`: the types that the whole package exchanges.
 
 Conventions, the same everywhere:
 

@@ -15,8 +15,7 @@ from fpmatch.image.extract import extract, resample
 from fpmatch.image.folder_traits import common_polarity
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
-from fpmatch.image.quality.line_cues import polarity_evidence
-from fpmatch.image.quality.polarity import is_inverted
+from fpmatch.image.quality.polarity import background_level, is_inverted
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 BACKGROUNDS: Final = {"own": "as they are", "none": "cropped", "dark": "dark background"}
-PRESETS_NOT_TRAINED_ON: Final = ("clean", "stretched")
+PRESETS_SHOWN: Final = ("clean", "stretched")
 SEED: Final = 977
 
 Images = Iterator[tuple[NDArray[np.uint8], NDArray[np.bool_]]]
@@ -45,8 +44,8 @@ class Counts:
     images: int = 0
     inverted: int = 0
     negatives_inverted: int = 0
-    evidence: list[float] = field(default_factory=list)
-    evidence_of_negatives: list[float] = field(default_factory=list)
+    levels: list[float] = field(default_factory=list)
+    levels_of_negatives: list[float] = field(default_factory=list)
 
     def add(self, image: NDArray[np.uint8]) -> None:
         """Count an image and its negative."""
@@ -54,8 +53,8 @@ class Counts:
         self.images += 1
         self.inverted += is_inverted(image)
         self.negatives_inverted += is_inverted(negative)
-        self.evidence.append(polarity_evidence(image))
-        self.evidence_of_negatives.append(polarity_evidence(negative))
+        self.levels.append(background_level(image))
+        self.levels_of_negatives.append(background_level(negative))
 
 
 @click.command(
@@ -75,21 +74,21 @@ def command(
     """Count the prints with dark ridges, and their negatives, that are taken for inverted.
 
     The images of the FVC-style databases DIR are taken as they are, as squares that the print
-    fills, and with a darkened background. Synthetic prints of presets and fingers that the polarity
-    was not trained on are added. The table is printed and, with --into, written between the marks
-    of a page. The exit status is 1 where the images of a database are together taken for inverted.
+    fills, and with a darkened background. Synthetic prints are added. The table is printed and,
+    with --into, written between the marks of a page. The exit status is 1 where the images of a
+    database, as they are, are together taken for inverted.
     """
     head = ["prints", "background", "images", "taken for inverted", "negatives taken for inverted"]
     table, wrong = [[*head, "together", "negatives together"]], False
     sets = [(load_dataset(folder).name, _database(folder)) for folder in folders]
-    sets += [(f"synthetic, {name}", _synthetic(name, fingers)) for name in PRESETS_NOT_TRAINED_ON]
+    sets += [(f"synthetic, {name}", _synthetic(name, fingers)) for name in PRESETS_SHOWN]
     for name, images in sets:
         for background, counts in _count(images).items():
-            together = common_polarity(counts.evidence)
+            together = common_polarity(counts.levels)
             numbers = (counts.images, counts.inverted, counts.negatives_inverted)
-            of_negatives = common_polarity(counts.evidence_of_negatives)
+            of_negatives = common_polarity(counts.levels_of_negatives)
             table.append([name, background, *map(str, numbers), together, of_negatives])
-            wrong |= together == "white"
+            wrong |= together == "white" and background == BACKGROUNDS["own"]
     click.echo(markdown_table(table))
     if into:
         write_marked_block(into, "polarity", markdown_table(table))

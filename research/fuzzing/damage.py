@@ -77,11 +77,9 @@ def with_right_sum(body: bytearray) -> bytes:
 
 
 def with_right_length(record: bytearray) -> bytes:
-    """Return a record of minutiae or of an image with the length that its version states."""
+    """Return a record of minutiae with the length that its version states."""
     version, length = bytes(record[4:8]), len(record)
-    if record[:4] == b"FIR\0" and version == b"010\0":
-        record[8:14] = length.to_bytes(6, "big")
-    elif version == b" 20\0" and record[8:10] != b"\0\0":  # ANSI 378: two bytes, if they suffice
+    if version == b" 20\0" and record[8:10] != b"\0\0":  # ANSI 378: two bytes, if they suffice
         record[8:10] = min(length, 0xFFFF).to_bytes(2, "big")
     else:
         record[8:12] = length.to_bytes(4, "big")

@@ -21,12 +21,11 @@ WIDTH, HEIGHT = 64, 80
 RAW_SIZES = (RawSize(WIDTH, HEIGHT), RawSize(53, 61))
 IMAGE_DATA = Path(__file__).resolve().parents[2] / "tests" / "image" / "data"
 AN2_CODES = {"NONE": 0, "WSQ20": 1, "JPEGB": 2, "JP2": 4, "PNG": 6}  # of compression
-FIR_CODES = {"NONE": 0, "WSQ20": 2, "JPEGB": 3, "JP2": 4, "PNG": 5}
 TIFF_WAYS = ("raw", "tiff_lzw", "tiff_deflate", "tiff_adobe_deflate", "packbits")
 BITS_WAYS = ("raw", "packbits", "tiff_ccitt", "group3", "group4")
 IMAGE_KINDS = (
     *("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "ihead", "wsq"),
-    *("raw", "an2", "fir"),
+    *("raw", "an2"),
 )
 MANY_STRIPS = {278: 16}  # rows of each
 
@@ -74,11 +73,6 @@ def image_files() -> dict[str, list[bytes]]:
     kinds["an2"] = [
         *(_an2_binary(data, AN2_CODES[name]) for name, data in inner.items()),
         *(_an2_tagged(data, name) for name, data in inner.items()),
-    ]
-    kinds["fir"] = [
-        record(data, FIR_CODES[name])
-        for name, data in inner.items()
-        for record in (_fir_2005, _fir_381, _fir_2011)
     ]
     return kinds
 
@@ -168,28 +162,6 @@ def _an2_binary(data: bytes, code: int) -> bytes:
 
 def _an2_first(kind: int) -> bytes:
     return an2_text(1, [(2, "0400"), (3, f"1\x1f1\x1e{kind}\x1f01"), (11, "19.69")])
-
-
-def _fir_2011(data: bytes, compression: int) -> bytes:
-    """Return a record of ISO/IEC 19794-4:2011."""
-    scale = struct.pack(">B4H", 1, 500, 500, 500, 500)
-    body = bytes(15) + bytes([7, 1]) + scale
-    body += struct.pack(">3B2HL", 8, compression, 0, WIDTH, HEIGHT, len(data)) + data
-    body = struct.pack(">L", 4 + len(body)) + body
-    return b"FIR\x00020\x00" + struct.pack(">LH2B", 16 + len(body), 1, 0, 1) + body
-
-
-def _fir_2005(data: bytes, compression: int, product: bytes = b"") -> bytes:
-    """Return a record of ISO/IEC 19794-4:2005."""
-    scale = struct.pack(">B4H2B2x", 1, 500, 500, 500, 500, 8, compression)
-    view = struct.pack(">L5B2Hx", 14 + len(data), 7, 1, 1, 255, 0, WIDTH, HEIGHT) + data
-    body = product + bytes(4) + b"\x01" + scale + view
-    return b"FIR\x00010\x00" + (14 + len(body)).to_bytes(6, "big") + body
-
-
-def _fir_381(data: bytes, compression: int) -> bytes:
-    """Return a record of ANSI/INCITS 381-2004."""
-    return _fir_2005(data, compression, product=bytes(4))
 
 
 def _some(pictures: dict[str, Image.Image], *names: str) -> dict[str, Image.Image]:

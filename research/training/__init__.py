@@ -1,1 +1,1 @@
-"""Training of the score, the quality, the polarity and the enhancer; calibration of matchers."""
+"""Training of the score, the quality and the enhancer; calibration of matchers."""

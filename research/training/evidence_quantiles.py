@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, Workspace, evidence_scorer
+from fpmatch.matching.pipeline.match import Workspace, evidence_scorer
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,

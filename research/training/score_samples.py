@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.lab.evaluation.databases.protocol import choose_pairs
+from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import aligner_of, local_similarity
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, evidence_scorer
+from fpmatch.matching.pipeline.match import evidence_scorer, make_aligner
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
@@ -25,6 +25,7 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreWeights,
 )
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.reference.neighbourhood import local_similarity
 from research.databases import without_ridges
 from research.partial_templates import window
 
@@ -178,7 +179,9 @@ def _features(
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    aligner = aligner_of(a.points, b.points)
+    aligner = make_aligner(len(a), len(b))
+    aligner.load_a(a.points, len(a))
+    aligner.load_b(b.points, len(b))
     sides = a.for_kernels(), b.for_kernels()
     found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     aligner.relax(similarity)

@@ -12,7 +12,7 @@ import fpmatch
 from fpmatch.base import kernels
 from fpmatch.base.threads import available_cores
 from fpmatch.cli import doctor as installation
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 
 
 def test_kernels_are_compiled_where_they_are_loaded_so():
@@ -38,7 +38,7 @@ def test_version_and_doctor_say_whether_they_are(run, monkeypatch, states, versi
         )
     monkeypatch.setattr(installation, "build_command", lambda: "make")
     assert run("--version").output == f"fpmatch {fpmatch.__version__} ({version})\n"
-    text = one_space(installation.inspect_installation().as_text())
+    text = one_space(installation.installation_text(installation.inspect_installation()))
     assert f"\nkernels {doctor}" in text
     assert ("`make`" in text) == (False in states)
 
@@ -51,9 +51,9 @@ def test_everything_that_is_installed_is_listed(run):
     assert f"numpy {np.__version__}" in lines["packages"]
     document = json.loads(run("doctor", "--json").stdout)
     assert document["version"] == fpmatch.__version__
-    assert document["engines"]["serial"] is document["engines"]["processes"] is True
     assert document["problems"] == []
-    assert set(document["extras"]) == set(installation.EXTRAS)
+    assert {"plot", "web", "dask"} <= set(document["extras"])
+    assert "dev" not in document["extras"]
 
 
 def one_space(text):
@@ -87,20 +87,7 @@ def test_a_missing_package_is_named(run, without):
 
 def test_opencv_has_several_names(without):
     without("opencv-python-headless")
-    assert installation.inspect_installation().packages["opencv-python-headless"] == "9"
-
-
-@pytest.mark.parametrize(
-    ("text", "limit"), [("1073741824\n", 2**30), ("max\n", None), (f"{2**63}\n", None)]
-)
-def test_the_memory_of_a_container_is_shown_where_it_is_less(tmp_path, monkeypatch, text, limit):
-    file = tmp_path / "memory.max"
-    file.write_text(text)
-    monkeypatch.setattr(installation, "_MEMORY_LIMITS", (tmp_path / "absent", file))
-    monkeypatch.setattr(installation, "_memory", lambda: 8 * 2**30)
-    installed = installation.inspect_installation()
-    assert installed.memory_limit == limit
-    assert ("1.0 GiB" in installed.as_text()) == (limit is not None)
+    assert installation.inspect_installation()["packages"]["opencv-python-headless"] == "9"
 
 
 def test_doctor_lists_the_parameters_of_matchers(run):

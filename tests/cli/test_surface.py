@@ -26,7 +26,8 @@ def options_of(words):
 
 @pytest.mark.parametrize("words", GROUPS_OF_COMMANDS)
 def test_lists_of_commands_contain_whole_sentences(run, words):
-    summaries = command_of(words).summaries(click.Context(main))
+    sections = command_of(words).sections(click.Context(main))
+    summaries = {name: text for of in sections.values() for name, text in of.items()}
     assert all(text.endswith(".") for text in summaries.values())
     shown = " ".join(run(*words.split(), "--help").stdout.split())
     assert all(f" {name} {text} " in shown for name, text in summaries.items())

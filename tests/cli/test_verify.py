@@ -243,7 +243,7 @@ def test_the_map_of_ridges_is_in_the_json_if_requested(run, prints):
     [
         ("verify {a} {b} --view ridges", "--overlay"),
         ("verify {a} {b} --ridge-map", "--json"),
-        ("verify {a} --gallery {db} --subject 1 --ridge-map --json", "two files"),
+        ("verify {a} --gallery {db} --subject 1 --ridge-map --json", "--ridge-map"),
         ("verify --gallery {db} --subject 7 {a}", "subject 7"),
         ("verify --gallery {db} {a}", "--subject"),
         ("verify --gallery {db} --subject 1 {a} {a}", "REFERENCE"),

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.cli.wings import WINGS, registered
+from fpmatch.cli.group import COMMANDS
 
+WINGS = {
+    folder.partition(".")[0]: names for (_, folder), names in COMMANDS.items() if folder != "cli"
+}
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 WITHOUT = f"""
 import sys
@@ -54,7 +57,7 @@ def test_the_commands_of_the_core_need_no_wing(without_wings, tmp_path):
 
 @pytest.mark.parametrize("wing", WINGS)
 def test_a_command_of_a_wing_names_it_where_it_is_missing(without_wings, wing):
-    for command in registered()[wing].commands:
+    for command in WINGS[wing]:
         done = without_wings(command)
         assert (done.returncode, done.stdout) == (2, "")
         assert f"{command!r} needs the package fpmatch.{wing}" in done.stderr.splitlines()[-1]
@@ -68,8 +71,3 @@ def test_what_reads_a_gallery_needs_its_wing(without_wings, words):
     assert done.returncode == 2
     wanting = f"'{words.split()[0]} --gallery' needs the package fpmatch.gallery"
     assert wanting in done.stderr
-
-
-def test_each_command_is_registered_by_one_wing():
-    names = [name for wing in registered().values() for name in wing.commands]
-    assert len(names) == len(set(names))

@@ -20,7 +20,7 @@ from fpmatch.formats.files import (
 )
 from fpmatch.formats.record import ReadingOptions, ReadLimits
 from fpmatch.formats.registry import codec_of_content, codec_of_name
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 from tests.matching.matching_prints import templates
@@ -62,7 +62,7 @@ def test_a_resolution_that_nothing_states_stays_marked(name, template):
 @given(templates_with_cells)
 def test_json_keeps_the_field_to_the_last_bit(template):
     once = only_view(written("json", record_of(template))).template
-    assert prepare(once).key == prepare(template).key
+    assert MATCHER.prepare(once).key == MATCHER.prepare(template).key
     if template.field is None:
         assert once.field is None
         return

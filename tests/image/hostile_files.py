@@ -9,7 +9,6 @@ from PIL import Image
 
 from tests.image.made_files import (
     an2,
-    finger_image_record,
     ihead,
     saved,
     tagged_print,
@@ -105,8 +104,8 @@ IMAGES = {
     ),
     "AN2, fields": (record_of_many_fields, "no print in it"),
     "FIR": (
-        lambda: finger_image_record(PRINT, "2011", data=white("PNG"), compression=5),
-        f"{PIXELS} at 500 dpi",
+        lambda: b"FIR\x00020\x00" + white("PNG"),
+        "known format (a finger image record",
     ),
 }
 """Of each kind of file what makes one, and what the refusal contains."""

@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from PIL import Image
 
-from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.registry import find_reader
+from fpmatch.image.io.read import decode_image
 from research.fuzzing.good_images import an2_text, ihead, lossless_jpeg
 
 DATA = Path(__file__).parent / "data"
@@ -29,8 +28,8 @@ def saved(pixels, file_format, **options):
 
 
 def decoded(data):
-    """Return a picture as the reader of its format reads it."""
-    return find_reader(data).decode(data, DEFAULT_LIMITS)
+    """Return a picture as the reader of its format reads it, with the polarity of its file."""
+    return decode_image(data, "file", polarity="dark")
 
 
 def wsq(name="rings_53x61"):
@@ -66,22 +65,6 @@ def binary_print(pixels, data=None, *, compression=0, native=0):
     return 4, struct.pack(">L", 4 + len(head) + len(image)) + head + image
 
 
-def finger_image_record(pixels, standard, *, data=None, compression=0, scale=(1, 500), depth=8):
-    """Return a finger image record: ``"ansi"``, ``"2005"`` or ``"2011"``."""
-    image = pixels.tobytes() if data is None else data
-    size, (units, dpi) = pixels.shape[::-1], scale
-    scales = struct.pack(">B4H2B", units, *[dpi] * 4, depth, compression)
-    if standard == "2011":
-        head = bytes(14) + bytes([1, 0, 0, 0, 0, 0, 1, 1, 2, 3, 7, 1])
-        body = head + scales + struct.pack(">x2HL", *size, len(image)) + image
-        start = struct.pack(">LH2B", 20 + len(body), 1, 1, 1)
-        return b"FIR\x00020\x00" + start + struct.pack(">L", 4 + len(body)) + body
-    finger = struct.pack(">L5B2Hx", 14 + len(image), 7, 1, 1, 254, 0, *size) + image
-    product = bytes(4) if standard == "ansi" else b""
-    tail = product + struct.pack(">2HB", 0, 31, 1) + scales + bytes(2) + finger
-    return b"FIR\x00010\x00" + (14 + len(tail)).to_bytes(6, "big") + tail
-
-
 def one_of_each():
     """Return a small file of every format."""
     grey = rings()
@@ -99,8 +82,6 @@ def one_of_each():
         "WSQ": wsq(),
         "AN2, type 4": an2(binary_print(grey)),
         "AN2, type 14": an2(tagged_print(rings(61, 53), wsq(), compression=b"WSQ20")),
-        "FIR 2005": finger_image_record(grey, "2005"),
-        "FIR 2011": finger_image_record(grey, "2011", data=saved(grey, "PNG"), compression=5),
     }
 
 

@@ -1,4 +1,4 @@
-"""Prints inside records: ANSI/NIST-ITL (AN2), ISO/IEC 19794-4, ANSI/INCITS 381."""
+"""Prints inside records of ANSI/NIST-ITL (AN2)."""
 
 import sys
 
@@ -16,7 +16,6 @@ from tests.image.made_files import (
     an2,
     binary_print,
     decoded,
-    finger_image_record,
     lossless_jpeg,
     rings,
     saved,
@@ -220,39 +219,7 @@ def test_absurd_sizes_are_refused_before_anything_is_made():
             decoded(data)
 
 
-@pytest.mark.parametrize(
-    ("standard", "name"),
-    [
-        ("ansi", "ANSI/INCITS 381"),
-        ("2005", "ISO/IEC 19794-4:2005"),
-        ("2011", "ISO/IEC 19794-4:2011"),
-    ],
-)
-def test_finger_image_records(standard, name):
-    bare = decoded(finger_image_record(GREY, standard))
-    per_cm = finger_image_record(GREY, standard, data=PNG, compression=5, scale=(2, 197))
-    packed = decoded(per_cm)
-    for image, form in ((bare, name), (packed, f"{name}, PNG")):
-        assert np.array_equal(image.pixels, GREY)
-        assert (image.dpi, image.format) == (500, form)
-
-
 @pytest.mark.parametrize(("per_cm", "dpi"), [(197, 500), (224, 569), (394, 1000), (0, None)])
 def test_pixels_a_centimetre(per_cm, dpi):
-    record = finger_image_record(GREY, "2011", scale=(2, per_cm))
-    assert decoded(record).dpi == dpi
     transaction = an2(tagged_print(GREY, scale=(2, per_cm, per_cm)))
     assert decoded(transaction).dpi == dpi
-
-
-@pytest.mark.parametrize("standard", ["ansi", "2005", "2011"])
-def test_bad_finger_image_records_say_what_is_wrong(standard):
-    whole = finger_image_record(GREY, standard)
-    for data, reason in (
-        (whole[:-1], "cut short"),
-        (whole[:30], "cut short"),
-        (finger_image_record(GREY, standard, compression=1), "packed pixels|cut short"),
-        (finger_image_record(GREY, standard, depth=4), "pixels of 4 bits|cut short"),
-    ):
-        with pytest.raises((ImageReadError, ImageError), match=reason):
-            decoded(data)

@@ -75,7 +75,7 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     steps, numbers = default_steps.explain_prints(pair, USUAL, None)
     check(steps, numbers)
     oracle = verify(prints[p].template, prints[q].template, matcher="reference")
-    alignment, evidence = oracle.evidence.detail
+    pairing, evidence = oracle.evidence.detail
     pairs = [[row["p"], row["q"]] for row in numbers["pairs"]]
     assert pairs == oracle.pairs.tolist() == pair.verification.pairs.tolist()
     for name in ("pairs", "relaxed", "places", "weights", "total", "minus_log_fmr"):
@@ -87,7 +87,8 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     own = np.transpose(numbers["similarity"]) if swapped else numbers["similarity"]
     np.testing.assert_allclose(own, similarity, atol=1e-6)
     predicted = [prediction["at"] for prediction in numbers["predictions"]]
-    given_ = alignment.predicted[:2].T * (1, -1) / second.to_500dpi
+    place = pairing.mesh[1]
+    given_ = np.column_stack([place.real, -place.imag]) / second.to_500dpi
     np.testing.assert_allclose(predicted, given_, atol=1e-6)
     t = pair.verification.transform
     assert numbers["ring"] is not None

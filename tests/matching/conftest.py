@@ -11,14 +11,6 @@ sys.path.append(str(Path(__file__).parent))
 
 
 @pytest.fixture(scope="session")
-def plain(interpreted):
-    """Return the kernels of matching as ordinary Python, each of which uses the others."""
-    from plain_kernels import plain_kernels
-
-    return plain_kernels(interpreted)
-
-
-@pytest.fixture(scope="session")
 def print_(fingers):
     """Return a finger that never was as it is extracted."""
     return extract(fingers[0], dpi=500)

@@ -8,17 +8,15 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import ORIENTATIONS
-from fpmatch.matching.pipeline._kernels import _local_kernel
-from fpmatch.matching.pipeline.alignment import aligner_of, hypotheses, local_similarity
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.pipeline.ridge_map import correlate
-from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.reference import coarse_pairings
+from fpmatch.matching.reference.alignment import grow
+from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
+from fpmatch.matching.reference.relaxation import relax
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-
-COMPILED = _local_kernel.COMPILED
-"""Whether the kernels are; where they are not, a comparison takes a hundred times as long."""
 
 MOST_MINUTIAE = 60 if COMPILED else 25
 """Most minutiae of a template that hypothesis makes."""
@@ -108,7 +106,7 @@ def doubled_prints(seed):
     again = moved(points, rng.uniform(-1, 1), 200 + 10j)
     both = np.hstack([jittered(rng, side, 2.0, 0.1) for side in (points, again)])
     field = (None, striped_field(side=25 if COMPILED else 14), striped_field(side=10))[seed % 3]
-    sides = (prepare(template_of(side, field=field)) for side in (points, both))
+    sides = (MATCHER.prepare(template_of(side, field=field)) for side in (points, both))
     a, b = sorted(sides, key=lambda side: side.key)
     return a, b
 
@@ -252,19 +250,16 @@ def assert_mirrored(forth, back):
         assert inverse == pytest.approx(forth.transform.matrix, rel=1e-6, abs=1e-6)
 
 
-def alignments(a, b, similarity, parameters=USUAL, *, coarse=False):
-    """Return the alignments of two prints by each hypothesis of their local matches."""
-    return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
-
-
-def ridge_correlation(a, b, alignment):
-    """Return the mean correlation of the ridges of two prints, and the cells compared."""
-    correlator, cells = correlate(a, b, alignment)
-    return correlator.correlation, cells
+def alignments(a, b, similarity, parameters=USUAL):
+    """Return the pairings of two prints by each hypothesis of their local matches."""
+    p, candidates = parameters.alignment, relax(a, b, similarity, parameters.relaxation)
+    coarse = coarse_pairings(a, b, candidates, parameters)
+    grown = [grow(one, p.rounds - p.coarse_rounds, settled=True) for one in coarse]
+    return [one for one in grown if one.pairs]
 
 
 def heaviest(a, b, similarity, parameters=USUAL):
-    """Return the alignment whose pairs fit best, or None where nothing is paired."""
+    """Return the pairing whose pairs fit best, or None where nothing is paired."""
     found = alignments(a, b, similarity, parameters)
     return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)
 

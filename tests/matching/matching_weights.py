@@ -95,12 +95,3 @@ def scored_by(weights):
         for module in (score, reference, reference.evidence):
             patch.setattr(module, "load_weights", lambda: weights)
         yield
-
-
-def print_for(plain, print_):
-    """Return a print as the interpreted kernels see it."""
-    n, r, c = print_.neighbourhoods, print_.region, print_.bit_descriptors
-    found = plain.template_view.TemplateView(print_.points, print_.quality, n.count, n.frame)
-    found.set_bit_descriptors(c.xy, c.direction_bin, c.neighbour_bits, c.orientation_bins)
-    found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
-    return found

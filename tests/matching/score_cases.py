@@ -4,12 +4,13 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from matching_prints import jittered, moved, plane, spread_points, striped_field, template_of
+from kernel_cases import aligner_of, impose
+from matching_prints import jittered, moved, spread_points, striped_field, template_of
 from matching_weights import some_weights
 
-from fpmatch.matching.pipeline.alignment import Alignment, local_similarity
-from fpmatch.matching.pipeline.match import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.match import evidence_of, evidence_scorer
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.reference.neighbourhood import local_similarity
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 ENTRIES = (
@@ -24,18 +25,14 @@ def entries_of(found):
     return [getattr(found, name) for name in ENTRIES]
 
 
-def given_pairs(a, partner, transform=IDENTITY):
-    """Return the alignment of given pairs under a given transform."""
-    z = complex(*transform[2:]) + complex(*transform[:2]) * plane(a.points)
-    predicted = np.vstack([z.real, z.imag, a.points[2:]])
-    return Alignment(transform, partner, (partner >= 0).astype(float), predicted)
-
-
 def overlay(a, b, partner, transform=IDENTITY, weights=None, scorer=None):
     """Return the evidence of an alignment that is given."""
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     scorer = scorer or evidence_scorer(max(len(a), len(b)), weights or some_weights())
-    return gather_evidence(a, b, given_pairs(a, partner, transform), similarity, scorer)
+    aligner = impose(aligner_of(a.points, b.points), partner, transform)
+    aligner.relax(similarity)
+    sides = a.for_kernels(), b.for_kernels()
+    return evidence_of(scorer, scorer.score_alignment(*sides, aligner, similarity))
 
 
 def with_itself(print_, unpaired=0, weights=None):

@@ -19,11 +19,11 @@ from matching_prints import (
 from matching_weights import all_with, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, overlay, some_case, with_itself
 
-from fpmatch.matching.pipeline.alignment import identity_alignment, local_similarity
-from fpmatch.matching.pipeline.match import evidence_scorer, gather_evidence
+from fpmatch.matching.pipeline.match import evidence_scorer
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.evidence import weigh
+from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.relaxation import relax
 
 FEW = 20 if COMPILED else 6
@@ -93,14 +93,6 @@ def test_a_scorer_used_before_gives_the_same_and_leaves_what_it_gave(seed):
     assert all(features.tolist() == before for features, before in kept)
 
 
-def test_without_a_scorer_the_weights_of_the_package_are_used():
-    print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
-    similarity = local_similarity(print_.neighbourhoods, print_.neighbourhoods)
-    with scored_by(some_weights(bias=7.0)):
-        found = gather_evidence(print_, print_, identity_alignment(print_.points), similarity)
-    assert found.total == with_itself(print_, weights=some_weights(bias=7.0)).total
-
-
 def test_a_print_aligned_with_itself_and_with_one_beside_it():
     points = spread_points(np.random.default_rng(6), 25, spacing=20.0)
     print_ = prepare(template_of(points, field=SHOWN))
@@ -141,8 +133,10 @@ def test_evidence_is_within_its_bounds(probe, reference):
     scorer = evidence_scorer(max(len(a), len(b)), some_weights())
     # none where the local matches lead to no pair, as with minutiae that coincide
     found = alignments(a.points, b.points, similarity) if len(a) and len(b) else []
-    for alignment in found:
-        one = gather_evidence(a, b, alignment, similarity, scorer)
+    for pairing in found:
+        linear, shift = pairing.move
+        transform = linear.real, linear.imag, shift.real, shift.imag
+        one = overlay(a, b, pairing.partner, transform, scorer=scorer)
         assert 0 < one.pairs <= min(len(a), len(b))
         assert 2 * one.pairs <= one.common <= len(a) + len(b)
         # where all minutiae of a print are poor, the best of them count for more than one

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import COMPILED, jittered, moved, seeds, similarity_of, spread_points
+from matching_prints import jittered, moved, seeds, similarity_of, spread_points
 
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
-from fpmatch.matching.pipeline.alignment import local_similarity
 from fpmatch.matching.pipeline.parameters import LocalParameters
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.parameters import NeighbourhoodParameters
 from fpmatch.matching.prints.prepared import Neighbourhoods
+from fpmatch.matching.reference.neighbourhood import local_similarity
 
 P = LocalParameters()
 TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)
-MOST = 20 if COMPILED else 10
+MOST = 20
 """Minutiae a side; the work of the kernel grows with their square."""
 
 NARROWEST_PX, WIDEST_PX = 5.0, 15.0

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import COMPILED, doubled_prints, jittered, seeds, spread_points, template_of
+from kernel_cases import match
+from matching_prints import doubled_prints, jittered, seeds, spread_points, template_of
 from matching_weights import (
     ALWAYS,
     NEVER,
@@ -26,7 +27,6 @@ from fpmatch.matching.pipeline.match import (
     LEAST_CAPACITY,
     Workspace,
     evidence_scorer,
-    match,
     workspace_for,
 )
 from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
@@ -179,7 +179,7 @@ def test_match_agrees_with_the_reference(seed, refine, confident, relaxation):
 def test_the_cases_to_align_are_of_every_kind():
     """The first hypothesis is not always the best, nor the first whose sum is confident."""
     same = []
-    for seed in range(30 if COMPILED else 9):
+    for seed in range(30):
         a, b = doubled_prints(seed)
         scorers = (
             evidence_scorer(max(len(a), len(b)), some_weights(relaxation=weak, confident=sure))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matching_prints import COMPILED, moved, on_pixels, plane, seeds, spread_points
+from matching_prints import moved, on_pixels, plane, seeds, spread_points
 from scipy.spatial import Delaunay
 
 from fpmatch.matching.pipeline._kernels import _pair_mesh_kernel as kernel
@@ -15,7 +15,7 @@ from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.pair_mesh import measure
 
 P = PairMeshParameters()
-MOST = 30 if COMPILED else 15
+MOST = 30
 FRAME = 8
 FAR_AWAY = 1e6  # px, from the nearest pair, where no ring has any
 
@@ -224,7 +224,7 @@ def test_pairs_on_one_line(n, turn, regular):
 
 
 @given(seeds, st.floats(-14, -2), st.sampled_from(["line", "pixels", "circle", "twice"]))
-@settings(max_examples=200 if COMPILED else 20)
+@settings(max_examples=200)
 def test_pairs_that_nearly_coincide_leave_the_mesh_whole(seed, exponent, kind):
     """Rounding may leave a minutia out of the mesh, but makes no hole in it."""
     rng = np.random.default_rng(seed)
@@ -253,7 +253,6 @@ def test_no_vertex_is_lost_where_pairs_nearly_coincide_on_a_circle():
         check_whole(mesh_of(Case(a, a, np.arange(12, dtype=np.int32), AT_REST)))
 
 
-@pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 def test_a_mesh_is_filled_to_its_last_place():
     n = 2000
     a = np.vstack([np.random.default_rng(1).uniform(0, 2000, (2, n)), np.ones(n), np.zeros(n)])

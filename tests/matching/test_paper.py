@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
-from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
-    COMPILED,
     any_points,
     seeds,
     similarity_of,
@@ -20,7 +19,7 @@ from fpmatch.matching.pipeline.parameters import RelaxationParameters
 from fpmatch.matching.reference.relaxation import Candidates, relax
 
 P = RelaxationParameters()
-MOST = 25 if COMPILED else 12
+MOST = 25
 """Minutiae a side; the candidates support each other in pairs."""
 
 Relaxed = namedtuple("Relaxed", "first second support relaxed strength")

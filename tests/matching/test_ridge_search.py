@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import example, given
+from kernel_cases import aligner_of
 from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
 
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import aligner_of, local_similarity
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.templates.minutiae import RidgeField
 from research.partial_templates import window

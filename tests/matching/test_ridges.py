@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from kernel_cases import aligner_of, impose
 from matching_prints import (
     NO_POINTS,
     moved,
     packed_pictures,
-    ridge_correlation,
     seeds,
     spread_points,
     striped_field,
@@ -24,12 +24,10 @@ from matching_prints import (
 from fpmatch import extract, verify
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.pipeline._kernels import _ridge_kernel
-from fpmatch.matching.pipeline.alignment import Alignment, aligner_of, identity_alignment
-from fpmatch.matching.pipeline.ridge_map import ridge_map
 from fpmatch.matching.prints import prepared as preparation
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
-from fpmatch.matching.reference.ridges import compare_ridges, drift_of
+from fpmatch.matching.reference.ridges import compare_ridges, drift_of, ridge_map
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
@@ -40,10 +38,8 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 def mesh_of(a, b, partner, transform):
     """Return the measured mesh of given pairs under a given transform."""
-    aligner = aligner_of(a.points, b.points)
     with np.errstate(over="ignore", invalid="ignore"):
-        aligner.impose(partner, *transform)
-    return aligner.mesh
+        return impose(aligner_of(a.points, b.points), partner, transform).mesh
 
 
 def compared_by_reference(a, b, partner, transform):
@@ -58,7 +54,10 @@ def compared_by_reference(a, b, partner, transform):
 def compared(a, b, transform=IDENTITY, partner=None):
     """Return correlation and cells as the kernel finds them; no minutiae paired if not given."""
     pairs = np.full(len(a), -1, np.int32) if partner is None else partner
-    return ridge_correlation(a, b, Alignment(np.array(transform), pairs, np.ones(len(a)), a.points))
+    correlator = _ridge_kernel.RidgeCorrelator(len(b))
+    mesh = mesh_of(a, b, pairs, transform)
+    cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
+    return correlator.correlation, cells
 
 
 def bare(field):
@@ -116,9 +115,12 @@ def test_comparison_agrees_with_the_reference(seed):
 @given(seeds, st.booleans())
 def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
     a, b, partner, transform = some_case(seed)
-    alignment = Alignment(np.array(transform), partner, np.ones(len(a)), a.points)
-    correlation, cells = ridge_correlation(a, b, alignment)
-    found = ridge_map(a, b, alignment, swapped=swapped)
+    assume((partner >= 0).any())
+    move = complex(*transform[:2]), complex(*transform[2:])
+    found = ridge_map(
+        a, b, Pairing(a.points, b.points, partner, np.ones(len(a)), move), swapped=swapped
+    )
+    correlation, cells = compared_by_reference(a, b, partner, transform)
     if not cells:
         assert found is None
         return
@@ -165,7 +167,7 @@ def test_the_cases_that_are_drawn_are_of_every_kind():
 @given(templates())
 def test_a_print_correlates_with_itself_wholly(template):
     print_ = prepare(template)
-    correlation, cells = ridge_correlation(print_, print_, identity_alignment(print_.points))
+    correlation, cells = compared(print_, print_, partner=np.arange(len(print_), dtype=np.int32))
     if print_.region.ridges is None:
         assert (correlation, cells) == (0.0, 0)
     else:
@@ -189,7 +191,7 @@ def test_without_ridges_there_is_nothing_to_compare():
     shown, *others = (prepare(template_of(points, field=one)) for one in fields)
     assert compared(shown, shown)[1] == 100
     for a, b in itertools.permutations((shown, *others), 2):
-        assert ridge_correlation(a, b, identity_alignment(points)) == (0.0, 0)
+        assert compared(a, b, partner=np.arange(9, dtype=np.int32)) == (0.0, 0)
 
 
 def small_print(mask):

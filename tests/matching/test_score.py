@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from kernel_cases import aligner_of, impose
 from matching_prints import spread_points, striped_field, template_of
 from matching_weights import (
     ALWAYS,
@@ -33,7 +34,6 @@ from score_cases import (
 
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.pipeline._kernels._amount_kernel import decades_beyond_chance
-from fpmatch.matching.pipeline.alignment import aligner_of
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.parameters import ScoreParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreWeights
@@ -130,8 +130,8 @@ def test_an_estimate_is_lowered_to_20_at_most(seed, estimate):
     """Higher ones are not left lower."""
     rng = np.random.default_rng(seed)
     a, b = (prepare(template_of(spread_points(rng, 20, size=150.0))) for _ in range(2))
-    aligner = aligner_of(a.points, b.points)
-    aligner.impose(rng.permutation(20).astype(np.int32), 1.0, 0.0, 0.0, 0.0)
+    pairs, identity = rng.permutation(20).astype(np.int32), (1.0, 0.0, 0.0, 0.0)
+    aligner = impose(aligner_of(a.points, b.points), pairs, identity)
     aligner.keep(0)
     scorer = scorer_of(some_weights(), pairs=20)
     sides = a.for_kernels(), b.for_kernels()

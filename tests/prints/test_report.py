@@ -19,8 +19,8 @@ from scipy.spatial.transform import Rotation
 
 from fpmatch import Minutiae, Template, as_template, read_image
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration, load_calibration
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.pipeline import evidence
-from fpmatch.matching.pipeline._kernels._local_kernel import COMPILED
 from fpmatch.matching.result import Compared, Comparison
 from fpmatch.matching.verification import Verification
 from fpmatch.matching.verify import verify

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.match import evidence_scorer, match
+from fpmatch.matching.pipeline.match import Workspace, evidence_scorer
 from fpmatch.matching.pipeline.parameters import AlignmentParameters, RidgeSearchParameters
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -124,7 +124,11 @@ def test_features_are_those_that_the_matcher_weighs(two_fingers, ridges, refine)
     weights = some_weights(refine)
     shown = two_fingers if ridges else of_templates(two_fingers, without_field)
     pairs = ordered_pairs(shown)
-    aligned = [match(a, b, evidence_scorer(len(b), weights)) for a, b in pairs]
+    aligned = []
+    for a, b in pairs:
+        workspace = Workspace(max(len(a), len(b)), evidence_scorer(len(b), weights))
+        workspace.load(a)
+        aligned.append(workspace.match(b, reference_first=False))
     totals = [one[1].total for one in aligned if one]
     assert len(totals) > 6
     features = np.where(OF_RIDGES, 0.0, found.coarse) if refine == np.inf else found.features

@@ -9,7 +9,6 @@ import pytest
 
 from fpmatch.gallery.index.loss import loss_table
 from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
-from fpmatch.image.quality.line_cues import LINE_CUES, evidence_of_cues
 from fpmatch.image.quality.measures import LinearWeights, QualityMeasures
 from fpmatch.image.quality.print_quality import (
     FEATURES,
@@ -22,7 +21,6 @@ from fpmatch.lab.synthesis.sensor import Sensor
 from fpmatch.matching.calibration import CALIBRATION_FOLDER
 from research.commands import ROOT
 from research.training.index import document_of, model_of_edges
-from research.training.polarity import fit_polarity
 from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
 
 SENSOR = Sensor("small", 160, 180)
@@ -31,9 +29,7 @@ SENSOR = Sensor("small", 160, 180)
 def examples(rng, sign):
     """Return prints that compare the better (sign 1) or worse (-1) the more ridges they have."""
     areas = rng.uniform(20, 300, 60)
-    figures = [
-        QualityMeasures(370, a, 30, 0.45, rng.uniform(0.3, 1), 0.3, 9, 0.9, 0.02) for a in areas
-    ]
+    figures = [QualityMeasures(370, a, 30, 0.45, rng.uniform(0.3, 1), 0.3, 9, 0.02) for a in areas]
     shares = 1 / (1 + np.exp(-sign * 2 * np.log(areas / 100)))
     return figures, shares.tolist()
 
@@ -46,7 +42,7 @@ def master():
 def test_more_ridges_are_better_where_examples_say_so(rng):
     weights = fit_quality(*examples(rng, 1))
     assert weights.weight[FEATURES.index("ridges")] > 0.5
-    figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.9, 0.02)
+    figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.02)
     less = replace(figures, ridges_mm2=50)
     assert quality_score(quality_features(less), weights) < 50
     assert quality_score(quality_features(figures), weights) > 50
@@ -69,18 +65,6 @@ def test_every_fault_can_be_made_and_made_again(master, fault):
     assert np.array_equal(one[0], other[0])
     assert one[0].dtype == np.uint8
     assert one[1] == other[1] == SENSOR.dpi
-
-
-def test_the_cue_that_tells_has_the_weight(rng):
-    cues = rng.normal(0, 1, (400, len(LINE_CUES)))
-    cues[:, 2] = rng.normal(0.02, 0.01, 400)
-    weights = fit_polarity(list(cues), {"seed": 1})
-    assert np.argmax(weights.weight) == 2
-    assert weights.weight[2] > 5 * np.abs(np.delete(weights.weight, 2)).max()
-    assert (evidence_of_cues(cues, weights) > 0).mean() > 0.9
-    assert weights.provenance["prints"] == 400
-    flipped = fit_polarity(list(-cues))
-    assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)
 
 
 def test_a_model_has_the_shares_of_lengths_and_of_directions_from_either_end(rng):
@@ -107,7 +91,6 @@ def test_the_model_of_the_package_is_written_as_it_is():
     "words",
     [
         ("quality", "--fingers", 1, "--workers", 1),
-        ("polarity", "--fingers", 1, "--workers", 1),
         ("tail", "--prints", 9, "--probes", 3),
         ("enhancer", "--fingers", 1, "--steps", 2, "--workers", 1),
         ("embedding", "--fingers", 4, "--steps", 2, "--workers", 1),

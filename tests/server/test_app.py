@@ -13,7 +13,7 @@ from PIL import Image
 
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
+from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server.settings import STATIC, Limits

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
 from fpmatch.lab.synthesis.templates import make_templates
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
-from fpmatch.matching.prints.prepare import prepare
 from fpmatch.prints.reading import make_given_print
 from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
@@ -67,10 +67,10 @@ def test_minutiae_along_their_ridges_are_not_named_and_across_them_are(seed, siz
     m = given_.minutiae
     along = replace(given_, minutiae=Minutiae(m.x, m.y, angle), field=ridges(turn))
     assert not why_no_finger(along)
-    assert not prepare(along).for_kernels().lies_off_ridges(FLOW_OF_CODE)
+    assert not MATCHER.prepare(along).for_kernels().lies_off_ridges(FLOW_OF_CODE)
     across = replace(along, minutiae=Minutiae(m.x, m.y, angle + np.pi / 2))
     assert why_no_finger(across) == f"{NO_FINGER}: {OFF_RIDGES}"
-    assert prepare(across).for_kernels().lies_off_ridges(FLOW_OF_CODE)
+    assert MATCHER.prepare(across).for_kernels().lies_off_ridges(FLOW_OF_CODE)
     assert OFF_RIDGES in why_no_finger(replace(along, field=ridges(turn, part=0.3)))
 
 
@@ -82,11 +82,11 @@ def test_few_minutiae_with_nearly_all_of_the_quality_are_named(seed, size, low):
     quality = np.where(rest, low, 100)
     uneven = replace(made, minutiae=Minutiae(m.x, m.y, m.angle, quality=quality))
     assert why_no_finger(uneven) == f"{NO_FINGER}: {UNEVEN}"
-    assert len(set(prepare(uneven).quality.tolist())) == 1
+    assert len(set(MATCHER.prepare(uneven).quality.tolist())) == 1
     for even in (np.where(rest, 60, 100), np.full(size, low)):
         graded = replace(made, minutiae=Minutiae(m.x, m.y, m.angle, quality=even))
         assert not why_no_finger(graded)
-        assert prepare(graded).quality.tolist() == (even / 100).tolist()
+        assert MATCHER.prepare(graded).quality.tolist() == (even / 100).tolist()
 
 
 def test_prints_of_fingers_are_not_named():

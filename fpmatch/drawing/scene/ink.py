@@ -46,7 +46,7 @@ def grey_pixels(name: str, image: Any) -> Pixels:
 
 
 def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
-    """Convert a grey print, ridges dark, to the coverage of an ink: 0 bare to 255 full."""
+    """Convert a grey print (H, W), ridges dark, to an ink's coverage: 0 bare to 255 full."""
     scale = dpi / STANDARD_DPI
     grey = pixels.astype(np.float32)
     mean = _blurred(grey, _MEAN_PX * scale)
@@ -62,7 +62,7 @@ def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
 
 
 def thinned_off_print(coverage: Pixels, field: RidgeField, factor: float = 1.0) -> Pixels:
-    """Thin an ink where the print has no ridges, so that dirt and frames do not distract.
+    """Lighten an ink (H, W) outside the ridges of a print, so that dirt and frames do not distract.
 
     `coverage` is the ink of a print shrunk by `factor`; one cell is added on every side of the
     field's mask of ridges. The ink is unchanged where the mask is empty.

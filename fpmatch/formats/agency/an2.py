@@ -176,9 +176,10 @@ def native_dpi(first: Record) -> float | None:
 
 
 def decode_image(data: bytes, limits: ImageLimits, number: int | None = None) -> GreyImage:
-    """Decode an image of a print, grey with 8 bits, of a file: the one of a number, from 1.
+    """Decode image `number` of a file, from 1, as 8-bit grey values; by default the first.
 
-    Records without an image, of fingers that are amputated or bandaged, are passed over.
+    Records without an image, of fingers that are amputated or bandaged, are passed over. Raises
+    ImageReadError if there is no such image, or it is damaged.
     """
     first, *others = records = read_records(data, _damaged)
     prints = [record for record in others if record.type in PRINT_TYPES]

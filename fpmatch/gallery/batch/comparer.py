@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.decision import NOTHING, evidence_in, reachable_similarities
+from fpmatch.matching.decision import NO_EVIDENCE, evidence_in, reachable_similarities
 from fpmatch.matching.result import (
     check_repeats,
     compare_prepared,
@@ -66,7 +66,7 @@ class Comparer(Generic[Key]):
             self._prepared.move_to_end(key)
             return self._prepared[key]
         template = self.template(key)
-        prepared, evidence = None, np.array(NOTHING)
+        prepared, evidence = None, np.array(NO_EVIDENCE)
         if template is not None:
             image = self.image(key) if wants_image(self.matcher) else None
             prepared = prepare_print(self.matcher, template, image)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,18 +23,11 @@ from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_OF_TWO_FILES: Final = ("reference", "reference_dpi")
-
 
 def verify_claim(
     gallery: str, subject: str, finger: str | None, values: Mapping[str, Any], *, as_json: bool
 ) -> str:
     """Compare a probe with the impressions of a subject, print the decision and return it."""
-    for name in _OF_TWO_FILES:
-        if values[name] is not None:
-            option = name.upper() if name == "reference" else f"--{name.replace('_', '-')}"
-            raise click.UsageError(f"{option} cannot be combined with --gallery")
-
     options = pair_options_of(values)
     if states_rho(options.matcher):
         raise click.UsageError("rho cannot be combined with --gallery: scores decide there")

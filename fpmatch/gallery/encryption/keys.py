@@ -135,7 +135,7 @@ class KeyRing:
 def missing_key(key_id: str, given: tuple[str, ...] = ()) -> EncryptionError:
     """Return the error about data whose key was not given."""
     others = f"; the keys given are {', '.join(given)}" if given else ""
-    remedy = f"give it with --key or {KEY_VARIABLE}"
+    remedy = f"give it with {KEY_VARIABLE}, or --key where the command has it"
     return EncryptionError(f"encrypted with key {key_id}; {remedy}{others}", code="missing key")
 
 
@@ -175,7 +175,7 @@ def load_keys(source: str | None = None) -> KeyRing:
     """
     chosen = given_source() if source is None else source
     if not chosen:
-        why = f"no key was given; --key or {KEY_VARIABLE} names one: {SOURCES}"
+        why = f"no key was given; {KEY_VARIABLE} names one: {SOURCES}"
         raise EncryptionError(why, code="missing key")
     kind, name = split_source(chosen)
     match kind:

@@ -29,10 +29,13 @@ from fpmatch.image.preprocess.foreground import mask_at_pixels, segment, segment
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from fpmatch.image.preprocess.arrays import Floats, Mask, UncropRecorder
+    from fpmatch.image.preprocess.arrays import Floats, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
 
-    Enhancer = Callable[[NormalizedImage, UncropRecorder], "EnhancedPrint"]
+    Enhancer = Callable[[NormalizedImage], "EnhancedPrint"]
+
+MAPS: Final = {"orientation": np.nan, "coherence": 0.0, "period": np.nan}
+"""Stages that serve for display, with their value outside the print."""
 
 # Of the smoothing of orientations.
 FINE_SIGMA_BLOCKS: Final = 0.8
@@ -96,9 +99,20 @@ class EnhancedPrint(NamedTuple):
     mask: Mask  # the same at the pixels, (H, W)
     field: OrientationField  # ridge orientation of the blocks
     enhanced: Floats  # ridges positive, 0 outside the mask, (H, W)
+    period: Floats | None = None  # of the ridges at the pixels, where it was measured, (H, W)
+
+    def maps(self) -> dict[str, Floats]:
+        """Return the maps of `MAPS` at the pixels that were measured, (H, W)."""
+        shape = self.mask.shape
+        orientation = orientation_at_pixels(self.field.orientation, shape)
+        maps = {"orientation": np.where(self.mask, orientation, np.nan)}
+        maps["coherence"] = blocks_to_pixels(self.field.coherence, shape)
+        if self.period is not None:
+            maps["period"] = np.where(self.mask, self.period, np.nan)
+        return maps
 
 
-def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
+def enhance_learned(image: NormalizedImage) -> EnhancedPrint:
     """Enhance the ridges by the network, and measure mask and orientation on them."""
     shape = image.pixels.shape
     ridges = enhance_by_network(image.pixels)
@@ -106,16 +120,10 @@ def enhance_learned(image: NormalizedImage, stages: UncropRecorder) -> EnhancedP
     mask = mask_at_pixels(blocks, shape)
     field = enhanced_orientation(ridges, blocks)
     enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
-    stages.record("enhanced", enhanced)
-    stages.record("mask", mask)
-    if stages.wants("orientation") or stages.wants("coherence"):
-        orientation = orientation_at_pixels(field.orientation, shape)
-        stages.record("orientation", np.where(mask, orientation, np.nan))
-        stages.record("coherence", blocks_to_pixels(field.coherence, shape))
     return EnhancedPrint(blocks, mask, field, enhanced)
 
 
-def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPrint:
+def enhance_gabor(image: NormalizedImage) -> EnhancedPrint:
     """Filter the image along its ridges, whose course is measured on it and then on a blend."""
     # the filters are one method of two: their modules load where it is chosen
     from fpmatch.image.enhancement.gabor import (  # noqa: PLC0415
@@ -129,7 +137,6 @@ def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPri
     spectrum = ridge_spectrum(pixels)
     blocks = segment(image, spectrum)
     mask = mask_at_pixels(blocks, shape)
-    stages.record("mask", mask)
     for last in (False, True):
         field = smoothed_orientation(doubled_angles(spectrum, blocks))
         orientation = orientation_at_pixels(field.orientation, shape)
@@ -137,11 +144,7 @@ def enhance_gabor(image: NormalizedImage, stages: UncropRecorder) -> EnhancedPri
         enhanced = gabor_filter(pixels, mask, orientation, period)
         if not last:
             spectrum = ridge_spectrum(blend(pixels, enhanced, mask))
-    stages.record("orientation", np.where(mask, orientation, np.nan))
-    stages.record("coherence", blocks_to_pixels(field.coherence, shape))
-    stages.record("period", np.where(mask, period, np.nan))
-    stages.record("enhanced", enhanced)
-    return EnhancedPrint(blocks, mask, field, enhanced)
+    return EnhancedPrint(blocks, mask, field, enhanced, period)
 
 
 def blend(pixels: Floats, enhanced: Floats, mask: Mask) -> Floats:
@@ -164,26 +167,17 @@ def enhance_by_network(pixels: Floats) -> Floats:
     """Enhance the ridges of a normalized image (H, W) at 500 dpi, ridges positive.
 
     Returns twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
-    there is no print or nothing is certain. Raises FpmatchError if the file of the network is
-    missing, damaged or of another version, or OpenCV cannot use it.
+    there is no print or nothing is certain. The network has one channel, of H/4 by W/4, for each
+    position in a patch of 4 by 4 pixels. Raises FpmatchError if the file of the network is missing,
+    damaged or of another version, or OpenCV cannot use it.
     """
     height, width = pixels.shape
     rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
     padded = np.zeros((rows, columns), np.float32)
     padded[:height, :width] = pixels
-    logits = _from_channels(_NETWORK(_to_channels(padded)))
-    return np.ascontiguousarray(np.tanh(0.5 * logits[:height, :width]), np.float32)
-
-
-def _to_channels(pixels: Floats) -> Floats:
-    """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each position in a patch."""
-    rows, columns = (side // PATCH_PX for side in pixels.shape)
-    patches = pixels.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
-    return np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns))
-
-
-def _from_channels(channels: Floats) -> Floats:
-    """Undo `_to_channels`."""
-    rows, columns = channels.shape[2:]
+    rows, columns = rows // PATCH_PX, columns // PATCH_PX
+    patches = padded.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
+    channels = _NETWORK(np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns)))
     patches = channels.reshape(PATCH_PX, PATCH_PX, rows, columns).transpose(2, 0, 3, 1)
-    return np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
+    logits = np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
+    return np.ascontiguousarray(np.tanh(0.5 * logits[:height, :width]), np.float32)

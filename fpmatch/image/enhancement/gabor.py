@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 from fpmatch.image.preprocess.arrays import blur_blocks
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
-    from fpmatch.image.preprocess.arrays import Floats, Ints, Mask, OrientationField
+    from fpmatch.image.preprocess.arrays import Floats, Mask, OrientationField
     from fpmatch.image.preprocess.spectrum import RidgeSpectrum
 
 PERIOD_SMOOTHING_BLOCKS: Final = 2.0
@@ -72,38 +71,26 @@ def gabor_filter(pixels: Floats, mask: Mask, orientation: Floats, period: Floats
     if not pixels.shape == mask.shape == orientation.shape == period.shape:
         raise ValueError("pixels, mask, orientation and period must have one shape")
     y, x = np.nonzero(mask)
+    out = np.zeros(pixels.shape, np.float32)
     steps = np.rint(orientation[y, x] * (FILTER_ANGLES / np.pi)).astype(np.int64)
     edges = np.sqrt(np.multiply(FILTER_PERIODS_PX[:-1], FILTER_PERIODS_PX[1:]))
-    period_index = np.searchsorted(edges, period[y, x])
-    which = (steps % FILTER_ANGLES * len(FILTER_PERIODS_PX) + period_index).astype(np.int32)
-    margins = ((RADIUS_PX, RADIUS_PX), (RADIUS_PX, kernel.ROW))
-    padded = np.pad(np.ascontiguousarray(pixels, np.float32), margins)
-    out = np.zeros(pixels.shape, np.float32)
-    filter_listed = kernel.filter_pixels if kernel.COMPILED else filter_with_numpy
-    filter_listed(padded, y.astype(np.int32), x.astype(np.int32), which, filter_bank(), out)
-    return out
-
-
-def filter_with_numpy(
-    padded: Floats, y: Ints, x: Ints, which: Ints, bank: Floats, out: Floats
-) -> None:
-    """Filter as the kernel does: the uncompiled path, and the kernel's oracle."""
-    windows = np.lib.stride_tricks.sliding_window_view(padded, bank.shape[1:])
-    if not len(which):
-        return
+    which = steps % FILTER_ANGLES * len(FILTER_PERIODS_PX) + np.searchsorted(edges, period[y, x])
+    side = 2 * RADIUS_PX + 1
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(pixels, RADIUS_PX), (side, side))
     order = np.argsort(which, kind="stable")
     used, starts = np.unique(which[order], return_index=True)
-    for index, members in zip(used, np.split(order, starts[1:]), strict=True):
+    for index, members in zip(used, np.split(order, starts[1:]), strict=False):
         neighbourhoods = windows[y[members], x[members]].reshape(len(members), -1)
-        out[y[members], x[members]] = neighbourhoods @ bank[index].ravel()
+        out[y[members], x[members]] = neighbourhoods @ filter_bank()[index].ravel()
+    return out
 
 
 @cache
 def filter_bank() -> Floats:
-    """Return the filters, (angles·periods, side, kernel.ROW), of zero mean and unit gain."""
+    """Return the filters, (angles·periods, side, side), of zero mean and unit gain."""
     r = np.arange(-RADIUS_PX, RADIUS_PX + 1, dtype=np.float64)
     x, y = np.meshgrid(r, r)
-    bank = np.zeros((FILTER_ANGLES * len(FILTER_PERIODS_PX), r.size, kernel.ROW), np.float32)
+    bank = np.zeros((FILTER_ANGLES * len(FILTER_PERIODS_PX), r.size, r.size), np.float32)
     for a in range(FILTER_ANGLES):
         angle = a * np.pi / FILTER_ANGLES
         along = x * np.cos(angle) - y * np.sin(angle)
@@ -113,5 +100,5 @@ def filter_bank() -> Floats:
             window = np.exp(-((along / ALONG_SIGMA_PX) ** 2 + (across / sigma) ** 2) / 2)
             wave = np.cos(2 * np.pi * across / period)
             gabor = window * (wave - (window * wave).sum() / window.sum())
-            bank[a * len(FILTER_PERIODS_PX) + f, :, : r.size] = gabor / (gabor * wave).sum()
+            bank[a * len(FILTER_PERIODS_PX) + f] = gabor / (gabor * wave).sum()
     return bank

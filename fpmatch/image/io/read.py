@@ -20,7 +20,7 @@ from fpmatch.image.io.grey import (
     likely_raw_size,
 )
 from fpmatch.image.io.pillow_formats import convert_opened
-from fpmatch.image.io.registry import find_reader, is_known
+from fpmatch.image.io.registry import other_kind, sniff
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
 from fpmatch.templates.minutiae import check_dpi
 
@@ -52,9 +52,9 @@ def read_image(
         A file or its bytes; pixels, as for `grey_image`; an image of PIL, of which the tags are
         obeyed; or a `GreyImage`, which is returned as it is. A file is a TIFF, PNG, BMP, JPEG,
         PGM/PPM/PBM, GIF, WebP, JPEG 2000 or WSQ file of 1, 8, 16 or 32 bits a sample; grey, palette
-        or colour; or a record with an image, of ANSI/NIST-ITL (AN2), ISO/IEC 19794-4 or ANSI 381.
-        It is read upright, as its tag of orientation says. Of transparent pixels see `grey_image`;
-        of several images the first is read.
+        or colour; or a record with an image, of ANSI/NIST-ITL (AN2). It is read upright, as its tag
+        of orientation says. Of transparent pixels see `grey_image`; of several images the first is
+        read.
     limits : ImageLimits
         Sizes that are refused, before reading and decoding.
     raw_sizes : sequence of RawSize
@@ -64,8 +64,7 @@ def read_image(
         "dark": the grey values stay; "white": they are inverted; "auto": they are inverted where
         the print certainly shows white ridges.
     dpi : float, optional
-        Resolution that replaces the file's own, for finding the polarity; by default the file's
-        own, and the likely one where it has none.
+        Resolution that replaces the file's own.
     record : int, optional
         Number, from 1, of the image that is read of an ANSI/NIST-ITL file; by default the first.
         Fingers without an image are not counted, and other files have one image.
@@ -116,16 +115,7 @@ def read_image(
     with name_errors(image):
         most = int(limits.max_file_megabytes * 1e6)
         data = read_regular(image, most, ImageReadError, _NO_IMAGES)
-    try:
-        return decode_image(data, str(image), **how)
-    except ImageReadError as error:
-        if raw_sizes or data.isascii() or is_known(data) or len(data) < FEWEST_RAW_BYTES:
-            raise  # a text, or of a format that the error names
-        size = likely_raw_size(data)
-        bits = size.bits(len(data)) if size else 8
-        packed = "" if bits == 8 else f" ({bits} bits a pixel)"
-        why = f"if its {len(data)} bytes are pixels: --raw {size or 'WIDTHxHEIGHT'}{packed}"
-        raise ImageReadError(f"{error}; {why}") from error
+    return decode_image(data, str(image), **how)
 
 
 def decode_image(
@@ -159,7 +149,7 @@ def _settled(image: GreyImage, polarity: Polarity, dpi: float | None) -> GreyIma
             image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
-        inverted = is_inverted(image.pixels, dpi or image.dpi)
+        inverted = is_inverted(image.pixels)
     if not inverted:
         return image
     return replace(image, pixels=255 - image.pixels, notes=(*image.notes, INVERTED))
@@ -182,13 +172,16 @@ def _decode(
     for size in raw_sizes:
         if size.bits(len(data)):
             return decode_raw(data, size, limits)
-    try:
-        reader = find_reader(data)
-    except ImageReadError as error:
-        if not raw_sizes:
-            raise
+    reader, kind = sniff(data), other_kind(data)
+    if reader is not None:
+        return reader.decode(data, limits, *((record,) if reader.holds_several else ()))
+    why = "not an image of a known format" + (f" ({kind})" if kind else "")
+    if raw_sizes:
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
-        raise ImageReadError(f"{error}; its {len(data)} bytes are no raw {sizes}") from error
-    if reader.holds_several:
-        return reader.decode(data, limits, record)
-    return reader.decode(data, limits)
+        why += f"; its {len(data)} bytes are no raw {sizes}"
+    elif not (kind or data.isascii() or len(data) < FEWEST_RAW_BYTES):
+        likely = likely_raw_size(data)
+        bits = likely.bits(len(data)) if likely else 8
+        packed = "" if bits == 8 else f" ({bits} bits a pixel)"
+        why += f"; if its {len(data)} bytes are pixels: --raw {likely or 'WIDTHxHEIGHT'}{packed}"
+    raise ImageReadError(why)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import reduce
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
@@ -35,7 +34,7 @@ class Box(NamedTuple):
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def uncrop(
-        self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
+        self, array: NDArray[Any], shape: tuple[int, ...], step_px: int = 1, around: float = 0
     ) -> NDArray[Any]:
         """Pad an array (h, w) of the box to the whole image (H, W), with the value `around`.
 
@@ -70,9 +69,6 @@ def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> Doubles:
     return np.asarray(low + share * (high - low))
 
 
-MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})  # NaN where there is no print
-
-
 class Recorder(Protocol):
     """Receive each stage's array by name, in the order of the stages.
 
@@ -82,27 +78,6 @@ class Recorder(Protocol):
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Take the array that `stage` produced; it must not be changed."""
-
-
-class UncropRecorder:
-    """Pass the stages of a box of an image to a recorder, padded with 0 or NaN to its `shape`."""
-
-    def __init__(self, recorder: Recorder | None, box: Box, shape: tuple[int, int]) -> None:
-        self.recorder, self.box, self.shape = recorder, box, shape
-
-    def wants(self, stage: str) -> bool:
-        """Return whether the recorder receives `stage`."""
-        return self.recorder is not None and stage in getattr(self.recorder, "wanted", (stage,))
-
-    def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Pass on an image of the box padded, and any other array as it is."""
-        if self.recorder is None or not self.wants(stage):
-            return
-        height, width = self.box.bottom - self.box.top, self.box.right - self.box.left
-        if array.shape == (height, width) != self.shape:
-            around = math.nan if stage in MAY_BE_UNKNOWN else 0.0
-            array = self.box.uncrop(array, self.shape, around=around)
-        self.recorder.record(stage, array)
 
 
 class StageRecorder:

@@ -205,15 +205,15 @@ def _tidy(ridges: Mask, opening_blocks: int) -> Mask:
     """Close, open, drop small parts, fill holes."""
     margin = CLOSING_BLOCKS
     padded = np.pad(ridges, margin).astype(np.uint8)
-    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(CLOSING_BLOCKS))
-    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(opening_blocks))
+    closing, opening = (
+        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
+        for diameter in (CLOSING_BLOCKS, opening_blocks)
+    )
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, closing)
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, opening)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
     area = stats[:, cv2.CC_STAT_AREA].copy()
     area[0] = 0
     keep = area >= max(MIN_AREA_BLOCKS, MIN_RELATIVE_AREA * area.max(initial=0))
     _, outside = cv2.connectedComponents((~keep[labels]).astype(np.uint8), connectivity=4)
     return np.asarray(outside != outside[0, 0])[margin:-margin, margin:-margin]
-
-
-def _disc(diameter: int) -> Grey:
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter)), np.uint8)

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
 SHRUNK_PX: Final = 4  # side of a pixel of the smaller images for means and areas
 WINDOW_SIGMA_PX: Final = 12.0
+# shrinking and interpolation blur as well: with variances of (n² - 1) / 12 and / 6
+_SHRUNK_SIGMA: Final = math.sqrt(WINDOW_SIGMA_PX**2 - (SHRUNK_PX**2 - 1) / 4) / SHRUNK_PX
 MIN_CONTRAST: Final = 6.0
 FLAT_WINDOW_PX: Final = 9
 MAX_FLAT_RANGE: Final = 3
@@ -39,20 +41,20 @@ class NormalizedImage(NamedTuple):
 def normalize(grey: Grey) -> NormalizedImage:
     """Normalize brightness and contrast of an image (H, W) at 500 dpi, ridges dark.
 
-    An image in which pixels differ much from their neighbours is smoothed first, as of some
-    capacitive sensors, and that of a large print, which has minutiae to spare. Flat areas that
+    A noisy image, such as one of a capacitive sensor, is smoothed first, and so is a large print,
+    which has more minutiae than are needed. Flat areas that
     touch the border (a sensor's frame, white paper) are excluded from the local statistics, so that
     ridges beside them keep their contrast.
     """
     grey = _smoothed(grey)
     flat = _flat_border(grey)
     skin = (~flat).astype(np.float32)
-    blur = _Blur(skin, WINDOW_SIGMA_PX)
+    share = _blurred(skin) + np.float32(1e-6)
     values = np.multiply(grey, skin)
-    deviation = blur.mean(values)
+    deviation = _mean(values, share)
     np.subtract(deviation, values, out=deviation)
     np.multiply(deviation, skin, out=deviation)
-    contrast = blur.mean(np.multiply(deviation, deviation, out=values))
+    contrast = _mean(np.multiply(deviation, deviation, out=values), share)
     np.sqrt(contrast, out=contrast)
     pixels = np.divide(deviation, np.maximum(contrast, MIN_CONTRAST, out=values), out=deviation)
     return NormalizedImage(np.clip(pixels, -CLIP, CLIP, out=pixels), contrast, ~flat)
@@ -91,33 +93,25 @@ def _flat_border(grey: Grey) -> Mask:
     return np.asarray(cv2.bitwise_and(flat, near), bool)
 
 
-class _Blur:
-    """Means around each pixel, weighted by a Gaussian and by `weight`, on a smaller image."""
+def _mean(weighed: Floats, share: Floats) -> Floats:
+    """Return the means around each pixel of an image, by a Gaussian and by a weight.
 
-    def __init__(self, weight: Floats, sigma: float) -> None:
-        height, width = weight.shape
-        shrunk = max(1, min(SHRUNK_PX, int(sigma / 2)))
-        self.small = (-(-width // shrunk), -(-height // shrunk))
-        self.large = (self.small[0] * shrunk, self.small[1] * shrunk)
-        # shrinking and interpolation blur as well: with variances of (n² - 1) / 12 and / 6
-        self.sigma = math.sqrt(sigma * sigma - (shrunk**2 - 1) / 4) / shrunk
-        self.share = self._blurred(weight) + np.float32(1e-6)
+    The image was multiplied by the weight, of which `share` is the blurred one.
+    """
+    height, width = weighed.shape
+    size = share.shape[1] * SHRUNK_PX, share.shape[0] * SHRUNK_PX
+    mean = cv2.resize(_blurred(weighed) / share, size, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(mean[:height, :width], np.float32)
 
-    def mean(self, weighed: Floats) -> Floats:
-        """Return the means around each pixel of an image that was multiplied by the weight."""
-        height, width = weighed.shape
-        mean = self._blurred(weighed) / self.share
-        mean = cv2.resize(mean, self.large, interpolation=cv2.INTER_LINEAR)[:height, :width]
-        return np.asarray(mean, np.float32)
 
-    def _blurred(self, image: Floats) -> Floats:
-        """Return the image, small and blurred."""
-        height, width = image.shape
-        below, beside = self.large[1] - height, self.large[0] - width
-        whole = cv2.copyMakeBorder(image, 0, below, 0, beside, cv2.BORDER_REFLECT)
-        small = cv2.resize(whole, self.small, interpolation=cv2.INTER_AREA)
-        blurred = cv2.GaussianBlur(small, (0, 0), self.sigma, borderType=cv2.BORDER_REFLECT)
-        return np.asarray(blurred, np.float32)
+def _blurred(image: Floats) -> Floats:
+    """Return an image blurred, at a quarter of its size."""
+    below, beside = (-side % SHRUNK_PX for side in image.shape)
+    whole = cv2.copyMakeBorder(image, 0, below, 0, beside, cv2.BORDER_REFLECT)
+    size = whole.shape[1] // SHRUNK_PX, whole.shape[0] // SHRUNK_PX
+    small = cv2.resize(whole, size, interpolation=cv2.INTER_AREA)
+    blurred = cv2.GaussianBlur(small, (0, 0), _SHRUNK_SIGMA, borderType=cv2.BORDER_REFLECT)
+    return np.asarray(blurred, np.float32)
 
 
 def local_range(grey: Grey, window_px: int) -> Grey:

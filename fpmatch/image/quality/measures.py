@@ -18,6 +18,7 @@ from fpmatch.base.parsing import parse_json
 from fpmatch.errors import FpmatchError
 from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.foreground import ridge_contrast, stretch_contrast
+from fpmatch.image.quality.ridge_scale import clear_period_px
 from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
 
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")
-_RINGS_PER_CYCLE: Final = 200  # of frequency: rings of 0.005 cycles a pixel
-_RINGS: Final = _RINGS_PER_CYCLE // 2
-_NO_SPECTRUM: Final = (math.nan, math.nan, math.nan, math.nan, 0.0)
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
 _GRAIN_SIGMA: Final = 0.8  # smoothing of single pixels before ridges are separated from valleys
@@ -40,23 +38,19 @@ _LEVELS_SIDE: Final = 11  # window of the ridge and valley levels: at least a ri
 _CERTAIN: Final = 0.75  # share of the root mean square at which an enhanced pixel is certain
 _BACKGROUND_SIGMA: Final = 8.0  # of the background that is subtracted before the spectrum
 _EDGE_SIGMA: Final = 4.0  # of the border of the measured area
-_MIN_RIDGES_MM2: Final = 20.0  # area below which the spectrum is that of all that has contrast
-_MIN_CONTRAST, _RELATIVE_CONTRAST = 6.0, 0.4  # least contrast: absolute, and of the strongest
-_RIDGE_PERIODS: Final = (4.2, 22.0)
 _FINE_PERIODS: Final = (2.2, 5.0)  # finer than ridges; compared with the coarse ones
 _COARSE_PERIODS: Final = (6.0, 15.0)
 _NOISE_PERIODS: Final = (2.0, 2.17)  # of noise alone
-_ABOUT_PEAK: Final = 1.33  # factor about the strongest period that bounds the ridges' energy
-_ANY_PERIODS: Final = (2.6, 28.0)  # of ridges at a wrong resolution
+_RINGS_PER_CYCLE: Final = 200  # of frequency: rings of 0.005 cycles a pixel
+_RINGS: Final = _RINGS_PER_CYCLE // 2
 
 
 @dataclass(frozen=True, slots=True)
 class QualityMeasures:
     """The quality measures of one print; NaN where there is nothing to measure.
 
-    The peak is the ridge period even if the resolution is wrong; its share is one of all energy,
-    noise included. Periods are in pixels at 500 dpi, spreads are standard deviations of the
-    normalised grey values: 0 where they are even, 1 where they are as rough as the whole.
+    Spreads are standard deviations of the normalised grey values: 0 where they are even, 1 where
+    they are as rough as the whole.
     """
 
     image_mm2: float  # area of the image
@@ -65,11 +59,8 @@ class QualityMeasures:
     dark_share: float  # of that area, darker than the mean of ridge and valley; half where even
     ridge_spread: float
     valley_spread: float
-    period_px: float  # mean ridge period
-    concentration: float  # share of the energy about one period; low if that is not one of ridges
+    period_px: float  # median ridge period in pixels at 500 dpi, where it is clear
     detail: float  # energy finer than ridges over that of ridges; near 0 in a blurred image
-    peak_px: float = math.nan  # strongest in a range much wider than that of human ridges
-    peak_share: float = 0.0
     contrast: float = math.inf  # of ridges and valleys, in grey levels
 
 
@@ -77,17 +68,17 @@ def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasure
     """Measure a print on the recorded stages `MEASURED_STAGES` of its extraction."""
     shown = np.asarray(stages["input"], np.uint8)
     mask = stages["mask"].astype(bool)
-    grey = (stretch_contrast(shown) if mask.any() else shown).astype(np.float32)
+    stretched = stretch_contrast(shown) if mask.any() else shown
+    grey = stretched.astype(np.float32)
     quality = stages["minutiae"][:, 4].astype(np.float64)
-    area = float(np.count_nonzero(mask)) * MM_PER_PX**2
-    measured = mask if area >= _MIN_RIDGES_MM2 else _of_contrast(grey)
     return QualityMeasures(
         grey.size * MM_PER_PX**2,
-        area,
+        float(np.count_nonzero(mask)) * MM_PER_PX**2,
         float(quality.sum()) / 100.0,
         _dark_share(grey, mask),
         *_spreads(stages["normalised"][mask].astype(np.float64), stages["enhanced"][mask]),
-        *_spectral_measures(grey, measured),
+        clear_period_px(stretched) or math.nan,
+        _detail(grey, mask),
         ridge_contrast(shown),
     )
 
@@ -111,19 +102,9 @@ def _spreads(pixels: Doubles, enhanced: NDArray[np.generic]) -> tuple[float, flo
     return ridges, valleys
 
 
-def _of_contrast(grey: Floats) -> Mask:
-    """Return where the image has contrast, ridges or not."""
-    detail = grey - cv2.GaussianBlur(grey, (0, 0), _BACKGROUND_SIGMA)
-    contrast = np.sqrt(cv2.GaussianBlur(detail * detail, (0, 0), _BACKGROUND_SIGMA))
-    strong = _RELATIVE_CONTRAST * float(percentiles(contrast.ravel(), 95)[0])
-    return np.asarray(contrast > max(_MIN_CONTRAST, strong))
-
-
-def _spectral_measures(grey: Floats, measured: Mask) -> tuple[float, float, float, float, float]:
-    """Return period, concentration, detail, and the peak with its share, of a print's spectrum."""
-    if np.count_nonzero(measured) * MM_PER_PX**2 < _MIN_RIDGES_MM2 / 2:
-        return _NO_SPECTRUM
-    weight = cv2.GaussianBlur(measured.astype(np.float32), (0, 0), _EDGE_SIGMA)
+def _detail(grey: Floats, mask: Mask) -> float:
+    """Return the energy finer than ridges over that of ridges, in the spectrum of a print."""
+    weight = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), _EDGE_SIGMA)
     window = (grey - cv2.GaussianBlur(grey, (0, 0), _BACKGROUND_SIGMA)) * weight
     margin = round(4 * _EDGE_SIGMA)
     shape = tuple(cv2.getOptimalDFTSize(side + margin) for side in window.shape)
@@ -133,31 +114,12 @@ def _spectral_measures(grey: Floats, measured: Mask) -> tuple[float, float, floa
     ring, size = _rings(shape[0], shape[1])
     energy = np.bincount(ring, power.ravel(), _RINGS + 1)[:_RINGS]
     frequency = (np.arange(_RINGS) + 0.5) / _RINGS_PER_CYCLE
-
-    def within(periods: tuple[float, float]) -> Mask:
-        return np.asarray((frequency >= 1 / periods[1]) & (frequency < 1 / periods[0]))
-
-    noise = float(percentiles((energy / size)[within(_NOISE_PERIODS)], 50)[0])
-    signal = np.maximum(energy - noise * size, 0.0)
-    ridges = within(_RIDGE_PERIODS)
-    total, ridge_energy = float(signal.sum()), float(signal[ridges].sum())
-    coarse = float(signal[within(_COARSE_PERIODS)].sum())
-    if not min(ridge_energy, coarse) > 0:
-        return _NO_SPECTRUM
-    mean = float((frequency * signal)[ridges].sum()) / ridge_energy
-    smooth = np.convolve(signal, np.ones(3), "same")
-
-    def about_peak(looked_for: Mask) -> Mask:
-        peak = float(frequency[looked_for][smooth[looked_for].argmax()])
-        return within((1 / (peak * _ABOUT_PEAK), _ABOUT_PEAK / peak))
-
-    fine = float(signal[within(_FINE_PERIODS)].sum())
-    concentration = float(signal[about_peak(ridges)].sum()) / total
-    peak = about_peak(within(_ANY_PERIODS))
-    peak_energy = float(signal[peak].sum())
-    peak_px = peak_energy / float((frequency * signal)[peak].sum())
-    # Relative to all energy, because noise may have a peak too once its floor is subtracted.
-    return 1 / mean, concentration, fine / coarse, peak_px, peak_energy / float(energy.sum())
+    noise, fine, coarse = (
+        (frequency >= 1 / longest) & (frequency < 1 / shortest)
+        for shortest, longest in (_NOISE_PERIODS, _FINE_PERIODS, _COARSE_PERIODS)
+    )
+    signal = np.maximum(energy - percentiles((energy / size)[noise], 50) * size, 0.0)
+    return float(signal[fine].sum() / signal[coarse].sum()) if signal[coarse].any() else math.nan
 
 
 @lru_cache(maxsize=8)

@@ -30,12 +30,10 @@ FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "perio
 # Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
 MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
 MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
-PERIODS_PX: Final = (6.75, 12.0)  # range of the ridge periods of people
-FAR_PERIODS_PX: Final = (6.0, 12.3)  # beyond which the strongest period is not one of them
-MIN_PEAK_SHARES: Final = (0.5, 0.6)  # of the energy, about a period too short, and too long
-MIN_CONCENTRATION: Final = 0.6  # share of the energy about one period, for a period of ridges
+PERIODS_PX: Final = (6.0, 12.3)  # range of the median ridge periods of people
+CLEAR_CONTRAST: Final = 13  # grey levels, of lines too close to be found as ridges
 MIN_DETAIL: Final = 0.003  # energy finer than ridges
-BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest period
+BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the period
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +91,9 @@ def quality_features(measures: QualityMeasures) -> Doubles:
     """
     shortest, longest = PERIODS_PX
     period = measures.period_px
-    off = max(math.log2(shortest / period), math.log2(period / longest), 0.0)
+    off = 0.0
+    if math.isfinite(period):
+        off = max(math.log2(shortest / period), math.log2(period / longest), 0.0)
     blur = max(math.log2(MIN_DETAIL / max(measures.detail, MIN_DETAIL / 64)), 0.0)
     amounts = math.log(measures.ridges_mm2), math.log1p(measures.minutiae)
     return np.array([*amounts, measures.ridge_spread, measures.valley_spread, off, blur])
@@ -108,7 +108,7 @@ def quality_score(features: Doubles, weights: LinearWeights) -> Doubles:
 def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
     """Grade a print, whose resolution was taken to be `dpi`, by its measures."""
     reasons = tuple(_reasons(measures, dpi))
-    needed = (measures.ridge_spread, measures.valley_spread, measures.period_px, measures.detail)
+    needed = (measures.ridge_spread, measures.valley_spread, measures.detail)
     if measures.ridges_mm2 <= 0 or not all(map(math.isfinite, needed)):
         return PrintQuality(0, reasons)
     weights = LinearWeights.load(WEIGHTS_FILE, FEATURES)
@@ -117,28 +117,18 @@ def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
 
 
 def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
-    blurred = m.detail < MIN_DETAIL and m.concentration >= MIN_CONCENTRATION / 2
-    if _is_far_off(m, blurred=blurred):  # then no length or area is right
-        return [*_about_ink(m), wrong_resolution(m.peak_px, dpi)]
+    blurred = m.detail < MIN_DETAIL
+    shortest, longest = PERIODS_PX
+    longest *= BLUR_LENGTHENS if blurred else 1.0
+    # where no ridges are found, lines too close for them are believed, but no blots or faint grain
+    believed = m.ridges_mm2 > 0 or (m.period_px < shortest and m.contrast >= CLEAR_CONTRAST)
+    if believed and not shortest <= m.period_px <= longest and math.isfinite(m.period_px):
+        return [*_about_ink(m), wrong_resolution(m.period_px, dpi)]  # then no area is right
     reasons = _about_area(m) + _about_ink(m)
     if blurred:
         advice = "(hold still, focus, clean the sensor)"
         reasons.append(Reason("blurred", f"edges of ridges are soft {advice}"))
-    shortest, longest = PERIODS_PX
-    odd = m.period_px < shortest or (m.period_px > longest and not blurred)  # blur lengthens it
-    if odd and m.concentration >= MIN_CONCENTRATION:
-        reasons.append(wrong_resolution(m.period_px, dpi))
     return reasons
-
-
-def _is_far_off(m: QualityMeasures, *, blurred: bool) -> bool:
-    """Return whether the ridges are nearer or farther apart than those of any finger."""
-    shortest, longest = FAR_PERIODS_PX
-    if blurred:
-        longest *= BLUR_LENGTHENS
-    if_short, if_long = MIN_PEAK_SHARES
-    too_near = m.peak_px < shortest and m.peak_share >= if_short
-    return too_near or (m.peak_px > longest and m.peak_share >= if_long)
 
 
 def _about_area(m: QualityMeasures) -> list[Reason]:

@@ -1,4 +1,4 @@
-"""Ridge scale: what the distance of the ridges says about the resolution of an image.
+"""Ridge scale: the resolution that the distance of the ridges of an image indicates.
 
 Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300),
 or none. The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import cv2
 import numpy as np
 
+from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -195,13 +196,13 @@ def ridge_period_px(pixels: Grey) -> float | None:
         return None
     windows = _windows(pixels)
     contrast = windows[:, ::2, ::2].std(axis=(1, 2), dtype=np.float32)
-    clear = contrast > max(1.0, _LEAST_CONTRAST * float(np.quantile(contrast, 0.9)))
+    clear = contrast > max(1.0, _LEAST_CONTRAST * float(percentiles(contrast, 90)[0]))
     if clear.sum() < _LEAST_WINDOWS:
         return None
     distances = _periods(windows[clear][:: -(-int(clear.sum()) // _MAX_CLEAR)])
     if len(distances) < _LEAST_WINDOWS:
         return None
-    low, middle, high = np.quantile(distances, [0.2, 0.5, 0.8]).tolist()
+    low, middle, high = percentiles(distances, 20, 50, 80).tolist()
     return float(middle) if high <= _MOST_SPREAD * low else None
 
 

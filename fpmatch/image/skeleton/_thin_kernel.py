@@ -3,7 +3,7 @@
 
 Bit k of a word is its pixel k from the left, so that a condition on the eight neighbours of each
 pixel is a few operations on words. Then pixels that connection does not need are deleted one by one
-in raster order. The oracle of both steps is `fpmatch.image.skeleton.thin.thin_with_numpy`.
+in raster order. The oracle of both steps is `fpmatch.image.skeleton.thin.thin_with_skimage`.
 """
 
 import cython

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: find the nodes of a skeleton (endings, bifurcations) and trace their branches.
+"""Kernel: trace the branches of the nodes of a skeleton (endings, bifurcations).
 
 A trace goes from pixel to neighbouring pixel, edge neighbours before corner neighbours, never to a
 neighbour of the pixel before, until it meets another node, ends, or fills its row of `paths`.
@@ -8,44 +8,6 @@ neighbour of the pixel before, until it meets another node, ends, or fills its r
 import cython
 
 COMPILED = cython.compiled
-
-
-def list_nodes(
-    skeleton: cython.uchar[:, ::1],
-    pixels: cython.int[::1],
-    numbers: cython.uchar[::1],
-    nodes: cython.int[:, ::1],
-    found: cython.uchar[::1],
-) -> int:
-    """Find the pixels whose crossing number is 1 or more than 2; return how many there are.
-
-    `skeleton` (0/1) has a border of at least one pixel without ridge; `pixels` are the flat indices
-    of its ridges in raster order; `numbers` gives the crossing number for a byte of neighbours
-    (bit k for neighbour k, counter-clockwise from east). The beginnings of `nodes` and `found`,
-    as long as `pixels`, receive the nodes' (y, x) and crossing numbers.
-    """
-    width: cython.int = skeleton.shape[1]
-    count: cython.int = 0
-    cython.declare(i=cython.Py_ssize_t, y=cython.int, x=cython.int, number=cython.uchar)
-    for i in range(pixels.shape[0]):
-        y = pixels[i] // width
-        x = pixels[i] - y * width
-        number = numbers[
-            skeleton[y, x + 1]
-            | skeleton[y - 1, x + 1] << 1
-            | skeleton[y - 1, x] << 2
-            | skeleton[y - 1, x - 1] << 3
-            | skeleton[y, x - 1] << 4
-            | skeleton[y + 1, x - 1] << 5
-            | skeleton[y + 1, x] << 6
-            | skeleton[y + 1, x + 1] << 7
-        ]
-        if number == 1 or number > 2:
-            nodes[count, 0] = y
-            nodes[count, 1] = x
-            found[count] = number
-            count += 1
-    return count
 
 
 def trace_branches(

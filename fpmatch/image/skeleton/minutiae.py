@@ -5,19 +5,19 @@ Spurious minutiae are structures of the skeleton that the finger does not have.
 
 from __future__ import annotations
 
-from functools import cache
+import math
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cv2
 import numpy as np
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
+from fpmatch.image.skeleton.thin import CROSSING_NUMBER, bordered, neighbour_bytes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.preprocess.arrays import Doubles, Floats, Grey, Ints, Mask
+    from fpmatch.image.preprocess.arrays import Floats, Grey, Ints, Mask
 
 # (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
 _STEP: Final = np.array(
@@ -54,10 +54,12 @@ class SkeletonNodes(NamedTuple):
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
     padded = bordered(skeleton)
-    list_nodes = nodes_with_kernel if kernel.COMPILED else nodes_with_numpy
-    nodes, number = list_nodes(padded)
-    count = len(nodes)
-    y, x = nodes.T
+    pixels = np.flatnonzero(padded.view(np.bool_))
+    number = CROSSING_NUMBER[neighbour_bytes(padded, pixels)]
+    is_node = (number == 1) | (number > 2)
+    number, count = number[is_node], np.count_nonzero(is_node)
+    y, x = np.divmod(pixels[is_node].astype(np.int32), np.int32(padded.shape[1]))
+    nodes = np.stack([y, x], axis=1)
     labels = padded.astype(np.int32)
     labels[y, x] = np.arange(2, 2 + count)
     paths = np.zeros((count, _MAX_BRANCHES, branch_px, 2), np.int32)
@@ -69,23 +71,6 @@ def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
             traced = [memoryview(array) for array in traced]
         kernel.trace_branches(*traced)
     return SkeletonNodes(y - 1, x - 1, number, paths, steps, target)
-
-
-def nodes_with_kernel(padded: Grey) -> tuple[Ints, Grey]:
-    """Return (y, x) and crossing numbers of the nodes of a skeleton with a border of zeros."""
-    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
-    yx = np.empty((len(pixels), 2), np.int32)
-    number = np.empty(len(pixels), np.uint8)
-    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
-    return yx[:count].copy(), number[:count].copy()
-
-
-def nodes_with_numpy(padded: Grey) -> tuple[Ints, Grey]:
-    """Return what `nodes_with_kernel` does: the uncompiled path, and the kernel's oracle."""
-    y, x = padded.nonzero()
-    number = crossing_number_table()[neighbour_code(padded)[y, x]]
-    chosen = (number == 1) | (number > 2)
-    return np.stack([y[chosen], x[chosen]], axis=1).astype(np.int32), number[chosen]
 
 
 def remove_spurs_and_islands(skeleton: Mask) -> Mask:
@@ -132,7 +117,10 @@ def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
     lake, both ends of a broken ridge, and minutiae closer together than those of fingers.
     """
     known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
-    keep: Mask = known & ~_bridged(nodes)
+    forked = nodes.crossing_number >= 3
+    near = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
+    bridged = (near & forked[:, None] & forked[np.maximum(nodes.target, 0)]).any(axis=1)
+    keep: Mask = known & ~bridged
     here = np.flatnonzero(keep)
     here = here[_inside(nodes.x[here], nodes.y[here], mask)]
     keep[:] = False
@@ -144,28 +132,14 @@ def _inside(x: Ints, y: Ints, mask: Mask) -> Mask:
     """Return which pixels are far enough from the borders of the mask and of the image."""
     height, width = mask.shape
     edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
-    dy, dx = _nearer(MIN_MASK_DISTANCE_PX)
+    reach = math.ceil(MIN_MASK_DISTANCE_PX)
+    others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    others[reach, reach] = 0
+    near = cv2.distanceTransform(others, cv2.DIST_L2, 3) < MIN_MASK_DISTANCE_PX
+    dy, dx = (axis - reach for axis in near.nonzero())
     rows = np.clip(y[:, None] + dy, 0, height - 1)
     columns = np.clip(x[:, None] + dx, 0, width - 1)
     return np.asarray(mask[rows, columns].all(axis=1) & (edge >= MIN_BORDER_DISTANCE_PX))
-
-
-@cache
-def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the offsets (dy, dx) of all pixels nearer than a distance, measured by OpenCV."""
-    reach = int(np.ceil(distance_px))
-    others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    others[reach, reach] = 0
-    dy, dx = np.nonzero(cv2.distanceTransform(others, cv2.DIST_L2, 3) < distance_px)
-    return dy - reach, dx - reach
-
-
-def _bridged(nodes: SkeletonNodes) -> Mask:
-    """Return which bifurcations are joined to another by a short branch: a bridge or a lake."""
-    forked = nodes.crossing_number >= 3
-    near = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
-    both = forked[:, None] & forked[np.maximum(nodes.target, 0)]
-    return np.asarray((near & both).any(axis=1), bool)
 
 
 def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Mask:
@@ -213,12 +187,9 @@ def minutia_quality(pixels: Floats, enhanced: Floats, x: Ints, y: Ints) -> Grey:
     a, b = (
         np.pad(one, RADIUS_PX).ravel().take(at).astype(np.float64) for one in (pixels, enhanced)
     )
-    cross, power, enhanced_power = (_column_sums(weight * one) for one in (a * b, a * a, b * b))
+    # from top to bottom, in which order `sum` does not add a single column
+    cross, power, enhanced_power = (
+        (weight * one).cumsum(axis=0)[-1] for one in (a * b, a * a, b * b)
+    )
     correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
     return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
-
-
-def _column_sums(terms: Doubles) -> Doubles:
-    """Sum each column from top to bottom; `sum` adds a single column in another order."""
-    sums = terms.cumsum(axis=0)[-1] if terms.shape[1] == 1 else terms.sum(axis=0)
-    return np.asarray(sums, np.float64)

@@ -1,4 +1,4 @@
-"""Match two point sets by any of the room's matchers."""
+"""Match two point sets by any matcher of this folder."""
 
 from __future__ import annotations
 

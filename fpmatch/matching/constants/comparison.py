@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
 LOG_10: Final = math.log(10.0)
 SMALL_AREA_PX2: Final = 30_000.0  # up to which the smaller print is small: 77 mm²
 

@@ -1,9 +1,9 @@
 """The default matcher: the paper's mesh and unit circle, drawn through paired minutiae.
 
-The steps follow Fig. 7 of the paper: triangulate (`prepare`); match the neighbourhoods of the
-minutiae locally; relax the local matches, so that matches that agree support each other;
-triangulate the pairs, whose rings on the unit circle show which pairs hold, which are missing, and
-how well the two prints agree; fit the transform to the pairs.
+It uses eq. (1), (3) and (4) of the paper, and is not its Fig. 7, which the matcher "paper" is. It
+describes the neighbours of each minutia (`prepare`), compares neighbourhoods, relaxes the local
+matches, triangulates the pairs, predicts further pairs by the mesh (eq. 4), compares places on the
+unit circle (eq. 3), and fits a transform (eq. 1). docs/explanation/how_it_works.md has the steps.
 """
 
 from __future__ import annotations
@@ -15,21 +15,17 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from fpmatch.base.parameters import Parametrised, parameters_of
-from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline._kernels._pipeline_kernel import COMPILED, fit_pairs
-from fpmatch.matching.pipeline.alignment import Alignment, local_similarity
-from fpmatch.matching.pipeline.match import (
+from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants.comparison import (
+    MAX_STRETCH,
     MIN_MINUTIAE,
-    evidence_scorer,
-    match,
-    workspace_for,
+    MIN_PAIRS_FOR_SCALE,
 )
+from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.parameters import USUAL
+from fpmatch.matching.pipeline.reasons import all_reasons
 from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
-from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
-from fpmatch.matching.prints.prepare import prepare, rescaled_descriptors
-from fpmatch.matching.prints.prepared import available
+from fpmatch.matching.prints.prepared import available, lies_off_ridges
 from fpmatch.matching.result import Compared, Comparison, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -40,11 +36,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.evidence import Evidence
+    from fpmatch.matching.pipeline.match import Alignment
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.templates.minutiae import Template
+
+if COMPILED:
+    from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
+    from fpmatch.matching.pipeline.match import workspace_for
+    from fpmatch.matching.prints.prepare import prepare
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -99,7 +101,9 @@ class UnitCircleMatcher(Parametrised):
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
-        find = self._match_by_reference if self.by_reference else self._match_by_kernels
+        # of two equal prints neither comes first: only the identity is its own inverse
+        plain = self.by_reference or a.key == b.key
+        find = self._match_by_reference if plain else self._match_by_kernels
         rejected, compared = find(probe, reference, swapped=swapped)
         if rejected is not None:
             return nothing_found(UNLIKE, as_similarity(rejected))
@@ -110,15 +114,12 @@ class UnitCircleMatcher(Parametrised):
     ) -> tuple[float | None, Comparison | None]:
         """Return what stands for -ln(FMR) of a rejected pair, or the comparison if it pairs any."""
         a, b = (reference, probe) if swapped else (probe, reference)
-        if a.key == b.key:
-            matched = match(a, b, None, self.parameters)
-        else:
-            workspace = workspace_for(max(len(a), len(b)), self.parameters)
-            workspace.load(probe)
-            rejected = workspace.rejected(reference, reference_first=swapped)
-            if rejected is not None:
-                return rejected, None
-            matched = workspace.match(reference, reference_first=swapped)
+        workspace = workspace_for(max(len(a), len(b)), self.parameters)
+        workspace.load(probe)
+        rejected = workspace.rejected(reference, reference_first=swapped)
+        if rejected is not None:
+            return rejected, None
+        matched = workspace.match(reference, reference_first=swapped)
         return None, matched and _comparison(a, b, matched, swapped=swapped)
 
     def _match_by_reference(
@@ -140,20 +141,19 @@ class UnitCircleMatcher(Parametrised):
         The result has the similarity of `comparison`, which `compare` returned, and the best
         transform there is; competing transforms are among the reasons.
         """
-        from fpmatch.matching.pipeline.reasons import all_reasons, competing_pairs  # noqa: PLC0415
+        from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
 
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        p = self.parameters
-        whole = comparison
+        p, whole = self.parameters, comparison
         if comparison.detail is None and min(len(a), len(b)) >= MIN_MINUTIAE:
-            align = _align_by_reference if self.by_reference else _align
-            whole = align(a, b, p, swapped=swapped) or comparison
+            matched = method.match(a, b, p) or method.match(a, b, p, however_weak=True)
+            if matched:
+                whole = _comparison_by_reference(a, b, matched, swapped=swapped)
         if whole.detail is None:
             return comparison
-        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, p)
-        alignment, evidence = whole.detail
-        competing = competing_pairs(a, b, alignment, similarity, parameters=p)
+        pairing, evidence = _pairing(a, b, whole.detail[0], p), whole.detail[1]
+        competing = method.competing_pairs(a, b, pairing, p)
         reason = all_reasons(probe, reference, evidence, competing)
         return replace(whole, similarity=comparison.similarity, reason=reason)
 
@@ -178,11 +178,12 @@ class UnitCircleMatcher(Parametrised):
         """Return where the ridges agree; None where they were not compared."""
         if comparison.detail is None or not comparison.detail[1].cells:
             return None
-        from fpmatch.matching.pipeline.ridge_map import ridge_map  # noqa: PLC0415
+        from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415  (scipy)
 
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        return ridge_map(a, b, comparison.detail[0], self.parameters, swapped=swapped)
+        pairing = _pairing(a, b, comparison.detail[0], self.parameters)
+        return ridge_map(a, b, pairing, swapped=swapped)
 
     def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
         """Return minutiae and area in mm² of the smaller of two prints, in each respect."""
@@ -197,7 +198,7 @@ class UnitCircleMatcher(Parametrised):
         region = prepared.region
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
         held = self.parameters.score.beyond_share > 0.0
-        off = held and prepared.for_kernels().lies_off_ridges(FLOW_OF_CODE)
+        off = held and lies_off_ridges(prepared)
         return amount_of_print(0.0 if off else factor * len(prepared), area, shown=shown)
 
     def typical_similarities(
@@ -219,42 +220,20 @@ class UnitCircleMatcher(Parametrised):
 
         The probe's lengths are multiplied by each.
         """
-        p = self.parameters
-        workspace = workspace_for(len(reference), p)
-        workspace.load(reference)
+        from fpmatch.matching.reference.prefilter import (  # noqa: PLC0415  (scipy)
+            descriptor_similarity,
+            rescaled,
+        )
+
+        p, ours = self.parameters.prefilter, reference.bit_descriptors
         return [
             ratio
             for ratio in ratios
-            if workspace.common_bits(rescaled_descriptors(probe, ratio, p.prefilter))
-            >= MIN_AT_SCALE
+            if descriptor_similarity(ours, rescaled(probe, ratio, p), p) >= MIN_AT_SCALE
         ]
 
 
 MATCHER: Final = UnitCircleMatcher()
-
-
-def _align(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters, *, swapped: bool
-) -> Comparison | None:
-    """Compare two prints; if need be by all hypotheses, however weak the local matches are."""
-    matched = match(a, b, None, parameters)
-    if matched is None:
-        weights = score.load_weights()
-        models = tuple(replace(model, relaxation_threshold=-1.0) for model in weights.models)
-        weights = replace(weights, models=models)
-        scorer = evidence_scorer(max(len(a), len(b)), weights, parameters.score)
-        matched = match(a, b, scorer, parameters)
-    return matched and _comparison(a, b, matched, swapped=swapped)
-
-
-def _align_by_reference(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters, *, swapped: bool
-) -> Comparison | None:
-    """Return the same by the steps of the reference."""
-    from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
-
-    matched = method.match(a, b, parameters) or method.match(a, b, parameters, however_weak=True)
-    return matched and _comparison_by_reference(a, b, matched, swapped=swapped)
 
 
 def _comparison(
@@ -306,16 +285,24 @@ def _comparison_by_reference(
         agreement=evidence.agreement,
         overlap=evidence.overlap,
         reason=score.main_reason(evidence),
-        detail=(_alignment(pairing), evidence),
+        detail=matched,
     )
 
 
-def _alignment(pairing: Pairing) -> Alignment:
-    """Return a pairing as explanations and drawings read it."""
-    (linear, shift), (_, place, direction, _) = pairing.move, pairing.mesh
-    transform = np.array([linear.real, linear.imag, shift.real, shift.imag])
-    predicted = np.stack([place.real, place.imag, direction.real, direction.imag])
-    return Alignment(transform, pairing.partner.astype(np.int32), pairing.weight, predicted)
+def _pairing(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    aligned: Alignment | Pairing,
+    parameters: MatchParameters,
+) -> Pairing:
+    """Return what kernels or the reference have paired, as the reference has it."""
+    from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (scipy)
+
+    if isinstance(aligned, Pairing):
+        return aligned
+    c, s, x, y = aligned.transform.tolist()
+    move, partner = (complex(c, s), complex(x, y)), aligned.partner.astype(np.intp)
+    return Pairing(a.points, b.points, partner, aligned.weight, move, parameters)
 
 
 def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.matching.pipeline import evidence as score
+from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
+from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.alignment import (
-    aligner_of,
-    identity_alignment,
-    index_neighbours,
-    kept_alignment,
-    local_similarity,
-    make_aligner,
-)
 from fpmatch.matching.pipeline.evidence import Evidence
 from fpmatch.matching.pipeline.parameters import USUAL, ScoreParameters
-from fpmatch.matching.prints.bit_descriptors import prefilter, score_descriptors
+from fpmatch.matching.prints.bit_descriptors import prefilter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
-    from fpmatch.matching.pipeline.alignment import Alignment
     from fpmatch.matching.pipeline.parameters import MatchParameters
     from fpmatch.matching.pipeline.score_model import ScoreWeights
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepared import BitDescriptors, PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
 
-MIN_MINUTIAE: Final = 1  # the fewest that a print is compared by
 PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
-LEAST_CAPACITY: Final = 64  # minutiae that a thread's workspace has room for at least
+LEAST_CAPACITY: Final = 64  # minutiae, of a thread's workspace
 COUNTS: Final = [k for k, entry in enumerate(fields(Evidence)) if entry.type == "int"]
+CELL_PX: Final = 20.0  # side of the cells in which neighbours are looked up
+HALF: Final = 7  # such cells from the middle to each border; both set the time it takes, no more
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alignment:
+    """The alignment of print A, of N minutiae, with print B."""
+
+    transform: NDArray[np.float64]  # (s·cos θ, s·sin θ, tx, ty) at 500 dpi with y pointing up
+    partner: NDArray[np.int32]  # (N,): the partner in B, or -1; one-to-one
+    weight: NDArray[np.float64]  # (N,): how well a pair fits, 0 to 1; 0 where there is none
 
 
 class Workspace:
@@ -74,10 +77,6 @@ class Workspace:
         shortfall: float = self._kernel.shortfall(view_of(reference), reference_first)
         return self.scorer.prefilter_rejected(shortfall) if shortfall > 0.0 else None
 
-    def common_bits(self, descriptors: BitDescriptors) -> int:
-        """Return how much bit descriptors have in common with those of the probe."""
-        return score_descriptors(self._kernel.prefilter, descriptors)
-
     def pipeline(self) -> Any:
         """Return the kernel, with the probe and the index of its neighbours."""
         self._kernel.neighbours = _index_of(self._probe, threading.get_ident(), self.parameters)
@@ -92,7 +91,10 @@ class Workspace:
         if pipeline.best < 0:
             return None
         aligner = pipeline.before if reference_first else pipeline.after
-        alignment = kept_alignment(aligner, pipeline.best)
+        n = aligner.size_a
+        alignment = Alignment(np.empty(4), np.empty(n, np.int32), np.empty(n))
+        arrays = alignment.transform, alignment.partner, alignment.weight
+        aligner.copy_kept(pipeline.best, *arrays)
         return alignment, evidence_of(self.scorer, total)
 
 
@@ -113,6 +115,19 @@ def workspace_for(minutiae: int, parameters: MatchParameters = USUAL) -> Workspa
     return workspace
 
 
+def make_aligner(size_a: int, size_b: int, parameters: MatchParameters = USUAL) -> Aligner:
+    """Return an empty aligner for prints of up to so many minutiae, for one thread."""
+    p = parameters
+    return Aligner(size_a, size_b, p.alignment, p.relaxation, p.mesh)
+
+
+def evidence_scorer(
+    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
+) -> EvidenceScorer:
+    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
+    return EvidenceScorer(parameters, weights or score.load_weights(), room)
+
+
 @lru_cache(maxsize=PREPARED_KEPT)
 def view_of(prepared: PreparedTemplate) -> TemplateView:
     """Return a print as the kernels take it."""
@@ -123,61 +138,15 @@ def view_of(prepared: PreparedTemplate) -> TemplateView:
 def _index_of(
     prepared: PreparedTemplate | None, thread: int, parameters: MatchParameters
 ) -> NeighbourIndex:
-    # one a thread: an index has scratch arrays
+    """Sort the neighbours of a print's minutiae so that similar ones are found at once.
+
+    There is one a thread: an index has scratch arrays.
+    """
     assert prepared is not None
-    return index_neighbours(prepared.neighbourhoods, parameters)
-
-
-def match(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    scorer: EvidenceScorer | None = None,
-    parameters: MatchParameters = USUAL,
-) -> tuple[Alignment, Evidence] | None:
-    """Match print A with print B, in the order of their content; None if nothing is paired.
-
-    If their content is the same, neither can come first: only the identity is its own inverse.
-    """
-    if a.key == b.key:
-        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
-        identity = identity_alignment(a.points)
-        return identity, gather_evidence(a, b, identity, similarity, scorer, parameters)
-    capacity = max(len(a), len(b))
-    workspace = (
-        workspace_for(capacity, parameters)
-        if scorer is None
-        else Workspace(capacity, scorer, parameters)
-    )
-    workspace.load(a)
-    return workspace.match(b, reference_first=False)
-
-
-def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: ScoreParameters = USUAL.score
-) -> EvidenceScorer:
-    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    return EvidenceScorer(parameters, weights or score.load_weights(), room)
-
-
-def gather_evidence(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    alignment: Alignment,
-    similarity: NDArray[np.float32],
-    scorer: EvidenceScorer | None = None,
-    parameters: MatchParameters = USUAL,
-) -> Evidence:
-    """Gather and weigh the evidence for and against one finger in an alignment of two prints.
-
-    `similarity` (N, M) is the local similarity of their minutiae; the scorer has the weights in the
-    package unless one is given.
-    """
-    used = evidence_scorer(len(b), None, parameters.score) if scorer is None else scorer
-    aligner = aligner_of(a.points, b.points, parameters)
-    aligner.relax(similarity)
-    aligner.impose(alignment.partner, *alignment.transform.tolist())
-    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
-    return evidence_of(used, total)
+    of = prepared.neighbourhoods
+    turn = math.radians(parameters.local.neighbour_turn_deg)
+    slack = 1.0 / (1.0 - parameters.neighbourhood.tolerance_per_px)
+    return NeighbourIndex(of.count, of.frame, CELL_PX, HALF, turn, slack, of.frame.shape[2])
 
 
 def evidence_of(scorer: EvidenceScorer, minus_log_fmr: float) -> Evidence:

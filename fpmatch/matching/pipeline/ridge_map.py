@@ -8,16 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.pipeline.alignment import aligner_of
-from fpmatch.matching.pipeline.parameters import USUAL
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.alignment import Alignment
-    from fpmatch.matching.pipeline.parameters import MatchParameters
-    from fpmatch.matching.prints.prepared import PreparedTemplate
 
 IMPOSTOR_MEAN: Final = 0.27
 """Mean agreement of the ridges of different fingers, under the transform that aligns them best."""
@@ -95,75 +88,3 @@ class RidgeMap:
             "rotation_deg": self.rotation_deg,
             "cells": [[*at, value] for at, value in zip(columns.tolist(), values, strict=True)],
         }
-
-
-def ridge_map(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    alignment: Alignment,
-    parameters: MatchParameters = USUAL,
-    *,
-    swapped: bool,
-) -> RidgeMap | None:
-    """Return how the ridges of prints A and B agree under an alignment; None if nowhere compared.
-
-    The reference is B, or A where `swapped`.
-    """
-    correlator, compared = correlate(a, b, alignment, parameters)
-    if not compared:
-        return None
-    region, reference = a.region, a if swapped else b
-    cells = np.empty((3, *region.code.shape))
-    correlator.copy_cells(a.for_kernels(), cells)
-    correlation, x, y = cells
-    c, s, _, _ = alignment.transform.tolist()
-    side, rotation = region.step, 0.0
-    if swapped:
-        missing = np.where(np.isnan(correlation), np.nan, 0.0)
-        rows, columns = (np.arange(count) + 0.5 for count in region.code.shape)
-        x = (region.first_column + columns)[None, :] * side - 0.5 * a.to_500dpi + missing
-        y = 0.5 * a.to_500dpi - (region.first_row + rows)[:, None] * side + missing
-    else:
-        side, rotation = side * math.hypot(c, s), 0.0 - math.degrees(math.atan2(s, c))
-    zoom = 1.0 / reference.to_500dpi
-    return RidgeMap(correlation, x * zoom, -y * zoom, side * zoom, rotation)
-
-
-def correlate(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    alignment: Alignment,
-    parameters: MatchParameters = USUAL,
-) -> tuple[RidgeCorrelator, int]:
-    """Correlate the ridges of two prints under an alignment of A with B.
-
-    Every cell of A is mapped to B by the mesh of pairs around it. It and the cells
-    that touch it may be shifted by up to half a ridge period to where they agree best.
-
-    Returns
-    -------
-    RidgeCorrelator
-        The correlator that has compared them: its ``correlation`` is the mean of the cells, -1 to
-        1; about 0.2 for different fingers whose ridges have the same orientation. 0 where there
-        are none.
-    int
-        Number of cells compared: those that lie in both prints, at least three of the cells that
-        touch them beside them; 0 where either print does not show its ridges.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.matching.pipeline.alignment import identity_alignment
-    >>> from fpmatch.matching.prints.prepare import prepare
-    >>> bare = prepare(Template(Minutiae(x=[20, 60], y=[20, 30], angle=[0, 1]), 100, 100))
-    >>> correlator, cells = correlate(bare, bare, identity_alignment(bare.points))
-    >>> correlator.correlation, cells
-    (0.0, 0)
-    """
-    correlator = RidgeCorrelator(len(b))
-    c, s, x, y = alignment.transform.tolist()
-    aligner = aligner_of(a.points, b.points, parameters)
-    with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere
-        aligner.impose(alignment.partner, c, s, x, y)
-        cells = correlator.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
-    return correlator, cells

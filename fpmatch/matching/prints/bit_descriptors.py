@@ -20,38 +20,19 @@ from fpmatch.matching.constants.prints import (
 from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.parameters import BitDescriptorParameters
-from fpmatch.matching.prints.prepared import BitDescriptors
-from fpmatch.matching.prints.print_area import PrintAreas
 
 if TYPE_CHECKING:
     from typing import TypeAlias
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import Neighbourhoods
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.prints.prepared import BitDescriptors, Neighbourhoods
+    from fpmatch.matching.prints.print_area import PrintAreas
 
     EncodedMinutiae: TypeAlias = tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8]]
 
 _USUAL: Final = BitDescriptorParameters()
 _PLACES: Final = _USUAL.places
-
-
-def encode(
-    points: NDArray[np.float64],
-    quality: NDArray[np.float64],
-    neighbours: Neighbourhoods,
-    region: PrintArea,
-    parameters: BitDescriptorParameters | None = None,
-) -> BitDescriptors:
-    """Encode the minutiae of a print, given as `PreparedTemplate` has them.
-
-    Of more than 64 minutiae, those of the greatest quality are encoded; of equals, the first.
-    """
-    start = np.array((0, points.shape[1]), np.int64)
-    bits = encode_many(points, quality, start, neighbours, PrintAreas.of(region), parameters)
-    xy = np.ascontiguousarray(points[:2].T, np.float32)
-    return BitDescriptors(xy, *bits, region.has_flow)
 
 
 def encode_many(

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.prints.bit_descriptors import encode, encode_many
+from fpmatch.matching.prints.bit_descriptors import encode_many
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepared import BitDescriptors, prepare_by, rounded
 from fpmatch.matching.prints.print_area import PrintAreas
@@ -59,17 +58,3 @@ def describe(
     """
     described = rounded(neighbourhoods(points, neighbourhood, start.tolist()))
     return described, encode_many(points, quality, start, described, areas, prefilter)
-
-
-def rescaled_descriptors(
-    prepared: PreparedTemplate, ratio: float, prefilter: BitDescriptorParameters | None = None
-) -> BitDescriptors:
-    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
-    p = prepared
-    frame = p.neighbourhoods.frame.copy()
-    frame[:, :2] *= ratio
-    points = p.points.copy()
-    points[:2] *= ratio
-    neighbours = replace(p.neighbourhoods, frame=frame)
-    region = replace(p.region, step=p.region.step * ratio)
-    return encode(points, p.quality, neighbours, region, prefilter)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,10 +10,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.prints.parameters import PreparationParameters
-from fpmatch.matching.prints.print_area import area_of_field, area_of_hull
+from fpmatch.matching.prints.print_area import area_of_field, area_of_hull, codes_at
 from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
+from fpmatch.templates.plausibility import (
+    ENOUGH_ON_RIDGES,
+    FEW_MINUTIAE,
+    LEAST_EVEN,
+    LEAST_EVEN_OF_FEW,
+    lie_off_ridges,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -118,10 +126,20 @@ def prepare_by(
 
 
 def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
-    """Return the least number of minutiae, and the least area in square pixels at 500 dpi."""
+    """Return the minutiae and the area, px² at 500 dpi, of the smaller print in each respect."""
     sides = (probe, reference)
     area = min(side.region.inside * side.region.step**2 for side in sides)
     return min(map(len, sides)), area
+
+
+def lies_off_ridges(side: PreparedTemplate) -> bool:
+    """Return whether the minutiae of a print do not lie along its own ridges."""
+    if not side.region.has_flow or len(side) < ENOUGH_ON_RIDGES:
+        return False
+    x, y, dx, dy = side.points
+    code = codes_at(side.region, x + 1j * y)
+    on, ridges = code > 0, (code - 1.0) * math.pi / ORIENTATIONS
+    return lie_off_ridges(on, (np.arctan2(dy, dx) - ridges)[on])
 
 
 def points_at_500dpi(
@@ -130,7 +148,7 @@ def points_at_500dpi(
     angle: NDArray[np.float32],
     to_500dpi: float | NDArray[np.float32],
 ) -> NDArray[np.float64]:
-    """Return the points of a prepared template, of minutiae in the pixels of their images."""
+    """Return minutiae in pixels and radians, each (N,), as the points (4, N) of a prepared one."""
     columns = np.empty((4, len(x)), np.float32)
     np.multiply(x, to_500dpi, out=columns[0])
     np.multiply(y, -to_500dpi, out=columns[1])
@@ -163,7 +181,7 @@ def qualities(
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to."""
+    """Return the index of the nearest of `ROOT_WEIGHTS` for each square root of a weight."""
     step = np.rint(root_weight.astype(np.float64) * 100.0)
     return np.minimum(step, len(ROOT_WEIGHTS) - 1.0).astype(np.uint8)
 
@@ -171,8 +189,8 @@ def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
 def rounded(given: Neighbourhoods) -> Neighbourhoods:
     """Return neighbourhoods whose weights are rounded so that a byte keeps each of them.
 
-    They are rounded when a print is prepared, not when it is put into arrays: so all comparisons,
-    of two prints or of one with many, are of the same values.
+    They are rounded when a print is prepared, so that comparisons of two prints and of one with
+    many use the same values.
     """
     frame = given.frame.copy()
     frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]

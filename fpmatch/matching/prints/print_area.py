@@ -78,6 +78,17 @@ def orientation_codes(
     return code
 
 
+def codes_at(region: PrintArea, z: NDArray[np.complex128]) -> NDArray[np.uint8]:
+    """Return the codes of a print area at places x + iy, y pointing up: 0 outside."""
+    per_px = 1.0 / region.step
+    x, y = z.real * per_px - region.first_column, -z.imag * per_px - region.first_row
+    rows, columns = region.code.shape
+    codes = np.zeros(z.shape, np.uint8)
+    within = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
+    codes[within] = region.code[y[within].astype(np.intp), x[within].astype(np.intp)]
+    return codes
+
+
 def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:
     """Return the mask of a ridge field with its orientation and ridges, at 500 dpi."""
     box, at = _box(field.mask)

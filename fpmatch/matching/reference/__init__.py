@@ -6,7 +6,9 @@ Two prints are prepared: each is *triangulated*, and the *rings* of its minutiae
 (`neighbourhood`). `match` compares them: the *local match* (`neighbourhood`), *relaxed* so that
 local matches that agree support each other (`relaxation`); *pairs* that *grow* over their mesh on
 the unit circle by eq. (3) and (4) (`alignment`, `pair_mesh`); the *ridges* (`ridges`); the
-*evidence* and the *score* (`evidence`). `transform_of` fits eq. (1) in the pixels of the images.
+*evidence* and the *score* (`evidence`, `bounds`). `transform_of` fits eq. (1) in the pixels of the
+images. Before `match`, `rejected` applies the *prefilter* (`prefilter`). The area of a print is a
+`fpmatch.matching.prints.print_area.PrintArea`; `fpmatch.matching.verify` calibrates and decides.
 
 The compiled matcher takes the same steps, many times as fast. Both make the same pairs, and the
 same evidence to 1e-9, unless the last bit of a sum decides between equals, because numpy adds in
@@ -20,7 +22,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -42,7 +44,7 @@ from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -54,7 +56,11 @@ if TYPE_CHECKING:
         PreparedTemplate,
     )
     from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.templates.minutiae import Template
+
+
+APART_PX: Final = 30.0  # at 500 dpi, between the images of a print under competing transforms
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
@@ -72,7 +78,7 @@ def prepare(template: Template, parameters: MatchParameters = USUAL) -> Prepared
 def rejected(
     a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
 ) -> float | None:
-    """Return what stands for -ln(FMR) of two prints that the prefilter rejects; else None."""
+    """Return the estimate of -ln(FMR) of two prints that the prefilter rejects; else None."""
     base, growth, limit = load_weights().model_of(a, b).prefilter
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors
@@ -103,13 +109,7 @@ def match(
         return weighed(identity, ridges_from=model.refine_threshold)
 
     coarse = []
-    seeds = candidates.seeds
-    for _ in range(p.hypotheses):
-        if not seeds:
-            break
-        pairing = grow(start(*candidates.hypothesis(len(a), seeds[0])), p.coarse_rounds)
-        among = candidates.among(pairing.partner)
-        seeds = [seed for seed in seeds[1:] if not among[seed]]
+    for pairing in coarse_pairings(a.points, b.points, candidates, parameters):
         coarse += [weighed(pairing, ridges_from=math.inf)] if pairing.pairs else []
         if coarse and coarse[-1][1].total > model.confident_threshold:
             coarse = coarse[-1:]
@@ -131,6 +131,57 @@ def match(
         by_ridges = [weighed(each) for each in grown if each.pairs]
         best = _greatest([best, *by_ridges] if best else by_ridges)
     return best
+
+
+def coarse_pairings(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    candidates: Candidates,
+    parameters: MatchParameters = USUAL,
+) -> Iterator[Pairing]:
+    """Yield what each hypothesis of the local matches grows to in coarse rounds, in turn.
+
+    `a` and `b` are the minutiae of two prints, (4, N) and (4, M), as in `PreparedTemplate`. A
+    candidate that is among the pairs of one hypothesis starts no later one.
+    """
+    p, seeds = parameters.alignment, candidates.seeds
+    for _ in range(p.hypotheses):
+        if not seeds:
+            break
+        hypothesis = candidates.hypothesis(a.shape[1], seeds[0])
+        pairing = grow(seeded(a, b, *hypothesis, parameters), p.coarse_rounds)
+        yield pairing
+        among = candidates.among(pairing.partner)
+        seeds = [seed for seed in seeds[1:] if not among[seed]]
+
+
+def competing_pairs(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    best: Pairing,
+    parameters: MatchParameters = USUAL,
+    apart_px: float = APART_PX,
+) -> int:
+    """Count the pairs under the best transform that maps print A to a very different place.
+
+    The prints are in the order of their content, and `best` is their best pairing. Very different
+    are images of A's minutiae that lie more than `apart_px` apart on average, at 500 dpi.
+    """
+    p, places = parameters.alignment, best.places[0]
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters.local)
+    # a minutia is in one local match only: without those of the best, there are others
+    other = similarity.copy()
+    paired = np.flatnonzero(best.partner >= 0)
+    other[paired, best.partner[paired]] = 0.0
+    most = 0
+    for matches in (similarity, other):
+        candidates = relax(a.points, b.points, matches, parameters.relaxation)
+        for coarse in coarse_pairings(a.points, b.points, candidates, parameters):
+            pairing = grow(coarse, p.rounds - p.coarse_rounds, settled=True)
+            linear, shift = (x - y for x, y in zip(pairing.move, best.move, strict=True))
+            if pairing.pairs > most and abs(linear * places + shift).mean() > apart_px:
+                most = pairing.pairs
+    return most
 
 
 def _greatest(weighed: Iterable[tuple[Pairing, Evidence]]) -> tuple[Pairing, Evidence] | None:

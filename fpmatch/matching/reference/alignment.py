@@ -63,7 +63,7 @@ class Pairing:
 def seeded(
     a: Floats, b: Floats, partner: Numbers, weight: Floats, parameters: MatchParameters = USUAL
 ) -> Pairing:
-    """Return given pairs with the transform that they fit, of one by its place and direction."""
+    """Return given pairs with their transform; a single pair fixes it by place and direction."""
     pairing = Pairing(a, b, partner, weight, parameters=parameters)
     (z_a, z_b), (d_a, d_b) = pairing.places, pairing.directions
     i = int(np.flatnonzero(partner >= 0)[0])
@@ -72,7 +72,7 @@ def seeded(
 
 
 def one_pair(size: int, i: int, j: int) -> tuple[Numbers, Floats]:
-    """Return partners and weights of so many minutiae of A, of which i alone is paired, with j."""
+    """Return partners and weights (size,) of A's minutiae where i and j of B are the only pair."""
     alone = np.arange(size) == i
     return np.where(alone, j, -1), alone.astype(np.float64)
 

@@ -1,4 +1,4 @@
-"""Evidence and score: what speaks for and against one finger, weighed; see `pipeline.evidence`."""
+"""Evidence and score: the features of an alignment, weighed; see `pipeline.evidence`."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from fpmatch.matching.constants.comparison import (
     PLACE2,
     TURN2,
 )
-from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.pipeline.evidence import Evidence, load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
+from fpmatch.matching.prints.prepared import lies_off_ridges
+from fpmatch.matching.prints.print_area import codes_at
 from fpmatch.matching.reference.bounds import (
     decades_beyond_chance,
     most_decades,
     quality_correction,
 )
 from fpmatch.matching.reference.pair_mesh import measure
-from fpmatch.matching.reference.ridges import codes_at, compare_ridges, drift_of
-from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, lie_off_ridges
+from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -131,7 +131,7 @@ def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -
 
 
 def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Floats:
-    """Return what evidence amounts to, by `FEATURES`."""
+    """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [
         math.log(LEAST_RELAXED + e["relaxed"]),
@@ -152,7 +152,7 @@ def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Float
 
 
 def _condition(model: ScoreModel, total: float, e: dict[str, Any], usual: float) -> float:
-    """Return the -ln(FMR) of a sum, by how much was compared."""
+    """Return the -ln(FMR) of a weighted sum, given the amount of evidence."""
     amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
     low, high = (model.quantiles @ amount).tolist()
     decade = max(high - low, LEAST_SPREAD)
@@ -169,11 +169,11 @@ def _beyond_chance(
     estimate: float,
     p: ScoreParameters,
 ) -> float:
-    """Return an estimate of -ln(FMR), lowered where the pairs are by chance, or a print is made."""
+    """Return -ln(FMR), lowered for pairs that chance would make, and for implausible prints."""
     least = LOG_10 * p.beyond_from
     if not estimate > least or p.beyond_share == 0.0:
         return estimate
-    if _lies_off_ridges(a) or _lies_off_ridges(b):
+    if lies_off_ridges(a) or lies_off_ridges(b):
         return least
     if load_weights().is_small(a, b):
         return estimate
@@ -195,13 +195,3 @@ def _beyond_chance(
     above = estimate - LOG_10 * (bound - less)
     lowered = estimate - p.beyond_share * max(above, 0.0)
     return float(max(lowered, least))
-
-
-def _lies_off_ridges(side: PreparedTemplate) -> bool:
-    """Return whether the minutiae of a print do not lie along its own ridges."""
-    if not side.region.has_flow or len(side) < ENOUGH_ON_RIDGES:
-        return False
-    x, y, dx, dy = side.points
-    code = codes_at(side.region, x + 1j * y)
-    on, ridges = code > 0, (code - 1.0) * math.pi / ORIENTATIONS
-    return lie_off_ridges(on, (np.arctan2(dy, dx) - ridges)[on])

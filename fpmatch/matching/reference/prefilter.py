@@ -7,6 +7,7 @@ bins of the ridge orientation at places around it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -38,7 +39,7 @@ from fpmatch.matching.prints.prepared import BitDescriptors
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import Neighbourhoods
+    from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
 
     Floats = NDArray[np.float64]
@@ -54,7 +55,7 @@ def encode(
     region: PrintArea,
     parameters: BitDescriptorParameters | None = None,
 ) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print, of many those of the greatest quality."""
+    """Encode the minutiae (4, N) of a print, or those of best quality where there are many."""
     p = parameters or BitDescriptorParameters()
     coded = np.zeros(len(quality), bool)
     coded[np.argsort(-quality, kind="stable")[:MAX_ENCODED]] = True
@@ -64,6 +65,18 @@ def encode(
     bins = _orientation_bins(points, direction_bin, region, p.places)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return BitDescriptors(xy, direction_bin, bits, bins, region.has_flow)
+
+
+def rescaled(
+    prepared: PreparedTemplate, ratio: float, parameters: BitDescriptorParameters | None = None
+) -> BitDescriptors:
+    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
+    points, frame = prepared.points.copy(), prepared.neighbourhoods.frame.copy()
+    points[:2] *= ratio
+    frame[:, :2] *= ratio
+    neighbours = replace(prepared.neighbourhoods, frame=frame)
+    region = replace(prepared.region, step=prepared.region.step * ratio)
+    return encode(points, prepared.quality, neighbours, region, parameters)
 
 
 def _neighbour_bits(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +23,8 @@ from fpmatch.matching.constants.comparison import (
 )
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.pipeline.parameters import RidgeSearchParameters
+from fpmatch.matching.pipeline.ridge_map import RidgeMap
+from fpmatch.matching.prints.print_area import codes_at
 from fpmatch.matching.reference.triangulation import cross
 
 if TYPE_CHECKING:
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.pair_mesh import PairMesh
 
     Bits = NDArray[np.bool_]
@@ -37,22 +42,11 @@ if TYPE_CHECKING:
     Move = tuple[complex, complex]
 
 
-def codes_at(region: PrintArea, z: Plane) -> NDArray[np.uint8]:
-    """Return the codes of a print area at places: 0 outside."""
-    per_px = 1.0 / region.step
-    x, y = z.real * per_px - region.first_column, -z.imag * per_px - region.first_row
-    rows, columns = region.code.shape
-    codes = np.zeros(z.shape, np.uint8)
-    within = (x >= 0.0) & (x < columns) & (y >= 0.0) & (y < rows)
-    codes[within] = region.code[y[within].astype(np.intp), x[within].astype(np.intp)]
-    return codes
-
-
 def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:
     """Return how far from the transform the mesh moves each block of two by two cells.
 
-    The triangle round the middle of a block is mapped affinely. A pair lies halfway between the
-    partner and where its ring predicts it: so noise is less.
+    Each triangle of the mesh is mapped affinely, and each block moves as its middle does. To reduce
+    noise, a pair lies halfway between its partner and the prediction of its ring.
     """
     image = mesh.image.copy()
     image[FRAME:] = 0.5 * (image[FRAME:] + predicted[mesh.owner[FRAME:]])
@@ -75,16 +69,25 @@ def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) ->
 def compare_ridges(
     a: PrintArea, b: PrintArea, move: Move, drift: Plane | None = None
 ) -> tuple[float, int]:
-    """Return the mean correlation of the ridges of the cells compared, and how many these are.
+    """Return the mean correlation of the ridges of the cells compared, and how many these are."""
+    _, _, value = compared_cells(a, b, move, drift)
+    return (float(value.mean()), len(value)) if len(value) else (0.0, 0)
 
-    Eight bits of a cell of A, 32 where the smaller print is small, are looked up in B, at 5 by 5
-    shifts; of these that counts under which the most bits agree in the cell and those around it.
+
+def compared_cells(
+    a: PrintArea, b: PrintArea, move: Move, drift: Plane | None = None
+) -> tuple[tuple[Numbers, Numbers], Plane, Floats]:
+    """Return rows and columns of the K cells of A compared, their middles in B, and correlations.
+
+    Eight bits of a cell of A, 32 where the smaller print is small, are compared with B at 5 by 5
+    shifts. The shift counts at which most bits of the cell and its neighbours agree.
     """
     rows, columns = a.code.shape
     too_large = (rows + 2) * (columns + 2) > MOST_CELLS
     too_large |= (b.code.shape[0] + 4) * (b.code.shape[1] + 4) > MOST_CELLS
     if a.ridges is None or b.ridges is None or too_large:
-        return 0.0, 0
+        nothing = np.empty(0, np.intp)
+        return (nothing, nothing), nothing.astype(complex), nothing.astype(float)
     row, column = np.nonzero(a.code)
     half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
     at = (a.first_column + column) * a.step + half - 1j * ((a.first_row + row) * a.step + half)
@@ -110,8 +113,35 @@ def compare_ridges(
     both[row + 1, column + 1] = 1
     agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
-    value = best_shifts(len(sample), row + 1, column + 1, both, beside(agreeing))
-    return (float(value.mean()), len(value)) if len(value) else (0.0, 0)
+    value = best_shifts(len(sample), row + 1, column + 1, both, sum_of_three_columns(agreeing))
+    known = ~np.isnan(value)
+    return (row[known], column[known]), at[known], value[known]
+
+
+def ridge_map(
+    a: PreparedTemplate, b: PreparedTemplate, pairing: Pairing, *, swapped: bool
+) -> RidgeMap | None:
+    """Return how the ridges of prints A and B agree under a pairing; None if nowhere compared.
+
+    The reference is B, or A where `swapped`.
+    """
+    mesh, predicted, _, _ = pairing.mesh
+    drift = drift_of(a.region, mesh, predicted, pairing.move)
+    (row, column), at, correlation = compared_cells(a.region, b.region, pairing.move, drift)
+    if not len(row):
+        return None
+    region, reference, linear = a.region, a if swapped else b, pairing.move[0]
+    side, rotation = region.step, 0.0
+    if swapped:
+        at = (region.first_column + column + 0.5) - 1j * (region.first_row + row + 0.5)
+        at = at * side + (0.5j - 0.5) * a.to_500dpi
+    else:
+        side, rotation = side * abs(linear), 0.0 - math.degrees(cmath.phase(linear))
+    zoom = 1.0 / reference.to_500dpi
+    cells = np.full((3, *region.code.shape), np.nan)
+    cells[:, row, column] = correlation, at.real * zoom, -at.imag * zoom
+    value, x, y = cells
+    return RidgeMap(value, x, y, side * zoom, rotation)
 
 
 def bits_of(ridges: NDArray[np.uint64]) -> Bits:
@@ -142,7 +172,7 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
 def best_shifts(
     samples: int, row: Numbers, column: Numbers, around: NDArray[Any], rows_of_three: NDArray[Any]
 ) -> Floats:
-    """Return the correlations of the cells that are compared, with those around them.
+    """Return the correlations of cells, compared with those around them; NaN of too few.
 
     Each is that at the shift under which most samples agree. A cell lies in a row and a column of
     tables with an edge: `around` (rows, columns) is 1 where a cell lies in both prints, and
@@ -150,16 +180,15 @@ def best_shifts(
     """
     total = rows_of_three[row - 1, column] + rows_of_three[row, column]
     total += rows_of_three[row + 1, column]
-    near = beside(around.astype(np.intp))
+    near = sum_of_three_columns(around.astype(np.intp))
     cells = near[row - 1, column] + near[row, column] + near[row + 1, column]
     enough = cells >= FEWEST_AROUND
-    best = total[enough].reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
-    correlations: Floats = 2.0 * best / (samples * cells[enough]) - 1.0
-    return correlations
+    best = total.reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
+    return np.where(enough, 2.0 * best / (samples * np.maximum(cells, 1)) - 1.0, np.nan)
 
 
-def beside(agreeing: NDArray[Any]) -> NDArray[Any]:
-    """Return the sums over each cell of a table with an edge and those to its left and right."""
+def sum_of_three_columns(agreeing: NDArray[Any]) -> NDArray[Any]:
+    """Return the sum of each cell and its left and right neighbour; 0 in the outer columns."""
     total = np.zeros_like(agreeing)
     total[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
     return total

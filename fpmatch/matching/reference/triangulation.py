@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 def triangulate(xy: NDArray[Any], rank: Numbers, *, fan: bool, rounding: float = 0.0) -> Numbers:
     """Triangulate distinct points (2, N) that are not on one line; see above.
 
-    Of four points on one circle, within `rounding` as px², that of the least rank is an end of the
-    diagonal if `fan`, else it is not: this decides what Delaunay's criterion leaves open. Of
-    Python's integers, the test is exact.
+    Delaunay's criterion does not decide between the diagonals of four points on one circle (within
+    `rounding`, px²). The diagonal then starts at the point of least rank if `fan`, else it avoids
+    this point. The test is exact for Python's integers.
     """
     p, q, r = Delaunay(xy.T.astype(np.float64)).simplices.T
     left = _left(xy[:, q] - xy[:, p], xy[:, r] - xy[:, p]) > 0

@@ -26,7 +26,8 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
 
     The pairs (K, 2) are sorted by their index into `p`. Equal distances are taken in the order of
     the pairs' midpoints (x, then y), then of their indices, so that exchanging the sets only
-    exchanges the columns. Where points crowd by the thousand, the nearest of each are considered.
+    exchanges the columns. Where thousands of points lie together, only the nearest of each count.
+    Raises PointSetError for a negative tolerance.
     """
     a, b = as_points(p, "p"), as_points(q, "q")
     if not tolerance >= 0:

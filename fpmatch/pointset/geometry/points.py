@@ -1,4 +1,4 @@
-"""Bare 2-D points: the check of every function of this room, and cells."""
+"""Bare 2-D points: the check that all functions of this folder make, and cells."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ class Similarity:
 
     @classmethod
     def of_move(cls, move: ArrayLike) -> Similarity:
-        """Return the transform of a kernel's (s·cos θ, s·sin θ, tx, ty)."""
+        """Return the transform of a kernel's (s·cos θ, s·sin θ, tx, ty), shape (4,)."""
         a, b, tx, ty = np.asarray(move, dtype=np.float64).tolist()
         return cls(math.hypot(a, b), math.atan2(b, a), tx, ty)
 
@@ -140,7 +140,7 @@ class Similarity:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """The 2 x 3 matrix ``[s·R | t]``, as ``cv2.warpAffine`` takes it."""
+        """The matrix ``[s·R | t]``, shape (2, 3), as ``cv2.warpAffine`` takes it."""
         linear = self.scale * _rotation_matrix(self.rotation)
         return np.column_stack([linear, [self.tx, self.ty]])
 

@@ -90,7 +90,7 @@ def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
 
 
 def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
-    """Return the angles (d,) of a ring's points on the unit circle by chord length (eq. 3)."""
+    """Return the angles (d,) of a ring on the unit circle, eq. (3); raise PointSetError."""
     points = as_points(ring, "ring")
     if (points == points[:1]).all():
         raise PointSetError("ring: its points must not all coincide")

@@ -94,7 +94,7 @@ class ResultView {
     const same = this.shown.rows.find(({ label }) => label === "Identical")?.words;
     const rarity = same ? `${same[0].toUpperCase()}${same.slice(1)}.` : result.fmr > 0.95 ? "Nearly all pairs of different fingers score as high."
       : `${result.score >= 100 ? "At most " : ""}${this.shown.odds} pairs of different fingers scores as high${extrapolated}.`;
-    const enough = lacking ? `Most genuine pairs of such prints score less than ${this.threshold.toFixed(1)}.`
+    const enough = lacking ? `Even two such prints of one finger usually score less than ${this.threshold.toFixed(1)}.`
       : `The score does not reach ${this.threshold.toFixed(1)}.`;
     const no = (asked || always) && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`
       : enough;

@@ -34,7 +34,7 @@ from fpmatch.gallery.store.array_file import read_arrays, write_arrays
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
 from research.fuzzing.damage import with_right_sum
@@ -252,7 +252,7 @@ def _index(kind: str) -> Reader:
 
 
 def _descriptors() -> Reader:
-    prints = [prepare(template) for template in templates().values()]
+    prints = [MATCHER.prepare(template) for template in templates().values()]
     path = scratch() / "descriptors"
     write_arrays(path, StoredDescriptors.pack(prints).arrays(), COLUMNS, {})
 

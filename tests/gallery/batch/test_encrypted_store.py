@@ -36,7 +36,7 @@ def test_nothing_is_readable_and_the_run_resumes(tmp_path):
 def test_without_the_key_it_does_not_resume(tmp_path, monkeypatch):
     begun(tmp_path)
     monkeypatch.delenv("FPMATCH_KEY")
-    with pytest.raises(ScoringError, match="give it with --key"):
+    with pytest.raises(ScoringError, match="give it with FPMATCH_KEY"):
         resumed(tmp_path)
 
 

@@ -18,7 +18,7 @@ from fpmatch.gallery.index.loss import (
 )
 from fpmatch.gallery.index.model import MODEL_FILE, IndexModel, index_model
 from fpmatch.gallery.index.prints.descriptor_scores import size_normalized
-from fpmatch.matching.pipeline._kernels import _local_kernel
+from fpmatch.matching.compiled import COMPILED
 
 
 @given(st.floats(1e-4, 0.5), st.integers(0, 10**9))
@@ -54,7 +54,7 @@ def test_descriptors_and_votes_add_up():
     assert found.tolist() == (alone + np.array([0.0, 1.0, 2.0])).tolist()
 
 
-@pytest.mark.skipif(not _local_kernel.COMPILED, reason="takes minutes")
+@pytest.mark.skipif(not COMPILED, reason="takes minutes")
 @pytest.mark.parametrize("learned_on", ["databases", "mates"])
 def test_the_index_is_trained_on_synthetic_prints(learned_on, tmp_path, request):
     from research.commands import research

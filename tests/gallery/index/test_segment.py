@@ -25,13 +25,13 @@ from fpmatch.gallery.index.model import MODEL_FILE, TERMS, IndexModel, index_mod
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
 from fpmatch.gallery.index.stages import most_voted, preselect
 from fpmatch.gallery.index.terms import UNKNOWN, curvatures, edges_of, print_terms, probe_terms
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import RidgeField
 
 
 def segment_of(templates, first=0):
     numbers = np.arange(first, first + len(templates))
-    return Segment.build(numbers, numbers, map(prepare, templates))
+    return Segment.build(numbers, numbers, map(MATCHER.prepare, templates))
 
 
 def gallery(seed, count=40, n=30):
@@ -41,7 +41,7 @@ def gallery(seed, count=40, n=30):
 
 @given(st.integers(0, 2**32 - 1))
 def test_terms_are_those_of_the_numpy_form(seed):
-    print_ = prepare(template_of(any_points(seed)))
+    print_ = MATCHER.prepare(template_of(any_points(seed)))
     edges = np.ascontiguousarray(edges_of(print_), np.int32).reshape(-1, 2)
     border = np.radians([-35, -15, 0, 15, 35])
     curvature = np.random.default_rng(seed).choice(
@@ -83,22 +83,22 @@ def test_the_curvature_is_the_difference_of_the_orientations_on_both_sides(dista
     centre, middle = np.array([200.0, 200.0]), np.array([200.0 + distance, 200.0])
     ends = middle[:, None] + [[0.0, 20.0], [0.0, 0.0]]  # along the radius: circles cross it
     points = np.vstack([ends * [[1], [-1]], [[1, 1], [0, 0]]])
-    print_ = prepare(template_of(points, field=whorl(centre)))
+    print_ = MATCHER.prepare(template_of(points, field=whorl(centre)))
     seen, back = curvatures(print_, np.array([[0, 1], [1, 0]], np.int32))
     expected = 2 * np.arctan2(28.0, distance + 10)
     assert seen == pytest.approx(expected, abs=0.03)
     assert back == pytest.approx(-seen)
     points[:2] = [[200 + distance] * 2, [-190, -210]]  # circles run along it
-    along = prepare(template_of(points, field=whorl(centre)))
+    along = MATCHER.prepare(template_of(points, field=whorl(centre)))
     assert curvatures(along, np.array([[0, 1]], np.int32)) == pytest.approx(0, abs=0.03)
 
 
 def test_where_the_orientation_is_not_known_the_curvature_is_not():
     points = spread_points(np.random.default_rng(3), 12)
-    without = prepare(template_of(points))
+    without = MATCHER.prepare(template_of(points))
     edges = edges_of(without)
     assert (curvatures(without, edges) == UNKNOWN).all()
-    small = prepare(template_of(points, field=striped_field(side=6)))  # of 96 px
+    small = MATCHER.prepare(template_of(points, field=striped_field(side=6)))  # of 96 px
     found = curvatures(small, edges)
     assert 0 < (found == UNKNOWN).sum() < len(edges)
     assert found[found != UNKNOWN] == pytest.approx(0, abs=1e-9)
@@ -111,7 +111,7 @@ def test_a_mate_is_found_whether_or_not_its_orientation_is_known(fields):
     of_probe, of_mate = (whorl((150.0, 150.0)) if known else None for known in fields)
     mate = template_of(jittered(rng, finger, 1.5, 0.05), field=of_mate)
     segment = segment_of([*gallery(5), mate])
-    votes = segment.votes(probe_terms(prepare(template_of(finger, field=of_probe))))
+    votes = segment.votes(probe_terms(MATCHER.prepare(template_of(finger, field=of_probe))))
     assert votes.argmax() == len(segment) - 1
 
 
@@ -120,7 +120,7 @@ def test_ridges_that_bend_alike_add_votes():
     finger = spread_points(rng, 20)
     same, other = (whorl((x, 150.0)) for x in (150.0, 1500.0))
     prints = [template_of(jittered(rng, finger, 1.5, 0.05), field=f) for f in (same, other)]
-    votes = segment_of(prints).votes(probe_terms(prepare(template_of(finger, field=same))))
+    votes = segment_of(prints).votes(probe_terms(MATCHER.prepare(template_of(finger, field=same))))
     assert votes[0] > 1.3 * votes[1]
 
 
@@ -129,7 +129,7 @@ def test_votes_are_those_of_the_numpy_form(seed, budget):
     rng = np.random.default_rng(seed)
     templates = [template_of(any_points(int(k))) for k in rng.integers(0, 2**32, 12)]
     segment = segment_of(templates)
-    probe = probe_terms(prepare(templates[0]), budget)
+    probe = probe_terms(MATCHER.prepare(templates[0]), budget)
     looked_up = probe.term, probe.weight, probe.reading, probe.shift
     room = np.empty(len(probe.term), np.uint32), np.empty(TABLE, np.uint32)
     made, expected = np.zeros((2, len(segment)), np.uint16)
@@ -162,13 +162,13 @@ def test_the_mate_has_most_votes_however_it_is_turned(turn_deg):
     mate = template_of(jittered(rng, turned, 2.0, 0.05))
     others = gallery(5)
     segment = segment_of([*others, mate])
-    votes = segment.votes(probe_terms(prepare(template_of(finger))))
+    votes = segment.votes(probe_terms(MATCHER.prepare(template_of(finger))))
     assert votes.argmax() == len(others)
     assert votes[-1] > 1.5 * votes[:-1].max()
 
 
 def test_the_lookups_are_those_of_the_greatest_gain_within_the_budget():
-    probe = prepare(gallery(3, 1)[0])
+    probe = MATCHER.prepare(gallery(3, 1)[0])
     few, many = probe_terms(probe, 0.1), probe_terms(probe, 5.0)
     assert 0 < len(few.term) < len(many.term)
     assert set(few.term.tolist()) <= set(many.term.tolist())
@@ -193,14 +193,14 @@ def test_prints_of_any_size(n):
     templates = [template_of(spread_points(rng, k, 9.0, 400.0), size=500) for k in sizes]
     segment = segment_of(templates)
     for template in templates:
-        assert segment.votes(probe_terms(prepare(template))).shape == (3,)
+        assert segment.votes(probe_terms(MATCHER.prepare(template))).shape == (3,)
     again = Segment.of_arrays(segment.arrays())
     assert again.nbytes == segment.nbytes
     assert len(segment_of([])) == 0
 
 
 def test_what_is_no_segment_is_not_built():
-    prints = [prepare(t) for t in gallery(6, 2, 8)]
+    prints = [MATCHER.prepare(t) for t in gallery(6, 2, 8)]
     for numbers in ([1], [2, 1], [1, 1], [1, 2, 3]):
         with pytest.raises(MatcherError):
             Segment.build(np.array(numbers), np.array(numbers), iter(prints))
@@ -254,7 +254,7 @@ def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
     templates = [kinds[k] for k in rng.integers(0, 4, 40)]
     part = np.sort(rng.integers(0, parts, 40))
     removed = np.sort(rng.choice(60, 7, replace=False))
-    terms = probe_terms(prepare(kinds[0]))
+    terms = probe_terms(MATCHER.prepare(kinds[0]))
     votes = segment_of(templates).votes(terms)
     left = np.setdiff1d(np.arange(40), removed)
     expected = sorted(left.tolist(), key=lambda k: (-int(votes[k]), k))[:most]
@@ -263,7 +263,7 @@ def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
     numbers, counted = [], []
     for k in range(parts):
         at = np.flatnonzero(part == k)
-        segment = Segment.build(at, at, (prepare(templates[one]) for one in at))
+        segment = Segment.build(at, at, (MATCHER.prepare(templates[one]) for one in at))
         place, of_part = preselect([segment], terms, most, removed)
         numbers.append(segment.number[place])
         counted.append(of_part)
@@ -272,5 +272,5 @@ def test_the_same_are_passed_on_however_prints_are_divided(seed, most, parts):
 
 
 def test_an_index_of_nothing_passes_nothing_on():
-    terms = probe_terms(prepare(gallery(2, 1)[0]))
+    terms = probe_terms(MATCHER.prepare(gallery(2, 1)[0]))
     assert [len(one) for one in preselect([segment_of([])], terms, 5)] == [0, 0]

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from fpmatch import Minutiae, Template
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.segment import Segment
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.matchers.unit_circle import MATCHER
 
 
 def scattered(seed):
     rng = np.random.default_rng(seed)
     count = int(rng.integers(0, 25))
     x, y = rng.uniform(20, 280, (2, count))
-    return prepare(Template(Minutiae(x, y, rng.uniform(0, 6, count)), 300, 300))
+    return MATCHER.prepare(Template(Minutiae(x, y, rng.uniform(0, 6, count)), 300, 300))
 
 
 PRINTS = [scattered(seed) for seed in range(12)]

@@ -88,7 +88,8 @@ def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):
             gallery.check_keys,
         ):
             assert str(refused(call, code="missing key")) == (
-                f"{encrypted}: encrypted with key {key_id}; give it with --key or FPMATCH_KEY"
+                f"{encrypted}: encrypted with key {key_id}; give it with FPMATCH_KEY, or "
+                "--key where the command has it"
             )
         assert len(list(gallery.entries())) == len(PRINTS)  # labels are not encrypted
         assert gallery.remove([1]) == 1

@@ -8,7 +8,7 @@ from made_prints import entry_of, print_of
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.tasks import consistency
 from fpmatch.gallery.tasks.consistency import check_added, check_fingers, find_added, find_copies
-from fpmatch.matching.pipeline._kernels._alignment_kernel import COMPILED
+from fpmatch.matching.compiled import COMPILED
 
 
 def entries(*prints):

@@ -2,7 +2,6 @@
 
 import os
 import re
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from PIL import Image, TiffImagePlugin
 from fpmatch import verify
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.image.io.grey import ON_BLACK, ON_WHITE, grey_image
-from fpmatch.image.io.read import GreyImage, ImageLimits, decode_image, read_image
+from fpmatch.image.io.read import GreyImage, ImageLimits, read_image
 
 SAMPLE = Path(__file__).resolve().parents[3] / "sample_data" / "101_1.tif"
 
@@ -26,20 +25,6 @@ def grey(rng):
 def save(path, picture, **options):
     picture.save(path, **options)
     return path
-
-
-def test_bytes_are_read_as_the_file_is(tmp_path, grey):
-    path = save(tmp_path / "print.png", Image.fromarray(grey), dpi=(500, 500))
-    image = decode_image(path.read_bytes(), "sent.png")
-    assert np.array_equal(image.pixels, read_image(path).pixels)
-    assert (image.source, image.dpi) == ("sent.png", 500.0)
-    for data, words in (
-        (b"", "is empty"),
-        (bytes(2_000_000), "larger than 1 MB"),
-        (b"x", "not an"),
-    ):
-        with pytest.raises(ImageReadError, match=rf"^sent\.png: .*{words}"):
-            decode_image(data, "sent.png", limits=ImageLimits(max_file_megabytes=1))
 
 
 @pytest.mark.parametrize(
@@ -80,13 +65,6 @@ def test_files_of_other_depths_and_colours(tmp_path, grey):
     with Image.open(inverted) as picture:
         assert picture.tag_v2[262] == 0
     assert np.array_equal(read_image(inverted).pixels, 255 - grey)
-
-
-@pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "jpg"])
-@pytest.mark.parametrize("dpi", [500, 569, 600])
-def test_resolution_comes_from_the_tag(tmp_path, whorl, suffix, dpi):
-    path = save(tmp_path / f"print.{suffix}", Image.fromarray(whorl), dpi=(dpi, dpi))
-    assert read_image(path).dpi == dpi
 
 
 @pytest.mark.parametrize("dpi", [(1, 1), (72, 72), (96, 96), (100, 100), (4001, 4001)])
@@ -151,12 +129,6 @@ def test_limits_can_be_set(tmp_path, grey):
     with pytest.raises(ImageReadError, match=r"1\.5 MB"):
         read_image(path, limits=ImageLimits(max_file_megabytes=1.5))
     assert read_image(path).pixels.shape == (72, 60)
-
-
-def test_pillow_stays_as_it_was(tmp_path, grey):
-    before = Image.MAX_IMAGE_PIXELS, list(warnings.filters)
-    read_image(save(tmp_path / "print.png", Image.fromarray(grey)))
-    assert (Image.MAX_IMAGE_PIXELS, list(warnings.filters)) == before
 
 
 def test_formats_that_start_other_programs_stay_shut(tmp_path, grey):

@@ -14,7 +14,7 @@ from fpmatch.formats.agency.wsq import decode_wsq
 from fpmatch.image.io.grey import ALL_TRANSPARENT, DEFAULT_LIMITS, ON_BLACK, ON_WHITE, RawSize
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL, MAX_JPEG_SCANS, MAX_PNM_TEXT
 from fpmatch.image.io.read import read_image
-from fpmatch.image.io.registry import READERS, find_reader
+from fpmatch.image.io.registry import READERS, sniff
 from fpmatch.image.quality.polarity import INVERTED
 from tests.image.made_files import (
     damaged,
@@ -37,7 +37,7 @@ def test_every_reader_reads_its_formats():
         assert min(picture.pixels.shape) >= 48, name
         assert picture.pixels.std() > 10, name
         assert picture.format, name
-    used = {find_reader(data).name for data in FILES.values()}
+    used = {sniff(data).name for data in FILES.values()}
     assert used == {reader.name for reader in READERS}
 
 
@@ -102,13 +102,14 @@ def test_tiffs_of_32_bits_and_of_a_kind_that_nobody_reads():
     [
         (b"%PDF-1.7", "a PDF document"),
         (b"FMR\x00 20\x00", "a minutiae template"),
+        (b"FIR\x00020\x00", "a finger image record"),
         (bytes(128) + b"DICM", "a DICOM file"),
         (b"\x00\x00\x00\x1cftypheic", "a HEIC image"),
     ],
 )
 def test_what_is_no_image_is_named(start, kind):
     with pytest.raises(ImageReadError, match=rf"known format \({kind}"):
-        find_reader(start + bytes(100))
+        decoded(start + bytes(100))
 
 
 def test_transparency_is_said(tmp_path):
@@ -146,7 +147,7 @@ def test_that_others_are_left_is_said(tmp_path, kind):
     assert FIRST_OF_SEVERAL not in read_image(path).notes
 
 
-def test_white_ridges_are_turned_and_that_is_said(tmp_path, pressed, stripes):
+def test_white_ridges_are_turned_and_that_is_said(tmp_path, pressed):
     print_ = pressed[0]
     path = tmp_path / "negative.png"
     Image.fromarray(255 - print_).save(path)
@@ -157,10 +158,8 @@ def test_white_ridges_are_turned_and_that_is_said(tmp_path, pressed, stripes):
     as_it_is = read_image(path, polarity="dark")
     assert np.array_equal(as_it_is.pixels, 255 - print_)
     assert as_it_is.notes == ()
-    Image.fromarray(255 - stripes).save(path)
-    assert read_image(path).notes == ()  # its dark and bright lines are alike
     asked = read_image(path, polarity="white")
-    assert np.array_equal(asked.pixels, stripes)
+    assert np.array_equal(asked.pixels, print_)
     assert asked.notes == (INVERTED,)
     with pytest.raises(ImageError, match="no polarity 'black'"):
         read_image(path, polarity="black")
@@ -234,11 +233,10 @@ def test_the_hint_of_a_size_never_leads_to_a_scrambled_image(tmp_path, data, hin
     "data",
     [
         FILES["AN2, type 4"][:300],
-        FILES["FIR 2005"][:300],
         b"FP3" + bytes(5000),
         bytes(range(128, 248)),  # a template of a card: five bytes a minutia
     ],
-    ids=["AN2", "FIR", "FP3", "card"],
+    ids=["AN2", "FP3", "card"],
 )
 def test_no_hint_of_a_size_follows_what_is_recognised_or_too_small(tmp_path, data):
     path = tmp_path / "file"
@@ -283,21 +281,6 @@ def test_raw_sizes_are_two_numbers(text):
         RawSize(0, 5)
 
 
-def test_links_and_odd_names(tmp_path):
-    odd = tmp_path / "a print\n with 'odd' \u202e name.png"
-    odd.write_bytes(FILES["PNG"])
-    link, dangling, loop = (tmp_path / name for name in ("link.png", "dangling.png", "loop.png"))
-    link.symlink_to(odd)
-    dangling.symlink_to(tmp_path / "gone.png")
-    loop.symlink_to(loop)
-    assert np.array_equal(read_image(link).pixels, read_image(odd).pixels)
-    for path in (dangling, loop, tmp_path / ("long" * 100)):
-        with pytest.raises(ImageReadError):
-            read_image(path)
-    with pytest.raises(ImageReadError, match="not a regular file"):
-        read_image("/dev/zero")
-
-
 def test_a_jpeg_of_too_many_scans():
     whole = saved(GREY, "JPEG", progressive=True)
     assert decoded(whole).pixels.shape == GREY.shape
@@ -322,7 +305,7 @@ def test_a_tiff_of_too_many_strips_or_tags(order, big):
 
 def test_a_pnm_of_nothing_but_comments_or_digits():
     pixels = b"60 72 255\n" + GREY.tobytes()
-    assert find_reader(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
+    assert decoded(b"P5\n#one\n# two\r\n" + pixels).format == "PPM"
     talk = b"P5\n" + b"#" * 200_000 + b"\n" + pixels
     with pytest.raises(ImageReadError, match="header"):
         decoded(talk)

@@ -55,29 +55,3 @@ def test_energy_does_not_depend_on_phase_or_brightness_and_grows_with_the_square
     assert double.energy[middle] == pytest.approx(4 * one.energy[middle], rel=1e-3, abs=1e-5)
     assert brighter.energy[inside] == pytest.approx(one.energy[inside], abs=1e-4)
     assert (brighter.total[inside] > one.total[inside] + 0.1).all()
-
-
-def test_no_wave_holds_more_than_the_whole(rng):
-    spectrum = ridge_spectrum(rng.normal(0, 1, (100, 120)).astype(np.float32))
-    assert (spectrum.energy >= 0).all()
-    assert (spectrum.energy <= 1.05 * spectrum.total[..., None, None]).all()
-
-
-def test_a_wave_is_found_in_its_own_blocks():
-    pixels = plane_wave(90, 8, (96, 192))
-    pixels[:, 96:] = 0
-    spectrum = ridge_spectrum(pixels)
-    assert (spectrum.total[2:-2, 2:9] > 0.4).all()
-    assert (spectrum.total[:, 16:] < 1e-6).all()
-
-
-def test_the_spectrum_moves_and_turns_with_the_image(rng):
-    pixels = rng.normal(0, 1, (96, 112)).astype(np.float32)
-    moved = np.roll(pixels, (BLOCK_PX, 2 * BLOCK_PX), axis=(0, 1))
-    one, other = ridge_spectrum(pixels), ridge_spectrum(moved)
-    assert other.energy[5:8, 6:9] == pytest.approx(one.energy[4:7, 4:7], rel=1e-3, abs=1e-4)
-    assert other.total[5:8, 6:9] == pytest.approx(one.total[4:7, 4:7], rel=1e-4)
-    wave = plane_wave(20, 9, (96, 96))
-    one, other = ridge_spectrum(wave), ridge_spectrum(np.rot90(wave))
-    turned = np.roll(np.rot90(one.energy), ANGLES.size // 2, axis=2)
-    assert other.energy[4:8, 4:8].argmax(axis=2) == pytest.approx(turned[4:8, 4:8].argmax(axis=2))

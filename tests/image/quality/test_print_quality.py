@@ -22,7 +22,7 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 
 SAMPLES = Path(__file__).parents[3] / "sample_data"
 OPTICAL = SENSORS["optical-388x374"]
-GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)
+GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.02)
 
 
 finger = cache(lambda: make_master(11, 2))
@@ -101,7 +101,7 @@ def test_a_wrong_resolution_is_all_that_is_said_and_about_right(dpi):
     (reason,) = quality.reasons
     assert quality.score < assess(pressed(), 500).quality.score - 10
     assert reason.code == "wrong resolution"
-    assert reason.dpi == pytest.approx(dpi, rel=0.15)
+    assert reason.dpi == pytest.approx(dpi, rel=0.2)
     assert f"probably not 500 dpi but about {reason.dpi:.0f} dpi" in reason.message
 
 
@@ -125,10 +125,7 @@ def test_neither_noise_nor_blots_have_a_resolution(sigma_px, shape, rng):
         ridge_spread=st.floats(0, 3) | st.just(math.nan),
         valley_spread=st.floats(0, 3) | st.just(math.nan),
         period_px=st.floats(3, 30) | st.just(math.nan),
-        concentration=st.floats(0, 1) | st.just(math.nan),
         detail=st.floats(0, 1e3) | st.just(math.nan),
-        peak_px=st.floats(2, 40) | st.just(math.nan),
-        peak_share=st.floats(0, 1),
     )
 )
 def test_any_figures_give_a_score_of_0_to_100(figures):
@@ -151,7 +148,7 @@ def test_the_score_is_that_of_its_formula_and_its_file(name):
     template = extract(image.pixels, image.dpi, recorder=recorder)
     m = recorder.measures()
     assert m.minutiae == pytest.approx(template.minutiae.quality.sum() / 100)
-    off = max(math.log2(6.75 / m.period_px), math.log2(m.period_px / 12), 0)
+    off = max(math.log2(6 / m.period_px), math.log2(m.period_px / 12.3), 0)
     blur = max(math.log2(0.003 / max(m.detail, 0.003 / 64)), 0)
     features = [math.log(m.ridges_mm2), math.log(1 + m.minutiae)]
     features += [m.ridge_spread, m.valley_spread, off, blur]

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -79,21 +78,6 @@ def test_what_shows_no_ridges_contradicts_nothing(height, width, noise, seed):
     assert not contradiction(grey, 180)
 
 
-def test_memory_and_time_do_not_grow_with_the_image():
-    large = np.tile(rings(9.0), (8, 8))
-    assert contradiction(large, 180)
-
-
-@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
-def test_sample_prints_at_right_and_wrong_resolutions(path):
-    grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    for dpi in (250, 300, 1000):
-        side = dpi / 500
-        right = cv2.resize(grey, None, fx=side, fy=side, interpolation=cv2.INTER_AREA)
-        assert not contradiction(right, dpi)
-    assert contradiction(grey, 180)
-
-
 SAMPLE = Path(__file__).parents[3] / "sample_data" / "101_1.tif"
 SIZE = (96, 103)
 
@@ -141,13 +125,13 @@ def test_inspect_names_it_and_takes_it(folder):
     assert "resolution unknown, by the ridges 250 dpi, quality 64" in found.output
     wrong = CliRunner().invoke(fpmatch, ["inspect", str(folder / "1_1.bmp"), "--dpi", "500"])
     assert ", 500 dpi, quality 0; wrong resolution: " in wrong.output
-    assert "about 240 dpi" in wrong.output
-    words = ["inspect", str(folder / "1_1.bmp"), "--dpi", "240"]
+    assert "about 250 dpi" in wrong.output
+    words = ["inspect", str(folder / "1_1.bmp"), "--dpi", "250"]
     stated = CliRunner().invoke(fpmatch, words).output
-    assert ", 240 dpi, quality " in stated
+    assert ", 250 dpi, quality " in stated
     assert "wrong resolution" not in stated
     (document,) = json.loads(CliRunner().invoke(fpmatch, [*words, "--json"]).output)
-    assert document["image"]["dpi"] == 240
+    assert document["image"]["dpi"] == 250
     assert document["image"]["quality"]["score"] > 40
     assert CliRunner().invoke(fpmatch, [*words[:-1], "20"]).exit_code == 2
 
@@ -192,11 +176,6 @@ def test_the_order_of_prints_changes_no_resolution(periods, random):
     groups = sensors_of(periods)
     assert sensors_of(shuffled) == groups
     assert sorted(period for group in groups for period in group) == sorted(periods)
-
-
-def test_many_prints_rule_out_more_than_one():
-    assert common_dpi([6.2]) == 500
-    assert common_dpi([6.2] * 32) == pytest.approx(350, rel=0.05)
 
 
 def test_prints_of_one_sensor_are_one_group():

@@ -10,20 +10,13 @@ from fpmatch.image.skeleton.minutiae import (
     SIGMA_PX,
     find_nodes,
     minutia_quality,
-    nodes_with_kernel,
-    nodes_with_numpy,
 )
-from fpmatch.image.skeleton.thin import bordered, thin
+from fpmatch.image.skeleton.thin import thin
 from tests.image.made_images import drawn, extremes_too, plane_wave, shapes
 
-LINE = drawn("#######", margin=3)
 FORK = drawn(
     "       #", "      # ", "     #  ", "#####   ", "     #  ", "      # ", "       #", margin=2
 )
-PLUS = drawn("   #   ", "   #   ", "   #   ", "#######", "   #   ", "   #   ", "   #   ", margin=1)
-CROSS = drawn("#   #", " # # ", "  #  ", " # # ", "#   #", margin=1)
-RING = drawn(" ### ", "#   #", "#   #", "#   #", " ### ", margin=1)
-LOLLIPOP = drawn(" ###     ", "#   #    ", "#    ####", "#   #    ", " ###     ", margin=1)
 
 
 def walked(nodes, node, branch):
@@ -38,26 +31,6 @@ def at(nodes):
     return [(int(x), int(y), int(c)) for x, y, c in zip(*columns, strict=True)]
 
 
-def test_a_line_has_two_endings_that_lead_to_each_other():
-    nodes = find_nodes(LINE, 20)
-    assert at(nodes) == [(3, 3, 1), (9, 3, 1)]
-    assert walked(nodes, 0, 0) == [(x, 3) for x in range(4, 10)]
-    assert walked(nodes, 1, 0) == [(x, 3) for x in range(8, 2, -1)]
-    assert nodes.target[:, 0].tolist() == [1, 0]
-    assert not nodes.steps[:, 1:].any()
-    assert (nodes.target[:, 1:] == -1).all()
-
-
-@pytest.mark.parametrize(
-    "line", [drawn("#" * 20), drawn(*"#" * 20), drawn("##"), drawn("# ", " #"), drawn(" #", "# ")]
-)
-def test_a_line_from_border_to_border(line):
-    nodes = find_nodes(line, 30)
-    assert nodes.crossing_number.tolist() == [1, 1]
-    assert nodes.steps[:, 0].tolist() == [line.sum() - 1] * 2
-    assert nodes.target[:, 0].tolist() == [1, 0]
-
-
 def test_a_fork_has_one_bifurcation_with_three_branches():
     nodes = find_nodes(FORK, 20)
     assert sorted(at(nodes)) == [(2, 5, 1), (6, 5, 3), (9, 2, 1), (9, 8, 1)]
@@ -66,36 +39,6 @@ def test_a_fork_has_one_bifurcation_with_three_branches():
     assert ends == {(2, 5), (9, 2), (9, 8)}
     assert nodes.steps[fork].tolist() == [4, 3, 3, 0]
     assert [nodes.target[k, 0] for k in range(4) if k != fork] == [fork] * 3
-
-
-def test_a_ring_has_no_node():
-    nodes = find_nodes(RING, 10)
-    assert nodes.paths.shape == (0, 4, 10, 2)
-    assert nodes.steps.shape == nodes.target.shape == (0, 4)
-
-
-@pytest.mark.parametrize(("picture", "arm"), [(PLUS, 3), (CROSS, 2)])
-def test_a_crossing_has_four_branches(picture, arm):
-    nodes = find_nodes(picture, 20)
-    crossing = nodes.crossing_number.tolist().index(4)
-    assert sorted(nodes.crossing_number.tolist()) == [1, 1, 1, 1, 4]
-    assert nodes.steps[crossing].tolist() == [arm] * 4
-    assert len(set(nodes.target[crossing].tolist())) == 4
-
-
-def test_a_loop_at_the_end_of_a_line_meets_no_other_node():
-    nodes = find_nodes(LOLLIPOP, 8)
-    assert nodes.crossing_number.tolist() == [3, 1]
-    assert nodes.target[1, 0] == 0
-    assert nodes.target[0, :3].tolist() == [1, -1, -1]
-    assert nodes.steps[0, :3].tolist() == [3, 8, 8]
-
-
-@pytest.mark.parametrize("limit", [0, 1, 2, 5, 6, 7])
-def test_a_walk_ends_at_its_limit(limit):
-    nodes = find_nodes(LINE, limit)
-    assert nodes.steps[:, 0].tolist() == [min(limit, 6)] * 2
-    assert nodes.target[:, 0].tolist() == ([1, 0] if limit >= 6 else [-1, -1])
 
 
 @extremes_too
@@ -154,21 +97,12 @@ def test_agrees_with_the_twin(binary, limit, thinned):
             assert nodes.target[node, branch] == target
 
 
-@given(shapes, st.booleans())
-def test_kernel_and_numpy_list_the_same_nodes(binary, thinned):
-    padded = bordered(thin(binary) if thinned else binary)
-    for one, other in zip(nodes_with_kernel(padded), nodes_with_numpy(padded), strict=True):
-        assert one.dtype == other.dtype
-        assert np.array_equal(one, other)
-
-
 @given(shapes, st.integers(1, 12))
 def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
     compiled = find_nodes(binary, limit)
     plain = interpreted("_trace_kernel")
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("list_nodes", "trace_branches"):
-            patch.setattr(kernel, name, getattr(plain, name))
+        patch.setattr(kernel, "trace_branches", plain.trace_branches)
         found = find_nodes(binary, limit)
     for one, other in zip(found, compiled, strict=True):
         assert np.array_equal(one, other)
@@ -177,11 +111,6 @@ def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
 WAVE = plane_wave(30, 9, (90, 110))
 NOTHING = np.zeros_like(WAVE)
 X, Y = np.array([0, 50, 109, 20], np.int32), np.array([0, 40, 89, 70], np.int32)
-
-
-def test_no_minutiae_have_no_quality():
-    found = minutia_quality(WAVE, WAVE, X[:0], Y[:0])
-    assert (found.shape, found.dtype) == ((0,), np.uint8)
 
 
 @pytest.mark.parametrize(

@@ -179,3 +179,8 @@ def test_interrupt_ends_parent_and_workers_quickly(make_database, tmp_path):
     assert process.returncode != 0
     assert errors.count("Traceback") == 1
     assert errors.rstrip().endswith("KeyboardInterrupt")
+
+
+def test_one_database_is_evaluated_as_a_list_of_one(run, make_database):
+    folder = make_database()
+    assert run(str(folder)).pooled == run([folder]).pooled

@@ -5,7 +5,6 @@ from itertools import product
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     impressions_of_a_finger,
@@ -16,10 +15,8 @@ from matching_prints import (
     templates,
 )
 
-from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE, TURNS
-from fpmatch.matching.prints import bit_descriptors
+from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE
 from fpmatch.matching.prints.bit_descriptors import (
-    encode,
     prefilter,
     prefilter_of,
     score_descriptors,
@@ -97,20 +94,3 @@ def test_crowds_are_compared_by_their_best(n):
         assert score_descriptors(prefilter_of(crowd), crowd) > 100
     for a, b in ((crowd, few), (crowd, crowd)):
         assert_same_both_ways(a, b)
-
-
-@given(seeds, st.integers(0, 2))
-@settings(max_examples=EXAMPLES)
-def test_compiled_and_interpreted_agree(plain, seed, k):
-    first, one = (impressions(seed)[place] for place in (0, k))
-    turn = round(P.pair_turn_deg * TURNS / 360)
-    tables = plain.prefilter.Prefilter(P.most_pairs, P.near_px, P.near_per_px, turn)
-    load(tables, first.bit_descriptors)
-    expected = score_descriptors(prefilter_of(first.bit_descriptors), one.bit_descriptors)
-    assert score(tables, one.bit_descriptors) == expected
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("encode_neighbours", "encode_orientations"):
-            patch.setattr(bit_descriptors, name, getattr(plain.encode, name))
-        slow = encode(one.points, one.quality, one.neighbourhoods, one.region)
-    for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
-        assert getattr(slow, name).tolist() == getattr(one.bit_descriptors, name).tolist()

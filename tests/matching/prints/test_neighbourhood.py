@@ -6,10 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import any_points, on_pixels, seeds, spread_points
 
-from fpmatch.matching.prints import neighbourhood as described
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.parameters import NeighbourhoodParameters
-from fpmatch.matching.prints.prepared import Neighbourhoods, rounded
+from fpmatch.matching.prints.prepared import rounded
 from fpmatch.matching.reference import neighbourhood as reference
 
 P = NeighbourhoodParameters()
@@ -43,18 +42,6 @@ def test_frames_agree_with_the_reference(seed, size, second):
     kept = np.arange(size) < found.count[:, None]
     assert found.neighbour[kept].tolist() == expected.neighbour[kept].tolist()
     assert rounded(found).frame == pytest.approx(expected.frame, rel=1e-4, abs=1e-4)
-
-
-@given(seeds, st.integers(1, 14))
-def test_compiled_and_interpreted_agree(plain, seed, size):
-    points = any_points(seed)
-    p = NeighbourhoodParameters(neighbours=size)
-    fast = neighbourhoods(points, p)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(described, "kernel", plain.neighbourhood)
-        slow = neighbourhoods(points, p)
-    for name in Neighbourhoods.__slots__:
-        assert getattr(fast, name).tolist() == getattr(slow, name).tolist()
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3])

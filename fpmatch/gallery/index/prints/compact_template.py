@@ -33,9 +33,10 @@ from fpmatch.gallery.store.stored_template import (
     pack_template,
     unpack_template,
 )
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prints.parameters import PreparationParameters
-from fpmatch.matching.prints.prepare import describe, prepare
 from fpmatch.matching.prints.prepared import points_at_500dpi, qualities, root_weight_codes
 from fpmatch.matching.prints.print_area import PrintAreas, orientation_codes
 from fpmatch.templates.bounds import DPI_UNITS, rounded_dpi
@@ -157,6 +158,8 @@ def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> 
 
     Raises IndexError if a number is that of no print, TemplateError if a template is damaged.
     """
+    if not COMPILED:
+        return PreparedPrints.pack(MATCHER.prepare(templates[k]) for k in which.tolist())
     return _in_parts(templates, which, _prepared)
 
 
@@ -196,7 +199,7 @@ def _part(templates: CompactTemplates, which: NDArray[np.int64], make: _Make) ->
             return parts[-1]
         order.append(left[plain])
         left = np.delete(left, plain)
-    parts.append(PreparedPrints.pack(prepare(templates[k]) for k in which[left].tolist()))
+    parts.append(PreparedPrints.pack(MATCHER.prepare(templates[k]) for k in which[left].tolist()))
     return PreparedPrints.concatenate(parts).take(np.argsort(np.concatenate([*order, left])))
 
 
@@ -210,6 +213,8 @@ def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
     usual = PreparationParameters().usual_quality
     quality = qualities(hundredths.astype(np.uint8), given.start, usual)
     areas = _areas(given)
+    from fpmatch.matching.prints.prepare import describe  # noqa: PLC0415  (of compiled kernels)
+
     described, (direction_bin, neighbour_bits, orientation_bins) = describe(
         points, quality, given.start, areas
     )

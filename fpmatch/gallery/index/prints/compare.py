@@ -9,12 +9,10 @@ import numpy as np
 
 from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
 from fpmatch.gallery.index.prints.compact_template import print_areas
-from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
+from fpmatch.matching.compiled import COMPILED
+from fpmatch.matching.constants.comparison import MIN_MINUTIAE, SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
-from fpmatch.matching.pipeline.match import MIN_MINUTIAE, view_of, workspace_for
 from fpmatch.matching.pipeline.parameters import USUAL
-from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +22,11 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
+
+if COMPILED:
+    from fpmatch.matching.pipeline.match import view_of, workspace_for
+    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
+    from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do
 NEITHER_FIRST: Final = 0
@@ -82,10 +85,11 @@ def ridge_agreement(
 
     The prints are aligned rigidly, by the bit descriptors that agree in one rotation and shift. The
     agreement is the mean correlation of the ridges, times the root of the number of cells; NaN
-    where one of the two prints has no ridges, or no descriptors agree.
+    where one of the two prints has no ridges, or no descriptors agree, and where no kernels are
+    compiled.
     """
     agreement = np.full(len(which), np.nan)
-    if probe.region.ridges is None or not len(which):
+    if not COMPILED or probe.region.ridges is None or not len(which):
         return agreement
     small = probe.region.area <= SMALL_AREA_PX2
     prints = print_areas(templates, which, estimate_ridges=small)

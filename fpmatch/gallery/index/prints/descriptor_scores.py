@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -30,7 +28,12 @@ PRINTS_AT_ONCE: Final = 2048
 def prefilter_scores(
     probe: PreparedTemplate, prints: PreparedPrints, first: int = 0, last: int | None = None
 ) -> NDArray[np.int32]:
-    """Return how much the bit descriptors of each print from `first` to `last` have in common."""
+    """Return how much the bit descriptors of each print from `first` to `last` have in common.
+
+    Only compiled kernels find it.
+    """
+    from fpmatch.matching.prints.bit_descriptors import prefilter_of  # noqa: PLC0415
+
     first, last, _ = slice(first, last).indices(len(prints))
     scores = np.zeros(max(last - first, 0), np.int32)
     prints.view.score(prefilter_of(probe.bit_descriptors), first, scores)

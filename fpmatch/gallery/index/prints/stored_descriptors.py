@@ -17,9 +17,8 @@ from fpmatch.gallery.index.prints.print_arrays import (
     PrintArrays,
     of_each,
 )
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import MAX_ENCODED
-from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
 from fpmatch.matching.prints.prepared import BitDescriptors
 
 if TYPE_CHECKING:
@@ -28,6 +27,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepared import PreparedTemplate
+
+if COMPILED:
+    from fpmatch.matching.prints.bit_descriptors import prefilter_of
 
 CONTENT: Final = "content_start"  # dimension of the packed bytes
 PLACES: Final = 1024  # along either axis
@@ -115,21 +117,24 @@ class StoredDescriptors(PrintArrays):
 
     def scores(
         self,
-        probe: PreparedTemplate | Prefilter,
+        probe: PreparedTemplate,
         which: NDArray[np.integer] | None = None,
     ) -> NDArray[np.int32]:
         """Return how much the bit descriptors of prints have in common with those of a probe.
 
-        The probe may be a prefilter with it in its tables, where many parts are searched; `which`
-        are the numbers of the prints, in any order (default: all). Raises IndexError if a number is
-        that of no print, and MatcherError if the bytes of a print are damaged.
+        `which` are the numbers of the prints, in any order (default: all). Raises IndexError if a
+        number is that of no print, and MatcherError if the bytes of a print are damaged.
         """
         numbers = np.arange(len(self)) if which is None else np.asarray(which, np.int64)
         if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
             raise IndexError(f"a print outside of {len(self)}")
-        tables = probe if isinstance(probe, Prefilter) else prefilter_of(probe.bit_descriptors)
-        scores = np.empty(len(numbers), np.int32)
-        DescriptorReader(self).score(tables, np.ascontiguousarray(numbers), scores)
+        ours, scores = probe.bit_descriptors, np.empty(len(numbers), np.int32)
+        if not COMPILED:
+            from fpmatch.matching.reference.prefilter import descriptor_similarity  # noqa: PLC0415
+
+            scores[:] = [descriptor_similarity(ours, self[k]) for k in numbers.tolist()]
+            return scores
+        DescriptorReader(self).score(prefilter_of(ours), np.ascontiguousarray(numbers), scores)
         if (scores < 0).any():
             raise MatcherError("damaged", code="damaged")
         return scores

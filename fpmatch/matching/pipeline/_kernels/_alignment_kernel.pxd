@@ -33,12 +33,8 @@ cdef class Aligner:
     cpdef int grow(self, int rounds, bint measured) noexcept nogil
     cpdef int measure(self) noexcept nogil
     cdef int _predict(self, bint measured) noexcept nogil
-    cpdef int impose(
-        self, int[::1] partner, double c, double s, double x, double y
-    ) noexcept nogil
     cpdef double pair(self) noexcept nogil
     cpdef int fit(self) noexcept nogil
     cpdef int copy_kept(
-        self, Py_ssize_t row, double[::1] transform, int[::1] partner, double[::1] weight,
-        double[:, ::1] predicted,
+        self, Py_ssize_t row, double[::1] transform, int[::1] partner, double[::1] weight
     )

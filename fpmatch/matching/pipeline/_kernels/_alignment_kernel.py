@@ -20,8 +20,6 @@ from fpmatch.matching.pipeline._kernels._minutia_grid_kernel import MinutiaGrid
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 
-COMPILED = cython.compiled
-
 DIRECTION_ARM2 = cython.declare(cython.double, comparison.DIRECTION_ARM2)
 LEAST_SCALE = cython.declare(cython.double, comparison.LEAST_SCALE)
 MOST_SCALE = cython.declare(cython.double, comparison.MOST_SCALE)
@@ -37,31 +35,31 @@ class Aligner:
     The parameters are those of `pipeline.parameters`. ``predicted[:, i]`` is where minutia i of A
     lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
     ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
-    These are the pairs at hand. `keep` makes a value of them: row h of the arrays ``kept_...``, in
+    These are the current pairs. `keep` stores them in row h of the arrays ``kept_...``, in
     which hypothesis k of the local matches is row k, and others have the rows after these.
     """
 
     def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
         p = parameters
         self.size_a = self.size_b = 0
-        self.a = memoryview(np.empty((4, size_a)))
-        self.b = memoryview(np.empty((4, size_b)))
+        self.a = np.empty((4, size_a))
+        self.b = np.empty((4, size_b))
         self.relaxation = Relaxation(relaxation, size_a, size_b)
         self.mesh = PairMesh(mesh, size_a)
         self.predicted = self.mesh.predicted
-        self.reach = memoryview(np.empty(size_a))
+        self.reach = np.empty(size_a)
         self.pairs = 0
-        self.paired = memoryview(np.empty(size_a, np.int32))
-        self.partner, self.former = map(memoryview, np.full((2, size_a), -1, np.int32))
-        self.weight = memoryview(np.zeros(size_a))
-        self.rival = memoryview(np.empty(size_b, np.int32))
-        self.rival_weight = memoryview(np.empty(size_b))
+        self.paired = np.empty(size_a, np.int32)
+        self.partner, self.former = np.full((2, size_a), -1, np.int32)
+        self.weight = np.zeros(size_a)
+        self.rival = np.empty(size_b, np.int32)
+        self.rival_weight = np.empty(size_b)
         self.rows = p.hypotheses + MOST_PROPOSED
-        self.kept_pairs = memoryview(np.zeros(self.rows, np.int32))
-        self.kept_partner = memoryview(np.empty((self.rows, size_a), np.int32))
-        self.kept_weight = memoryview(np.empty((self.rows, size_a)))
-        self.kept_predicted = memoryview(np.empty((self.rows, 4, size_a)))
-        self.kept_transform = memoryview(np.empty((self.rows, 4)))
+        self.kept_pairs = np.zeros(self.rows, np.int32)
+        self.kept_partner = np.empty((self.rows, size_a), np.int32)
+        self.kept_weight = np.empty((self.rows, size_a))
+        self.kept_predicted = np.empty((self.rows, 4, size_a))
+        self.kept_transform = np.empty((self.rows, 4))
         self.hypotheses = p.hypotheses
         self.coarse_rounds = p.coarse_rounds
         self.rounds = p.rounds
@@ -138,7 +136,7 @@ class Aligner:
         return self.keep(row)
 
     def keep(self, row):
-        """Keep the pairs at hand in a row; return their number."""
+        """Keep the current pairs in a row; return their number."""
         self.kept_pairs[row] = self.pairs
         self.kept_transform[row, 0], self.kept_transform[row, 1] = self.c, self.s
         self.kept_transform[row, 2], self.kept_transform[row, 3] = self.x, self.y
@@ -150,12 +148,10 @@ class Aligner:
                 self.kept_predicted[row, axis, i] = self.predicted[axis, i]
         return self.pairs
 
-    def copy_kept(self, row, transform, partner, weight, predicted):
+    def copy_kept(self, row, transform, partner, weight):
         """Copy what is kept in a row into arrays for the minutiae of A; return its pairs."""
         for axis in range(4):
             transform[axis] = self.kept_transform[row, axis]
-            for i in range(self.size_a):
-                predicted[axis, i] = self.kept_predicted[row, axis, i]
         for i in range(self.size_a):
             partner[i] = self.kept_partner[row, i]
             weight[i] = self.kept_weight[row, i]
@@ -171,7 +167,7 @@ class Aligner:
         return self.pairs
 
     def _first_fit(self):
-        """Fit the transform to the pairs at hand, of which there is one at least."""
+        """Fit the transform to the current pairs, of which there is one at least."""
         i: cython.Py_ssize_t = self.paired[0]
         j: cython.Py_ssize_t = self.partner[i]
         a, b = self.a, self.b
@@ -185,8 +181,8 @@ class Aligner:
     def grow(self, rounds, measured):
         """Predict by the mesh of the pairs and pair again, in turn; then measure the mesh.
 
-        It ends early where no pair changes. Where already `measured`, the mesh at hand is that of
-        the pairs at hand, and so are its measures. Return the number of pairs. The reach of a
+        It ends early where no pair changes. Where already `measured`, the current mesh is that of
+        the current pairs, and so are its measures. Return the number of pairs. The reach of a
         minutia grows with its distance from the nearest other pair.
         """
         for r in range(rounds):
@@ -210,26 +206,16 @@ class Aligner:
         return self.pairs if measured else self.measure()
 
     def measure(self):
-        """Predict all minutiae by the mesh of the pairs at hand, measure and count the pairs."""
+        """Predict all minutiae by the mesh of the current pairs, measure and count the pairs."""
         self._predict(True)
         return self.pairs
 
     def _predict(self, measured):
-        """Build the mesh of the pairs at hand, and predict by it."""
+        """Build the mesh of the current pairs, and predict by it."""
         self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
         return self.mesh.predict(
             self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y, measured
         )
-
-    def impose(self, partner, c, s, x, y):
-        """Take given pairs and a given transform for the alignment at hand, and measure them."""
-        for i in range(self.size_a):
-            self.partner[i] = partner[i]
-            self.weight[i] = 1.0 if partner[i] >= 0 else 0.0
-        self.c, self.s, self.x, self.y = c, s, x, y
-        self.measured_row = -1
-        self._list_pairs()
-        return self.measure()
 
     def pair(self):
         """Pair minutiae of A and of B that are each other's best partner.

@@ -6,16 +6,12 @@ A transform is (c, s, x, y) as `_alignment_kernel` has it; ``evidence`` has the 
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
 from cython.cimports.libc.math import exp, log, log10, sqrt
 
 from fpmatch.matching.constants import comparison
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
-
-if cython.compiled:
-    from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
-else:
-    from fpmatch.matching.pipeline._kernels import _amount_kernel as amount
 
 # Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
 PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
@@ -49,23 +45,23 @@ LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 @cython.final
 @cython.cclass
 class EvidenceScorer:
-    """Score alignments of two prints, of which B has up to `room` minutiae.
+    """Score alignments of two prints, of which B has up to `capacity` minutiae.
 
     The model depends on which prints have ridge images. `evidence` and `feature` are those of the
     alignment scored last.
     """
 
-    def __init__(self, score, weights, room) -> None:
-        self.evidence = memoryview(np.zeros(ENTRIES))
-        self.feature = memoryview(np.zeros(FEATURES))
-        self.standard = memoryview(np.stack([model.standard for model in weights.models]))
-        self.limits = memoryview(np.stack([model.limits for model in weights.models]))
-        self.quantiles = memoryview(np.stack([model.quantiles for model in weights.models]))
-        self.term = memoryview(np.zeros(TERMS))
+    def __init__(self, score, weights, capacity) -> None:
+        self.evidence = np.zeros(ENTRIES)
+        self.feature = np.zeros(FEATURES)
+        self.standard = np.stack([model.standard for model in weights.models])
+        self.limits = np.stack([model.limits for model in weights.models])
+        self.quantiles = np.stack([model.quantiles for model in weights.models])
+        self.term = np.zeros(TERMS)
         self.model = 0
         self.total = 0.0
-        self.paired_b = memoryview(np.empty(room, np.int32))
-        self.correlator = RidgeCorrelator(room)
+        self.paired_b = np.empty(capacity, np.int32)
+        self.correlator = RidgeCorrelator(capacity)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs
@@ -76,7 +72,7 @@ class EvidenceScorer:
         self.beyond_less = score.beyond_less
         self.beyond_few = score.beyond_few
         self.beyond_share = score.beyond_share
-        self.flow = memoryview(FLOW_OF_CODE)
+        self.flow = FLOW_OF_CODE
 
     def last_evidence(self) -> tuple:
         """Return the evidence and the features of the alignment scored last, as lists."""
@@ -108,7 +104,7 @@ class EvidenceScorer:
         return REJECTED - SHORTFALL * shortfall
 
     def score_alignment(self, a, b, aligner, similarity):
-        """Score the alignment at hand in the aligner; return -ln(FMR) as `condition` estimates it.
+        """Score the current alignment of the aligner; return -ln(FMR) as `condition` estimates it.
 
         The ridges are compared only if the sum of the minutiae passes the refine threshold.
         """
@@ -136,7 +132,7 @@ class EvidenceScorer:
         return self.model == SMALL_WITH_RIDGES
 
     def weigh(self, a, b, aligner, similarity, ridges):
-        """Weigh the evidence in the alignment at hand, `ridges` compared if true; return the sum.
+        """Weigh the evidence in the current alignment, `ridges` compared if true; return the sum.
 
         The model is chosen before.
         """
@@ -262,7 +258,7 @@ class EvidenceScorer:
         return total
 
     def _gather(self, a, b, aligner, similarity):
-        """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
+        """Gather the evidence of the minutiae in the current alignment; none yet of the ridges."""
         pairs = local = common = common_b = 0.0
         unpaired = unpaired_b = squares = squares_b = 0.0
         partner, predicted = aligner.partner, aligner.predicted

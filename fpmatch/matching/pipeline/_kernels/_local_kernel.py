@@ -15,8 +15,6 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
-COMPILED = cython.compiled
-
 EIGHTHS = cython.declare(cython.Py_ssize_t, 8)  # of a turn: the cells of direction
 ROOTS = cython.declare(cython.int, 64)
 INVERSE_ROOT = cython.declare(cython.double[::1], 1.0 / np.sqrt(np.maximum(np.arange(64.0), 1.0)))

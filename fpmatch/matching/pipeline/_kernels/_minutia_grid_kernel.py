@@ -22,8 +22,8 @@ class MinutiaGrid:
 
     def __init__(self, reach_px, size) -> None:
         self.reach = reach_px + MARGIN
-        self.start = memoryview(np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32))
-        self.item = memoryview(np.empty(MOST_REACHED * MOST_REACHED * size, np.int32))
+        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32)
+        self.item = np.empty(MOST_REACHED * MOST_REACHED * size, np.int32)
         self.columns = self.rows = 0
         self.x0 = self.y0 = self.per_px = 0.0
 

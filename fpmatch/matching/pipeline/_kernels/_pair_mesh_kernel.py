@@ -19,16 +19,12 @@ Computer Journal 24(2), 1981.
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
+    shape_preserving_weights,
+)
 from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
 
 from fpmatch.matching.constants import comparison
-
-if cython.compiled:
-    from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
-        shape_preserving_weights,
-    )
-else:
-    from fpmatch.pointset.paper._one_ring_kernel import shape_preserving_weights
 
 FRAME = cython.declare(cython.Py_ssize_t, comparison.FRAME)
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
@@ -57,25 +53,21 @@ class PairMesh:
         room = size_a + FRAME
         self.capacity = room
         self.vertices = self.triangles = 0
-        self.ax, self.ay, self.bx, self.by = map(memoryview, np.zeros((4, room)))
-        self.owner = memoryview(np.zeros(room, np.int32))
-        self.vertex_of = memoryview(np.full(max(size_a, 1), -1, np.int32))
-        self.corner = memoryview(np.zeros((2 * room, 3), np.int32))
-        self.circle = memoryview(np.zeros((2 * room, 3)))
-        self.fan_start = memoryview(np.zeros(room + 2, np.int32))
-        self.fan_from, self.fan_to, self.side_from, self.side_to = map(
-            memoryview, np.zeros((4, 6 * room), np.int32)
-        )
-        self.following, self.ring = map(memoryview, np.zeros((2, room), np.int32))
-        self.weight, self.place, self.other_place = map(memoryview, np.zeros((3, room)))
-        self.inside = memoryview(np.zeros(2 * room, np.int32))
-        self.side = memoryview(np.zeros(6 * room, np.int64))
+        self.ax, self.ay, self.bx, self.by = np.zeros((4, room))
+        self.owner = np.zeros(room, np.int32)
+        self.vertex_of = np.full(max(size_a, 1), -1, np.int32)
+        self.corner = np.zeros((2 * room, 3), np.int32)
+        self.circle = np.zeros((2 * room, 3))
+        self.fan_start = np.zeros(room + 2, np.int32)
+        self.fan_from, self.fan_to, self.side_from, self.side_to = np.zeros((4, 6 * room), np.int32)
+        self.following, self.ring = np.zeros((2, room), np.int32)
+        self.weight, self.place, self.other_place = np.zeros((3, room))
+        self.inside = np.zeros(2 * room, np.int32)
+        self.side = np.zeros(6 * room, np.int64)
         self.ring_size = 0
-        self.predicted = memoryview(np.zeros((4, size_a)))
-        self.nearest = memoryview(np.zeros(size_a))
-        self.place_agreement, self.weight_agreement, self.fullness = map(
-            memoryview, np.zeros((3, size_a))
-        )
+        self.predicted = np.zeros((4, size_a))
+        self.nearest = np.zeros(size_a)
+        self.place_agreement, self.weight_agreement, self.fullness = np.zeros((3, size_a))
         self.places = self.weights = self.full = self.strain = 0.0
         self.turned = self.edges = 0
         self.frame_margin_px = p.frame_margin_px

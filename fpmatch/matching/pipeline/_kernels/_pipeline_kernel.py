@@ -7,16 +7,9 @@ the prefilter's bit descriptors; `fit_pairs` fits the transform of the pairs in 
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
+from cython.cimports.fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
 from cython.cimports.libc.math import atan2, cos, sin, sqrt
-
-if cython.compiled:
-    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
-    from cython.cimports.fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
-else:
-    from fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
-    from fpmatch.matching.pipeline._kernels._local_kernel import normalize_by_size
-
-COMPILED = cython.compiled
 
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
 
@@ -38,9 +31,9 @@ class Pipeline:
     def __init__(self, capacity, prefilter, before, after, scorer, search, parameters) -> None:
         self.prefilter, self.scorer, self.search = prefilter, scorer, search
         self.before, self.after = before, after
-        self.similarity = memoryview(np.empty((capacity, capacity), np.float32))
-        self.total = memoryview(np.empty(after.rows))
-        self.evidence = memoryview(np.empty((after.rows, len(scorer.evidence))))
+        self.similarity = np.empty((capacity, capacity), np.float32)
+        self.total = np.empty(after.rows)
+        self.evidence = np.empty((after.rows, len(scorer.evidence)))
         self.best = -1
         self.probe = self.neighbours = None
         self.before_loaded = self.after_loaded = False
@@ -182,7 +175,7 @@ class Pipeline:
         return best
 
     def _weigh(self, a, b, aligner, h, ridges):
-        """Weigh the evidence of hypothesis h, which the aligner has at hand."""
+        """Weigh the evidence of hypothesis h, the current one of the aligner."""
         self.total[h] = self.scorer.weigh(a, b, aligner, self.similarity, ridges)
         for e in range(self.evidence.shape[1]):
             self.evidence[h, e] = self.scorer.evidence[e]

@@ -26,7 +26,7 @@ COINCIDENT = cython.declare(cython.double, comparison.COINCIDENT)
 class Relaxation:
     """The candidates of two prints and the support that they give one another.
 
-    There is room for prints of `size_a` and `size_b` minutiae. After `load`, candidate k of
+    Prints have at most `size_a` and `size_b` minutiae. After `load`, candidate k of
     `count` is the pair ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation
     and ``support[k, m]`` the compatibility of candidates k and m, 0 to 1. `strength` is the mean of
     the four greatest relaxed similarities, missing ones counting as 0.
@@ -37,14 +37,14 @@ class Relaxation:
         room = p.candidates
         self.capacity = room
         self.count = 0
-        self.first, self.second, self.explained = map(memoryview, np.zeros((3, room), np.int32))
-        self.relaxed, self.gathered = map(memoryview, np.zeros((2, room)))
-        self.support = memoryview(np.zeros((room, room)))
-        self.place = memoryview(np.zeros((4, room)))
-        self.rotation = memoryview(np.zeros((2, room)))
-        self.row_best = memoryview(np.zeros(size_a))
-        self.row_column = memoryview(np.zeros(size_a, np.int32))
-        self.column_taken = memoryview(np.zeros(size_b, np.int32))
+        self.first, self.second, self.explained = np.zeros((3, room), np.int32)
+        self.relaxed, self.gathered = np.zeros((2, room))
+        self.support = np.zeros((room, room))
+        self.place = np.zeros((4, room))
+        self.rotation = np.zeros((2, room))
+        self.row_best = np.zeros(size_a)
+        self.row_column = np.zeros(size_a, np.int32)
+        self.column_taken = np.zeros(size_b, np.int32)
         self.distance_px = p.distance_px
         self.distance_per_px = p.distance_per_px
         self.min_rotation_cosine = p.min_rotation_cosine

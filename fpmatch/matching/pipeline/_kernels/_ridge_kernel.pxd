@@ -21,7 +21,6 @@ cdef class RidgeCorrelator:
     cpdef int compare_rigid(
         self, TemplateView a, TemplateView b, double c, double s, double x, double y
     ) noexcept nogil
-    cpdef int copy_cells(self, TemplateView a, double[:, :, ::1] cells) noexcept
     cdef bint _take(
         self, TemplateView a, TemplateView b, double c, double s, double x, double y
     ) noexcept nogil

@@ -7,14 +7,10 @@ ridge. Each cell is displaced by the mesh of the paired minutiae around it (`_pa
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
 from cython.cimports.libc.math import ceil, floor
 
 from fpmatch.matching.constants import comparison
-
-if cython.compiled:
-    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
-else:
-    from fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
 
 FEW = cython.declare(cython.Py_ssize_t, len(comparison.FEW_SAMPLES))
 MANY = cython.declare(cython.Py_ssize_t, len(comparison.SAMPLES))
@@ -30,7 +26,6 @@ LANE = cython.declare(cython.int, 12)  # bits of a count: a word has one for eac
 MOST_COUNT = cython.declare(cython.ulonglong, 0xFFF)
 TOPS = cython.declare(cython.ulonglong, 0x800800800800800)  # of the counts of a word
 FIVE = cython.declare(cython.ulonglong, 31)
-MISSING = cython.declare(cython.double, float("nan"))
 
 
 @cython.final
@@ -43,28 +38,28 @@ class RidgeCorrelator:
     print is small, are looked up in B, which has a valley wherever it has no cell; of all shifts,
     that under which the most of them agree counts.
 
-    There is room for so many pairs of minutiae. After `compare`, `cells` is the number of cells
+    At most `capacity` pairs of minutiae are taken. After `compare`, `cells` is the number of cells
     that could be compared, `correlation` their mean correlation, -1 to 1.
     """
 
-    def __init__(self, room) -> None:
+    def __init__(self, capacity) -> None:
         self.correlation = 0.0
         self.cells = 0
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
         # five bits, one a count
-        self.spread = memoryview(((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1))
+        self.spread = ((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1)
         # the bits of a cell that stay in its rows if it is shifted by so many columns
-        self.kept = memoryview((255 >> k[:SIDE]) * np.uint64(0x0101010101010101))
-        self.sample_row = memoryview(np.array(comparison.SAMPLES, np.int32)[:, 0].copy())
-        self.sample_column = memoryview(np.array(comparison.SAMPLES, np.int32)[:, 1].copy())
-        self.offset = memoryview(np.zeros((2, MANY)))
-        self.ridge_image = memoryview(np.zeros(MOST_CELLS, np.uint64))
-        self.agreeing, self.wide = map(memoryview, np.zeros((2, MOST_CELLS, SHIFTS), np.uint64))
-        self.both = memoryview(np.zeros(MOST_CELLS, np.uint8))
-        self.drift = memoryview(np.zeros((MOST_CELLS, 2)))
+        self.kept = (255 >> k[:SIDE]) * np.uint64(0x0101010101010101)
+        self.sample_row = np.array(comparison.SAMPLES, np.int32)[:, 0].copy()
+        self.sample_column = np.array(comparison.SAMPLES, np.int32)[:, 1].copy()
+        self.offset = np.zeros((2, MANY))
+        self.ridge_image = np.zeros(MOST_CELLS, np.uint64)
+        self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
+        self.both = np.zeros(MOST_CELLS, np.uint8)
+        self.drift = np.zeros((MOST_CELLS, 2))
         self.blocks = 0
         self.samples = FEW
-        self.vertex = memoryview(np.zeros((room + FRAME, 2)))
+        self.vertex = np.zeros((capacity + FRAME, 2))
         self.c = 1.0
         self.s = self.x = self.y = 0.0
 
@@ -127,31 +122,6 @@ class RidgeCorrelator:
             self.correlation = self.correlation / self.cells
         return self.cells
 
-    def copy_cells(self, a, cells):
-        """Write the cells of the last comparison, of A, into `cells`, (3, rows, columns).
-
-        It writes their correlation and where their middle lies in B; NaN where a cell of A was not
-        compared.
-        """
-        wide = a.columns + 2
-        half = 0.5 * a.step - 0.5
-        for row in range(a.rows):
-            for column in range(a.columns):
-                own = (row + 1) * wide + column + 1
-                k = row // 2 * self.blocks + column // 2
-                found = self.cells
-                value = self._best_shift(own, wide) if self.both[own] else 0.0
-                if self.cells == found:  # too few of the cells around it are in both prints
-                    cells[0, row, column] = cells[1, row, column] = cells[2, row, column] = MISSING
-                    continue
-                self.cells = found
-                px = (a.first_column + column) * a.step + half
-                py = -((a.first_row + row) * a.step + half)
-                cells[0, row, column] = value
-                cells[1, row, column] = self.c * px - self.s * py + self.x + self.drift[k, 0]
-                cells[2, row, column] = self.s * px + self.c * py + self.y + self.drift[k, 1]
-        return 0
-
     def _gather(self, a, b):
         """Gather B's ridge image with two empty cells around it, and the samples' positions."""
         bit = a.step / SIDE
@@ -192,7 +162,7 @@ class RidgeCorrelator:
         left = (a.first_column + 1.0) * a.step
         top = -(a.first_row + 1.0) * a.step
         self._leave_in_place(a)
-        if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
+        if mesh.vertices > self.vertex.shape[0]:  # more pairs than `capacity`
             return 0
         for k in range(mesh.vertices):
             i: cython.Py_ssize_t = mesh.owner[k]

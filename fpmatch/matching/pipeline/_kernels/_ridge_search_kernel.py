@@ -18,8 +18,6 @@ from cython.cimports.libc.math import sqrt
 from fpmatch.matching.constants import comparison
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
-COMPILED = cython.compiled
-
 SAMPLES = cython.declare(cython.int, comparison.FLOW_SAMPLES)
 ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
 FOUND = cython.declare(cython.int, 8)  # pairs found, at most
@@ -37,20 +35,20 @@ class RidgeSearch:
 
     def __init__(self, parameters) -> None:
         p = parameters
-        self.flow_c, self.flow_s = map(memoryview, FLOW_OF_CODE)
-        self.sample, self.sample_flow = map(memoryview, np.zeros((2, 2, SAMPLES)))
+        self.flow_c, self.flow_s = FLOW_OF_CODE
+        self.sample, self.sample_flow = np.zeros((2, 2, SAMPLES))
         self.samples = 0
-        self.best_flow = memoryview(np.zeros(ROOM))
-        self.best_own, self.best_other = map(memoryview, np.zeros((2, ROOM), np.int32))
+        self.best_flow = np.zeros(ROOM)
+        self.best_own, self.best_other = np.zeros((2, ROOM), np.int32)
         self.count = 0
         self.most_compared = max(1, min(p.ridge_trials, ROOM))
         self.most_found = max(1, min(p.ridge_starts, FOUND))
         self.most_candidates = max(1, min(p.ridge_candidates, ROOM))
         self.room = self.most = 1
         self.min_flow = self.min_value = 0.0
-        self.first, self.second = map(memoryview, np.zeros((2, FOUND), np.int32))
-        self.value = memoryview(np.zeros(FOUND))
-        self.transform = memoryview(np.zeros((FOUND, 4)))
+        self.first, self.second = np.zeros((2, FOUND), np.int32)
+        self.value = np.zeros(FOUND)
+        self.transform = np.zeros((FOUND, 4))
         self.c = 1.0
         self.s = self.x = self.y = self.middle_x = self.middle_y = 0.0
         self.least_common = p.least_common
@@ -133,7 +131,7 @@ class RidgeSearch:
 
     @cython.locals(k=cython.Py_ssize_t)
     def _flow_agreement(self, large):
-        """Return how well the orientation agrees under the transform at hand, -1 to 1.
+        """Return how well the orientation agrees under the current transform, -1 to 1.
 
         -2 where the prints have too little in common.
         """
@@ -253,7 +251,7 @@ class RidgeSearch:
         return 0
 
     def _is_near(self, k):
-        """Return whether the transform at hand is about that of the pair found as number k."""
+        """Return whether the current transform is about that of the pair found as number k."""
         dc = self.c - self.transform[k, 0]
         ds = self.s - self.transform[k, 1]
         dx = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]

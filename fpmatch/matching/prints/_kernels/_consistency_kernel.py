@@ -3,18 +3,10 @@
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
 from cython.cimports.libc.math import sqrt
 
 from fpmatch.matching.constants import prints
-
-if cython.compiled:
-    from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
-else:
-
-    def lowest_place(bits):
-        """Return the place of the lowest bit that is set."""
-        return (bits & -bits).bit_length() - 1
-
 
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
@@ -44,16 +36,16 @@ class PairSet:
         self.c = 1.0
         self.s = self.x = self.y = 0.0
         angle = np.arange(256) * (2 * np.pi / 256)
-        self.cosine_of = memoryview(np.cos(angle))
-        self.sine_of = memoryview(np.sin(angle))
-        self.pair, self.turned = map(memoryview, np.zeros((2, 3, size * size), np.int32))
-        self.start = memoryview(np.zeros(size + 2, np.int32))
-        self.row = memoryview(np.zeros((2, most), np.int32))
-        self.a, self.b = map(memoryview, np.zeros((2, 2, most)))
-        self.angle, self.bound = map(memoryview, np.zeros((2, most), np.int32))
-        self.of_weight = memoryview(np.zeros(MOST_WEIGHT + 1, np.int32))
-        self.of_turn = memoryview(np.zeros(TURNS_APART, np.uint64))
-        self.consistent = memoryview(np.zeros(most, np.uint64))
+        self.cosine_of = np.cos(angle)
+        self.sine_of = np.sin(angle)
+        self.pair, self.turned = np.zeros((2, 3, size * size), np.int32)
+        self.start = np.zeros(size + 2, np.int32)
+        self.row = np.zeros((2, most), np.int32)
+        self.a, self.b = np.zeros((2, 2, most))
+        self.angle, self.bound = np.zeros((2, most), np.int32)
+        self.of_weight = np.zeros(MOST_WEIGHT + 1, np.int32)
+        self.of_turn = np.zeros(TURNS_APART, np.uint64)
+        self.consistent = np.zeros(most, np.uint64)
 
     @cython.locals(k=cython.int, entry=cython.int)
     def order_by_own(self, own):

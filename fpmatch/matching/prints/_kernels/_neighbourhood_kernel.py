@@ -7,16 +7,12 @@ in its own frame, and their weights by the shape-preserving weights of its ring 
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
+    shape_preserving_weights,
+)
 from cython.cimports.libc.math import sqrt
 
 from fpmatch.matching.constants import prints
-
-if cython.compiled:
-    from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
-        shape_preserving_weights,
-    )
-else:
-    from fpmatch.pointset.paper._one_ring_kernel import shape_preserving_weights
 
 EDGES = 6  # a minutia, in the mean, at most: a triangulation has half as many
 LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
@@ -33,21 +29,21 @@ class NeighbourhoodWriter:
 
     def __init__(self, points, parameters, capacity, count, near, frame) -> None:
         m: cython.Py_ssize_t = points.shape[1]
-        flat: cython.const[cython.double][::1] = memoryview(points.reshape(-1))
+        flat: cython.const[cython.double][::1] = points.reshape(-1)
         self.x, self.y = flat[:m], flat[m : 2 * m]
         self.c, self.s = flat[2 * m : 3 * m], flat[3 * m :]
-        self.count, self.near, self.frame = memoryview(count), memoryview(near), memoryview(frame)
+        self.count, self.near, self.frame = count, near, frame
         self.size = parameters.neighbours
         self.second_weight = parameters.second_ring_weight
         self.tolerance = parameters.tolerance_px
         self.growth = parameters.tolerance_per_px
         entries = 2 * EDGES * capacity
-        integers: cython.int[::1] = memoryview(np.zeros(entries + 2 * capacity + 2, np.int32))
+        integers: cython.int[::1] = np.zeros(entries + 2 * capacity + 2, np.int32)
         self.joined = integers[:entries]
         self.met = integers[entries : entries + capacity]
         self.joined_start = integers[entries + capacity :]
         weights = np.full(entries + capacity + self.size, self.second_weight)
-        numbers: cython.double[::1] = memoryview(weights)
+        numbers: cython.double[::1] = weights
         self.ring_weight = numbers[:entries]
         self.weight = numbers[entries : entries + capacity]
         self.distance = numbers[entries + capacity :]

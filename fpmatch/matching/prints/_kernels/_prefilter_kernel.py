@@ -10,40 +10,32 @@ same whichever of the two prints is in the tables.
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import (
+    LANES,
+    bit_lanes,
+    lane_of,
+    lanes_of,
+    lowest_place,
+)
+from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
+from cython.cimports.fpmatch.matching.prints._kernels._encode_kernel import second
+from cython.cimports.fpmatch.matching.prints._kernels._prefilter_cells import (
+    BEYOND,
+    BINS_1,
+    BINS_2,
+    BINS_3,
+    CELL,
+    EMPTY,
+    FIRST,
+    LAST,
+    MOST_WEIGHT,
+    ROOM,
+    SECOND,
+    TOO_LITTLE,
+    WORDS,
+)
 
 from fpmatch.matching.constants import prints
-
-if cython.compiled:
-    from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import (
-        LANES,
-        bit_lanes,
-        lane_of,
-        lanes_of,
-        lowest_place,
-    )
-    from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
-    from cython.cimports.fpmatch.matching.prints._kernels._encode_kernel import second
-    from cython.cimports.fpmatch.matching.prints._kernels._prefilter_cells import (
-        BEYOND,
-        BINS_1,
-        BINS_2,
-        BINS_3,
-        CELL,
-        EMPTY,
-        FIRST,
-        LAST,
-        MOST_WEIGHT,
-        ROOM,
-        SECOND,
-        TOO_LITTLE,
-        WORDS,
-    )
-else:
-    from fpmatch.matching.prints._kernels._consistency_kernel import PairSet
-    from fpmatch.matching.prints._kernels._encode_kernel import second
-
-    CELL, LAST, ROOM, WORDS = 0x07FF, 6288, 64, 12
-    bit_lanes = cython.ulonglong
 
 NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
 NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
@@ -59,14 +51,14 @@ class Prefilter:
     """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
-        self.neighbour_table = memoryview(np.zeros(LAST + 1, np.uint64))
-        self.orientation_table = memoryview(np.zeros((WORDS, UNKNOWN + 1), np.uint64))
-        self.used = memoryview(np.zeros(2 * ROOM * WORDS, np.int32))
+        self.neighbour_table = np.zeros(LAST + 1, np.uint64)
+        self.orientation_table = np.zeros((WORDS, UNKNOWN + 1), np.uint64)
+        self.used = np.zeros(2 * ROOM * WORDS, np.int32)
         self.used_words = self.coded = 0
         self.has_flow = False
-        self.own_turn = memoryview(np.zeros(ROOM, np.int32))
-        self.own_xy = memoryview(np.zeros((ROOM, 2)))
-        self.cell = memoryview(np.zeros((2, ROOM, WORDS), np.uint16))
+        self.own_turn = np.zeros(ROOM, np.int32)
+        self.own_xy = np.zeros((ROOM, 2))
+        self.cell = np.zeros((2, ROOM, WORDS), np.uint16)
         self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
 
     @cython.locals(k=cython.Py_ssize_t, b=cython.int, d=cython.int)
@@ -298,9 +290,3 @@ def none_of(value: cython.int, bit: cython.int) -> bit_lanes:
     """Return all bits if a bit of a value is not set, none if it is."""
     bits: cython.ulonglong = 0 if value & bit else ALL
     return lanes_of(bits, bits)
-
-
-if not cython.compiled:
-    from fpmatch.matching.prints._kernels.uncompiled_pairs import pair
-
-    Prefilter._pair = pair

@@ -34,21 +34,21 @@ class TemplateView:
         self.first_row = self.first_column = self.inside = 0
         self.step = self.per_px = 1.0
         self.has_flow = self.has_ridges = False
-        self.points, self.quality = memoryview(points), memoryview(quality)
-        self.count, self.frame = memoryview(count), memoryview(frame)
-        self.xy = memoryview(np.empty((0, 2), np.float32))
-        self.direction_bin = memoryview(np.empty(0, np.uint8))
-        self.neighbour_bits = memoryview(np.empty((0, 0), np.uint16))
-        self.orientation_bins = memoryview(np.empty((0, 0), np.uint8))
-        self.cell = memoryview(np.empty(0, np.uint8))
-        self.ridges = memoryview(np.empty(0, np.uint64))
+        self.points, self.quality = points, quality
+        self.count, self.frame = count, frame
+        self.xy = np.empty((0, 2), np.float32)
+        self.direction_bin = np.empty(0, np.uint8)
+        self.neighbour_bits = np.empty((0, 0), np.uint16)
+        self.orientation_bins = np.empty((0, 0), np.uint8)
+        self.cell = np.empty(0, np.uint8)
+        self.ridges = np.empty(0, np.uint64)
 
     def set_bit_descriptors(self, xy, direction_bin, neighbour_bits, orientation_bins) -> None:
         """Take the bit descriptors."""
-        self.xy = memoryview(xy)
-        self.direction_bin = memoryview(direction_bin)
-        self.neighbour_bits = memoryview(neighbour_bits)
-        self.orientation_bins = memoryview(orientation_bins)
+        self.xy = xy
+        self.direction_bin = direction_bin
+        self.neighbour_bits = neighbour_bits
+        self.orientation_bins = orientation_bins
 
     def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
         """Take the region: `code` (rows, columns) is 0 outside, else encodes the orientation.
@@ -56,10 +56,10 @@ class TemplateView:
         `ridges`, of the same shape, are binary ridge images, or None.
         """
         self.rows, self.columns = code.shape
-        self.cell = memoryview(code.ravel())
+        self.cell = code.ravel()
         self.has_ridges = ridges is not None
         if ridges is not None:
-            self.ridges = memoryview(ridges.ravel())
+            self.ridges = ridges.ravel()
         self.first_row, self.first_column, self.inside = first_row, first_column, inside
         self.step, self.per_px, self.has_flow = step, 1.0 / step, has_flow
 

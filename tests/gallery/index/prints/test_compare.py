@@ -23,12 +23,11 @@ from matching_weights import (
     NEVER,
     NO_PREFILTER,
     REJECTING,
-    print_for,
     scored_by,
     some_weights,
 )
 
-from fpmatch.gallery.index.prints.compact_template import CompactTemplates, expand, print_areas
+from fpmatch.gallery.index.prints.compact_template import CompactTemplates, expand
 from fpmatch.gallery.index.prints.compare import (
     NEITHER_FIRST,
     PROBE_FIRST,
@@ -38,16 +37,14 @@ from fpmatch.gallery.index.prints.compare import (
     ridge_agreement,
     similarities,
 )
-from fpmatch.gallery.index.prints.prepared_prints import QUALITIES, PreparedPrints
+from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.match import view_of, workspace_for
 from fpmatch.matching.pipeline.score_model import as_similarity
-from fpmatch.matching.prints.parameters import BitDescriptorParameters
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared import ROOT_WEIGHTS
 from fpmatch.matching.registry import get_matcher
 
 PRINT_SIZE = 30 if COMPILED else 12
@@ -246,27 +243,3 @@ def test_ridges_agree_most_with_the_print_itself_then_with_its_mate(fingers):
         stored = prepare(expand(CompactTemplates.pack([template]).content.tobytes()))
         cells = correlator.compare_rigid(view_of(stored), view_of(probe), 1.0, 0.0, 0.0, 0.0)
         assert agreement[k] == pytest.approx(correlator.correlation * np.sqrt(cells), rel=0.1)
-
-
-def test_compiled_and_interpreted_agree_on_ridges(plain, interpreted, fingers):
-    prints = [prepare(template) for template in fingers[2 if COMPILED else 4 :]]
-    probe, which = prints[0], np.arange(len(prints))
-    templates, descriptors = (
-        CompactTemplates.pack(fingers[-len(prints) :]),
-        StoredDescriptors.pack(prints),
-    )
-    areas = print_areas(templates, which, estimate_ridges=True)
-    packed = plain.prepared_view.PreparedView(areas, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
-    reader = interpreted("_descriptor_kernel").DescriptorReader(descriptors)
-    p, agreement = BitDescriptorParameters(), np.empty(len(prints))
-    tables = plain.prefilter.Prefilter(
-        p.most_pairs, p.near_px, p.near_per_px, round(p.pair_turn_deg * 256 / 360)
-    )
-    own = print_for(plain, probe)
-    tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
-    correlator = plain.ridge.RidgeCorrelator(len(probe))
-    packed.compare_ridges(
-        reader, which, tables, own, print_for(plain, probe), correlator, agreement
-    )
-    found = ridge_agreement(probe, descriptors, templates, which)
-    assert agreement == pytest.approx(found, rel=1e-9)

@@ -14,11 +14,11 @@ from fpmatch.gallery.index.prints.compact_template import (
     prepare_compact,
 )
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.matchers.unit_circle import MATCHER
 
 
 def one_by_one(packed):
-    return PreparedPrints.pack(prepare(expand(data)) for data in packed)
+    return PreparedPrints.pack(MATCHER.prepare(expand(data)) for data in packed)
 
 
 def assert_same(found, expected):

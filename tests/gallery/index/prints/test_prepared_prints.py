@@ -16,11 +16,10 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.prepared_prints import PRINTS_AT_ONCE, PreparedPrints
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.prepare import prepare
 
 
 def some_prints(sizes):
-    return [*map(prepare, some_templates(sizes))]
+    return [*map(MATCHER.prepare, some_templates(sizes))]
 
 
 def listed_of(n):
@@ -52,7 +51,7 @@ def assert_all_same(found, expected):
 
 @given(st.lists(templates(), max_size=4))
 def test_any_prints_come_back_as_they_were(given_):
-    prints = [prepare(template) for template in given_]
+    prints = [MATCHER.prepare(template) for template in given_]
     assert_all_same(PreparedPrints.pack(prints), prints)
 
 
@@ -66,7 +65,9 @@ def test_more_prints_than_are_packed_at_once():
 @pytest.mark.parametrize("columns", [2**31 - 1, 2**24 + 1])
 def test_rows_of_no_cells_are_bounded(columns):
     """None of them is in the file, but a kernel adds to their number."""
-    many = PreparedPrints.pack([prepare(template_of(spread_points(np.random.default_rng(1), 0)))])
+    many = PreparedPrints.pack(
+        [MATCHER.prepare(template_of(spread_points(np.random.default_rng(1), 0)))]
+    )
     nothing = {"cell": many.cell[:0], "ridges": many.ridges[:0], "inside": many.inside * 0}
     nothing |= {"cell_start": many.cell_start * 0, "shape": np.array([[0, 3, 0, 0]], np.int32)}
     assert len(PreparedPrints.of_arrays(many.arrays() | nothing)) == 1
@@ -87,6 +88,6 @@ def test_starts_whose_differences_overflow_are_refused():
 @given(extreme_templates())
 def test_what_is_within_the_bounds_can_be_kept_and_packed(template):
     """So nothing that passes at enrolment can make a later search fail."""
-    prepared = prepare(unpack_template(pack_template(template)))
+    prepared = MATCHER.prepare(unpack_template(pack_template(template)))
     assert PreparedPrints.pack([prepared])[0].key == prepared.key
     assert np.isfinite(MATCHER.compare(prepared, prepared).similarity)

@@ -16,8 +16,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.matchers.unit_circle import MATCHER
 
 NO_WORD = 0x8800
 
@@ -26,7 +25,7 @@ def whole_pixels(n, seed=0, dpi=500.0, field=None, size=300.0):
     """Return a prepared print of n minutiae at whole pixels, as galleries contain them."""
     points = spread_points(np.random.default_rng(seed), n, 9.0, size)
     points[:2] = np.rint(points[:2])
-    return prepare(template_of(points, dpi, field=field, size=int(size)))
+    return MATCHER.prepare(template_of(points, dpi, field=field, size=int(size)))
 
 
 def some_prints(sizes=(12, 0, 3, 25, 2, 70)):
@@ -39,7 +38,6 @@ def assert_same_scores(packed, prints, probes):
     for probe in probes:
         expected = prefilter_scores(probe, many)
         assert packed.scores(probe).tolist() == expected.tolist()
-        assert packed.scores(prefilter_of(probe.bit_descriptors)).tolist() == expected.tolist()
 
 
 def test_scores_of_whole_pixels_are_those_of_the_prefilter():
@@ -52,7 +50,7 @@ def test_scores_of_whole_pixels_are_those_of_the_prefilter():
 
 @given(templates(), st.lists(templates(), max_size=3))
 def test_any_print_comes_back_with_rounded_positions(probe, references):
-    prints = [prepare(template) for template in [*references, probe]]
+    prints = [MATCHER.prepare(template) for template in [*references, probe]]
     packed = StoredDescriptors.pack(prints)
     for k, print_ in enumerate(prints):
         expected, found = print_.bit_descriptors, packed[k]

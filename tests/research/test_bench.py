@@ -9,7 +9,7 @@ from ablation import VARIANTS
 
 from fpmatch.matching.pipeline.score_model import FEATURES
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SPEED = ROOT / "research" / "benchmarks" / "speed"
 sys.path.append(str(SPEED))
 

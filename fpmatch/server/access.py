@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import anyio
 from fastapi import HTTPException
 
-from fpmatch.printable import printable
 from fpmatch.server.errors import BUSY, RETRY, send_error
 from fpmatch.server.settings import LOCAL, STATIC, digest_of
 
@@ -42,14 +41,6 @@ _HEADERS: Final = (
 )
 
 
-class RefusedError(Exception):
-    """A request is refused, with a status and one sentence."""
-
-    def __init__(self, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:
-        super().__init__(sentence)
-        self.status, self.sentence, self.headers = status, printable(sentence), headers
-
-
 class Access:
     """Refuse bad requests, and add security headers to every response.
 
@@ -78,9 +69,9 @@ class Access:
             if not is_public(scope) and not exchange.announced:
                 exchange.enter()
             await self._app(scope, exchange.receive, exchange.send)
-        except RefusedError as refused:
+        except HTTPException as refused:  # those of the application are answered there
             await _drain(scope, receive)
-            await send_error(exchange.send, refused.status, refused.sentence, *refused.headers)
+            await send_error(exchange.send, refused)
         finally:
             exchange.leave()
 
@@ -89,7 +80,7 @@ class Access:
         limits = self._settings.limits
         most = 1e6 * limits.megabytes_at_once
         if self.inside >= limits.requests or (self.inside and self._bytes_inside + size > most):
-            raise HTTPException(503, BUSY, {name.decode(): value.decode() for name, value in RETRY})
+            raise HTTPException(503, BUSY, RETRY)
         self.inside += 1
         self._bytes_inside += size
 
@@ -112,27 +103,24 @@ class Access:
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
         if sum(len(name) + len(value) for name, value in scope["headers"]) > HEADER_BYTES:
-            raise RefusedError(400, f"the header has more than {HEADER_BYTES // 1024} kB")
+            raise HTTPException(400, f"the header has more than {HEADER_BYTES // 1024} kB")
         host = headers.get(b"host", "")
         name = _without_port(host).lower()
         if not self._is_ours(name):
-            raise RefusedError(421, f"this server is not called {name[:80] or 'nothing'}")
+            raise HTTPException(421, f"this server is not called {name[:80] or 'nothing'}")
         if scope["method"] not in SAFE:
             _check_origin(headers, host)
         length = headers.get(b"content-length", "0")
-        try:
-            self.check_size(int(length) if length.isdecimal() else self._most_bytes + 1)
-        except HTTPException as error:
-            raise RefusedError(error.status_code, error.detail) from None
+        self.check_size(int(length) if length.isdecimal() else self._most_bytes + 1)
         client = self._client(headers.get(b"authorization", ""))
         if client is not None:
             scope[CLIENT] = client
         elif not is_public(scope):
-            raise RefusedError(
+            raise HTTPException(
                 401,
                 "the token is missing or wrong: enter it on the page, or send the header "
                 "Authorization: Bearer TOKEN",
-                (b"www-authenticate", b"Bearer"),
+                {"www-authenticate": "Bearer"},
             )
 
     def _client(self, authorization: str) -> Client | None:
@@ -158,6 +146,7 @@ class _Exchange:
         self.announced = headers.get(b"content-length", b"0") != b"0" or (
             b"transfer-encoding" in headers
         )
+        self._may_be_left = self.announced and scope.get("http_version", "1.1")[0] == "1"
         self._start = anyio.current_time()
         self._size = self._sent = 0
         self._inside = self._dropped = False
@@ -183,8 +172,7 @@ class _Exchange:
         with anyio.move_on_at(late) as waiting:
             message = await self._receive()
         if waiting.cancelled_caught:
-            close = {"connection": "close"}
-            raise HTTPException(408, "the request took too long to arrive", close)
+            raise HTTPException(408, "the request took too long to arrive")
         self._size += len(message.get("body", b""))
         self._access.check_size(self._size)
         if message["type"] == "http.request" and not message.get("more_body", False):
@@ -195,7 +183,9 @@ class _Exchange:
         """Send one message of the response, in pieces; nothing more once it is too late."""
         if message["type"] == "http.response.start":
             self._start = anyio.current_time()
-            added = (*_HEADERS, (b"cache-control", self._cache))
+            added = [*_HEADERS, (b"cache-control", self._cache)]
+            if self._may_be_left and not self._inside:  # the rest of the body is not read
+                added.append((b"connection", b"close"))
             await self._send({**message, "headers": [*message.get("headers", ()), *added]})
             return
         body = message.get("body", b"")
@@ -220,7 +210,7 @@ def _check_origin(headers: dict[bytes, str], host: str) -> None:
     origin = headers.get(b"origin")
     foreign = origin is not None and origin.lower().partition("://")[2] != host.lower()
     if foreign or site not in {"same-origin", "none"}:
-        raise RefusedError(403, "only the page of this server may request this")
+        raise HTTPException(403, "only the page of this server may request this")
 
 
 def _without_port(host: str) -> str:

@@ -109,7 +109,7 @@ async def _on_error(request: Request, error: Exception) -> Response:
         case RequestError():
             status, text = error.status, str(error)
             if status == _BUSY:
-                headers = {name.decode(): value.decode() for name, value in RETRY}
+                headers = RETRY
         case FpmatchError() if status_of(error) == _INTERNAL:
             other = "the gallery cannot be used" if isinstance(error, GalleryError) else _UNKNOWN
             why = _FAULTS.get(error.code, other)

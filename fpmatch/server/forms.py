@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any, Final, Literal, cast
 
 from fastapi import Depends, Form, Request, Security, UploadFile, params
@@ -18,8 +20,10 @@ from fpmatch.prints.pair import PairOptions
 from fpmatch.server.access import CLIENT
 from fpmatch.server.errors import RequestError
 from fpmatch.server.pair import EnrolledPrint, PairRequest
+from fpmatch.server.pool import Pool, Result
 from fpmatch.server.prints import PrintOptions, Upload, shown_name
 from fpmatch.server.settings import LOCAL, Client, Limits, Role, Settings
+from fpmatch.server.watch import Check
 
 MULTIPART: Final = "multipart/form-data"
 # Declares the token in the description of the API; `fpmatch.server.access.Access` checks it.
@@ -83,19 +87,20 @@ class Context:
         self.limits: Limits = state.settings.limits
         self.client: Client = request.scope.get(CLIENT, LOCAL)
         self.where = str(state.settings.gallery)
-        self._pool, self._gallery = state.pool, state.gallery
+        self._pool: Pool = state.pool
+        self._gallery: Check = state.gallery
 
-    async def run(self, work: Any, *args: Any) -> Any:
+    async def run(self, work: Callable[..., Result], *args: Any) -> Result:
         """Return ``work(*args)``, done in a worker process."""
         return await self._pool.run(self._request, work, *args)
 
-    async def run_on_gallery(self, work: Any, *args: Any) -> Any:
+    async def run_on_gallery(self, work: Callable[..., Result], *args: Any) -> Result:
         """Return ``work(*args)``, done in the client's name; refused if the gallery is silent."""
         fault = await self._gallery.fault()
         if fault is not None and fault.code == "late":
             raise RequestError("the gallery does not answer: try again shortly", status=503)
-        arguments = (act_as, self.client.name, work, *args)
-        return await self._pool.run(self._request, *arguments, gallery=True)
+        in_name = partial(act_as, self.client.name, work)
+        return await self._pool.run(self._request, in_name, *args, gallery=True)
 
 
 Here = Annotated[Context, Depends(Context)]

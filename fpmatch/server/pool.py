@@ -17,7 +17,7 @@ from anyio import to_process
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.engine.processes import keep_single_threaded
-from fpmatch.server.errors import BUSY, ClientGoneError, RequestError, TooLongError, WorkerError
+from fpmatch.server.errors import BUSY, ClientGoneError, RequestError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -71,8 +71,8 @@ class Pool:
         """Return ``work(*args)``, computed by a worker process; `work` is at the top of a module.
 
         `gallery` is whether the work needs the gallery. Raises what `work` raises, ClientGoneError
-        if the client closes the connection, RequestError if no process is free in time,
-        TooLongError or WorkerError if the work takes too long or ends its process.
+        if the client closes the connection, RequestError if no process is free in time, or
+        the work takes too long or ends its process.
         """
         outcome: list[Result] = []
         failure: list[Exception] = []
@@ -128,10 +128,10 @@ class Pool:
             done = True
         except TimeoutError as error:
             late = f"this took longer than {seconds:g} seconds and was stopped"
-            raise TooLongError(late, status=504) from error
+            raise RequestError(late, status=504) from error
         except anyio.BrokenWorkerProcess as error:
             ended = "the work could not be done: its process ended"
-            raise WorkerError(ended, status=500) from error
+            raise RequestError(ended, status=500) from error
         finally:
             if not done:
                 self._replace()

@@ -7,13 +7,13 @@ from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Query, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
 from fpmatch.errors import unknown_name
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
-from fpmatch.server import forms, models, pair
+from fpmatch.server import forms, pair
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.forms import FORM, Here, LabelPart, needs, takes
@@ -21,14 +21,25 @@ from fpmatch.server.pool import encoded
 from fpmatch.server.prints import PrintOptions
 from fpmatch.server.settings import Role
 
+Document = dict[str, Any]  # docs/reference/results.md describes those of the commands
+
+
+class Error(BaseModel):
+    """An error, in one sentence."""
+
+    error: str
+    id: str | None = None
+    """Where the server is the reason: under what its log has more."""
+
+
 _ERRORS: dict[int | str, dict[str, Any]] = {
-    401: {"model": models.Error, "description": "The token is missing or wrong"},
-    403: {"model": models.Error, "description": "The role of the token does not permit this"},
-    413: {"model": models.Error, "description": "A file is too large"},
-    415: {"model": models.Error, "description": "The body is not a form with files"},
-    422: {"model": models.Error, "description": "A print, field or parameter cannot be used"},
-    503: {"model": models.Error, "description": "Too many requests, or a silent gallery"},
-    504: {"model": models.Error, "description": "The work took too long and was stopped"},
+    401: {"model": Error, "description": "The token is missing or wrong"},
+    403: {"model": Error, "description": "The role of the token does not permit this"},
+    413: {"model": Error, "description": "A file is too large"},
+    415: {"model": Error, "description": "The body is not a form with files"},
+    422: {"model": Error, "description": "A print, field or parameter cannot be used"},
+    503: {"model": Error, "description": "Too many requests, or a silent gallery"},
+    504: {"model": Error, "description": "The work took too long and was stopped"},
 }
 _MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -66,23 +77,23 @@ def _download(content: bytes, name: str, media: str) -> Response:
 
 
 @operations_router.get("/health", summary="Whether the server answers", dependencies=[_ALONE])
-async def health() -> models.Health:
+async def health() -> Document:
     """Return that the process answers; nothing is checked."""
-    return models.Health(status="ok")
+    return {"status": "ok"}
 
 
 @operations_router.get(
     "/ready",
     summary="Whether the server can do work",
     dependencies=[_ALONE],
-    responses={503: {"model": models.Error, "description": "It cannot, for the reason stated"}},
+    responses={503: {"model": Error, "description": "It cannot, for the reason stated"}},
 )
-async def ready(request: Request) -> models.Health:
+async def ready(request: Request) -> Document:
     """Return that a worker process answers and the gallery can be opened, as of the last second."""
     faults = await asyncio.gather(*(check.fault() for check in request.app.state.checks))
     for fault in filter(None, faults):
         raise NotReadyError(str(fault)) from fault
-    return models.Health(status="ready")
+    return {"status": "ready"}
 
 
 @operations_router.get(
@@ -101,22 +112,23 @@ async def metrics(request: Request) -> Response:
 @operations_router.get(
     "/about", summary="Version and limits of this server", dependencies=_READ, responses=_ERRORS
 )
-async def about(here: Here) -> models.About:
+async def about(here: Here) -> Document:
     """Return version, matchers and limits, and the role of the client."""
-    return models.About(
-        version=__version__,
-        gallery=None if here.settings.gallery is None else gallery_work.short_name(here.where),
-        matchers=matcher_names(),
-        role=here.client.role.name.lower(),
-        file_megabytes=here.limits.file_megabytes,
-        seconds=here.limits.seconds,
-    )
+    none = here.settings.gallery is None
+    return {
+        "version": __version__,
+        "gallery": None if none else gallery_work.short_name(here.where),
+        "matchers": matcher_names(),
+        "role": here.client.role.name.lower(),
+        "file_megabytes": here.limits.file_megabytes,
+        "seconds": here.limits.seconds,
+    }
 
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
-async def verify(here: Here, form: Annotated[forms.PairForm, FORM]) -> models.Verified:
+async def verify(here: Here, form: Annotated[forms.PairForm, FORM]) -> Document:
     """Return what `fpmatch verify --json` prints."""
-    return models.Verified(**await here.run(pair.verify_pair, await form.given_pair(here)))
+    return await here.run(pair.verify_pair, await form.given_pair(here))
 
 
 @router.post("/compare", summary="Decide, and return all that the web interface shows", **_SHOWN)
@@ -222,10 +234,9 @@ async def stages(here: Here, form: Annotated[forms.StagesForm, FORM]) -> Respons
 
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)
-async def gallery(here: Here) -> models.GalleryInfo:
+async def gallery(here: Here) -> Document:
     """Return what `fpmatch gallery list --summary --json` prints."""
-    document = await here.run_on_gallery(gallery_work.describe_gallery, here.where)
-    return models.GalleryInfo(**document)
+    return await here.run_on_gallery(gallery_work.describe_gallery, here.where)
 
 
 @gallery_router.post(
@@ -233,20 +244,17 @@ async def gallery(here: Here) -> models.GalleryInfo:
     summary="Rank the enrolled subjects by how well their best finger matches a probe",
     dependencies=_VERIFY,
 )
-async def identify(here: Here, form: Annotated[forms.IdentifyForm, FORM]) -> models.Identified:
+async def identify(here: Here, form: Annotated[forms.IdentifyForm, FORM]) -> Document:
     """Return what `fpmatch identify --transform --json` prints of one probe."""
     upload = await form.read("probe", here.limits)
     reading = PrintOptions(here.limits, form.dpi)
     options = form.known_matcher(), form.candidates, form.threshold
     arguments = (upload, reading, here.where, *options)
-    document = await here.run_on_gallery(gallery_work.identify_print, *arguments)
-    return models.Identified(**document)
+    return await here.run_on_gallery(gallery_work.identify_print, *arguments)
 
 
 @gallery_router.post("/enrol", summary="Enrol one print", status_code=201, dependencies=_ENROL)
-async def enrol(
-    here: Here, response: Response, form: Annotated[forms.EnrolForm, FORM]
-) -> models.Enrolled:
+async def enrol(here: Here, response: Response, form: Annotated[forms.EnrolForm, FORM]) -> Document:
     """Keep the template of a print, but no image; 201 if it is new, 200 if it is known.
 
     Without a subject, the name of the file must contain it.
@@ -258,10 +266,10 @@ async def enrol(
     label = Label(*parts) if form.subject else None
     reading = PrintOptions(here.limits, form.dpi)
     arguments = (upload, reading, here.where, label, here.settings.pattern)
-    document = await here.run_on_gallery(gallery_work.enrol_print, *arguments)
+    document: Document = await here.run_on_gallery(gallery_work.enrol_print, *arguments)
     if not document["enrolled"]:
         response.status_code = 200
-    return models.Enrolled(**document)
+    return document
 
 
 @gallery_router.get(
@@ -269,10 +277,10 @@ async def enrol(
     summary="The enrolled prints of a subject",
     dependencies=[_READ[0], _OF_SUBJECT],
 )
-async def list_prints(here: Here, subject: Subject) -> models.EnrolledPrints:
+async def list_prints(here: Here, subject: Subject) -> Document:
     """Return what `fpmatch gallery list --subject --json` prints."""
     rows = await here.run_on_gallery(gallery_work.list_prints, here.where, subject)
-    return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in rows])
+    return {"prints": rows}
 
 
 @gallery_router.post(
@@ -280,14 +288,13 @@ async def list_prints(here: Here, subject: Subject) -> models.EnrolledPrints:
     summary="Decide whether a probe comes from a claimed subject",
     dependencies=_VERIFY,
 )
-async def verify_claim(here: Here, form: Annotated[forms.ClaimForm, FORM]) -> models.CheckedClaim:
+async def verify_claim(here: Here, form: Annotated[forms.ClaimForm, FORM]) -> Document:
     """Return what `fpmatch verify --gallery --subject --json` prints."""
     upload = await form.read("probe", here.limits)
     reading = PrintOptions(here.limits, form.dpi, form.enhance)
     claim = form.subject, form.finger or None
     arguments = (upload, reading, here.where, *claim, form.options())
-    document = await here.run_on_gallery(gallery_work.verify_claim, *arguments)
-    return models.CheckedClaim(**document)
+    return await here.run_on_gallery(gallery_work.verify_claim, *arguments)
 
 
 @gallery_router.delete(
@@ -295,16 +302,16 @@ async def verify_claim(here: Here, form: Annotated[forms.ClaimForm, FORM]) -> mo
     summary="Remove all enrolled prints of a subject",
     dependencies=[_ADMIN[0], _OF_SUBJECT],
 )
-async def remove_subject(here: Here, subject: Subject) -> models.Removed:
+async def remove_subject(here: Here, subject: Subject) -> Document:
     """Remove the templates of all prints of a subject."""
     removed = await here.run_on_gallery(gallery_work.remove_subject, here.where, subject)
-    return models.Removed(removed=len(removed))
+    return {"removed": len(removed)}
 
 
 @gallery_router.delete(
     "/gallery/{number}", summary="Remove one enrolled print", dependencies=_ADMIN
 )
-async def remove_print(here: Here, number: int) -> models.Removed:
+async def remove_print(here: Here, number: int) -> Document:
     """Remove the template of entry `number`."""
     await here.run_on_gallery(gallery_work.remove_print, here.where, number)
-    return models.Removed(removed=1)
+    return {"removed": 1}

@@ -32,6 +32,7 @@ _BACKLOG: Final = 128  # connections that wait to be accepted
 _TOKEN_BYTES: Final = 24
 _LAST_PORT: Final = 65_535
 _HEADER_BYTES: Final = 16 * 1024
+_START_S: Final = 150  # for the worker processes to start
 _GRACE_S: Final = 5  # for requests to end when the server is stopped
 _log: Final = logging.getLogger(__name__)
 
@@ -128,6 +129,7 @@ async def answer(
     config.read_timeout = round(limits.wait_seconds + limits.seconds + 3 * limits.slow_seconds)
     config.h11_max_incomplete_size = _HEADER_BYTES
     config.graceful_timeout = _GRACE_S
+    config.startup_timeout = _START_S
     config.include_server_header = False
     config.errorlog = None  # the application logs its errors
     if hasattr(socket, "TCP_USER_TIMEOUT"):  # of an answer that is not read

@@ -81,9 +81,6 @@ class Limits:
     kilobytes_per_second: float = 50.0  # at least of a body or an answer, after these seconds
 
 
-_MAY_BE_0: Final = ("wait_seconds",)
-
-
 @dataclass(frozen=True, slots=True)
 class Settings:
     """The settings of a server.
@@ -153,7 +150,7 @@ def _parse_limits(table: Any) -> Limits:
         if name not in usual:
             raise SettingsError(unknown_name("limit", name, usual), code="key")
         whole = isinstance(usual[name], int)
-        least = 0 if name in _MAY_BE_0 else 1 if whole else 0.001
+        least = 0 if name == "wait_seconds" else 1 if whole else 0.001
         number = type(value) is int or (type(value) is float and not whole)
         if not (number and least <= value <= _LARGEST):
             kind = "whole number" if whole else "number"

@@ -16,7 +16,7 @@ from fpmatch.server.settings import Limits, Settings
 from .conftest import LARGE_BYTES, echo, listening
 from .test_guard import with_errors
 
-QUICK = Limits(slow_seconds=1.0, kilobytes_per_second=500, seconds=1.0, wait_seconds=1.0)
+QUICK = Limits(slow_seconds=1.0, kilobytes_per_second=5000, seconds=1.0, wait_seconds=1.0)
 HEAD = b"GET /health HTTP/1.1\r\nhost: localhost\r\n"
 POST = b"POST /verify HTTP/1.1\r\nhost: localhost\r\ncontent-length: %d\r\n\r\n"
 
@@ -79,12 +79,12 @@ def test_slow_clients_are_closed_in_time_and_hold_up_no_other():
         for _ in range(5):
             assert status(connect) == 200
             assert status(connect, POST % 4 + b"body") == 200
-        assert time.monotonic() - start < 1.0
+        assert time.monotonic() - start < 3.0
         for data, connections in slow.items():
             answers = [rest(one) for one in connections]
             late = b"HTTP/1.1 408 " if data.startswith(b"POST") else b""
             assert all(answer.startswith(late) for answer in answers)
-        assert time.monotonic() - start < 5.0
+        assert time.monotonic() - start < 10.0
         send_until_closed(connect(HEAD), b"x-a: b\r\n")
         send_until_closed(connect(POST % 1000), b"x")
 

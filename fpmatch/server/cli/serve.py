@@ -45,7 +45,7 @@ Token:
 Settings:
   A table of FILE.toml is a client, with a role (read: the state of the server; verify: compare and
   identify too; enrol: enrol too; admin: remove too) and its token, or the token's SHA-256. The
-  table limits bounds sizes, times and connections; an unknown name is answered with all of them:
+  table limits bounds sizes, times and requests; an unknown name is answered with all of them:
     [reception]
     role = "verify"
     token = "WNfOYJvW3B3A0nUqVYxw"

@@ -53,7 +53,9 @@ class _InThisProcess:
     def __init__(self, *_: object) -> None:
         pass
 
-    async def run(self, _: object, work: Callable[..., Any], *args: Any) -> Any:
+    async def run(
+        self, _: object, work: Callable[..., Any], *args: Any, gallery: bool = False
+    ) -> Any:
         """Return ``work(*args)``."""
         return work(*args)
 

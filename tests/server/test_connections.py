@@ -14,7 +14,7 @@ from fpmatch.server.access import Access
 from fpmatch.server.settings import Limits, Settings
 
 from .conftest import LARGE_BYTES, echo, listening
-from .test_guard import with_errors
+from .test_access import with_errors
 
 QUICK = Limits(slow_seconds=1.0, kilobytes_per_second=5000, seconds=1.0, wait_seconds=1.0)
 HEAD = b"GET /health HTTP/1.1\r\nhost: localhost\r\n"

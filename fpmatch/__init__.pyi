@@ -27,7 +27,6 @@ from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.registry import matcher_names as matcher_names
 from .matching.verification import Verification as Verification
 from .matching.verification import find_scale as find_scale
-from .pointset.geometry.affine_transform import AffineTransform as AffineTransform
 from .pointset.geometry.point_match import PointMatch as PointMatch
 from .pointset.geometry.similarity import Similarity as Similarity
 from .templates.minutiae import Minutia as Minutia

@@ -60,7 +60,7 @@ class Overlay:
         """
         from fpmatch.drawing.overlay.draw import save_scene  # noqa: PLC0415
 
-        save_scene(path, self.scene, self.pixels)
+        save_scene(path, self.scene)
 
     def __repr__(self) -> str:
         height, width, _ = self.pixels.shape
@@ -101,7 +101,7 @@ class VerifiedPrints(Verification):
         OutputError
             If both are set.
         """
-        from fpmatch.drawing.overlay.draw import View, overlay_scene  # noqa: PLC0415
+        from fpmatch.drawing.overlay.draw import overlay_scene, view_of  # noqa: PLC0415
         from fpmatch.drawing.scene.ink import ridge_picture  # noqa: PLC0415  (after the decision)
         from fpmatch.drawing.scene.raster import paint  # noqa: PLC0415
 
@@ -109,7 +109,8 @@ class VerifiedPrints(Verification):
             ridge_picture(template) if image is None else image
             for image, template in zip(self.images, (self.probe, self.reference), strict=True)
         )
-        scene = overlay_scene(probe, reference, self, View(side_by_side, ridges))
+        view = view_of(side_by_side=side_by_side, ridges=ridges)
+        scene = overlay_scene(probe, reference, self, view)
         return Overlay(paint(scene), scene)
 
     @cached_property

@@ -75,7 +75,7 @@ def format_worth(results: Row) -> str:
 
 
 def format_ablation(rows: Rows) -> str:
-    """Return the rows that ``research/benchmarks/ablation.py`` measures."""
+    """Return the rows that the ablation of commit f3b85a33 measured."""
     head = ["matcher", *(f"{form}: {name}" for form in FORMS for name in ("mean", "pooled"))]
     head.append(f"change of the mean EER, {FORMS[0]}")
     body = []
@@ -247,7 +247,9 @@ PARTS: Final = {
     "learned": Part("accuracy.json", "learned", EVALUATION, rates_kept),
     "filters": Part("accuracy.json", "filters", f"{EVALUATION} --enhance filters", rates_kept),
     "paper": Part("accuracy.json", "paper", f"{EVALUATION} --matcher paper", rates_kept),
-    "parts": Part("accuracy.json", "parts", "research/benchmarks/ablation.py --json"),
+    "parts": Part(
+        "accuracy.json", "parts", "research/benchmarks/ablation.py of commit f3b85a33, --json"
+    ),
     "figures": Part("performance.json", "figures", "scripts/bench --json", lambda m: m["figures"]),
     "stages": Part("performance.json", "stages", "research/benchmarks/stages.py --json"),
     "points": Part("points.json", None, "python -m research measure points --json"),

@@ -11,7 +11,7 @@ import fpmatch
 PACKAGE = Path(fpmatch.__file__).parent
 
 PUBLIC = {
-    *("AffineTransform", "AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae"),
+    *("AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae"),
     *("PrintQuality", "RidgeField", "Similarity", "StageRecorder", "Template", "Verification"),
     *("__version__", "assess", "draw", "extract", "find_scale", "fmr_to_score", "load_template"),
     *("PointMatch", "match_points", "matcher_names", "read_image", "save_overlay", "save_template"),

@@ -10,44 +10,40 @@ import re
 import sys
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _KERNEL: Final = re.compile(r"_.*_kernel\.py")
 
 
+class _Kernel(NamedTuple):
+    source: str
+    compiled: str | None  # the file that is loaded, if it is compiled
+
+
 def compiled_kernels() -> dict[str, bool]:
     """Return whether each kernel runs compiled, by the name of its module."""
-    return {name: file is not None for name, file in _compiled_files(_folders()).items()}
+    return {name: one.compiled is not None for name, one in _files()[0].items()}
 
 
 def outdated_kernels() -> list[str]:
     """Return the names of the kernels of a source tree that are older than their files.
 
-    Where others are compiled, a kernel that is not compiled is one of them. A changed ``.pxd`` file
-    makes all of them old. Times are compared in whole seconds: setuptools copies no fractions.
+    Where others are compiled, a kernel that is not compiled is one of them, too. A new ``.pxd``
+    file renews all. Times are whole seconds: setuptools keeps no more where it copies a kernel.
     """
-    folders = _folders() if in_source_tree() else []
-    files = _compiled_files(folders)
-    if not any(files.values()):
+    if not _is_clone(_PACKAGE.parent):
         return []
-    files_of_types = [
-        Path(folder, name) for folder, names in folders for name in names if name.endswith(".pxd")
-    ]
-    declared = max(map(_seconds, files_of_types), default=0)
-    sources = {
-        name: _PACKAGE.parent.joinpath(*name.split(".")).with_suffix(".py") for name in files
-    }
+    kernels, declarations = _files()
+    if not any(one.compiled for one in kernels.values()):
+        return []
+    declared = max((int(Path(file).stat().st_mtime) for file in declarations), default=0)
     return [
         name
-        for name, file in files.items()
-        if file is None or _seconds(Path(file)) < max(declared, _seconds(sources[name]))
+        for name, (source, compiled) in kernels.items()
+        if compiled is None
+        or int(Path(compiled).stat().st_mtime) < max(declared, int(Path(source).stat().st_mtime))
     ]
-
-
-def in_source_tree() -> bool:
-    """Return whether this package lies in its source tree, as that of an editable install does."""
-    return _is_clone(_PACKAGE.parent)
 
 
 def other_sources_note() -> str | None:
@@ -92,7 +88,7 @@ def slow_kernels_note() -> str | None:
 
 def build_command(clone: Path | None = None) -> str:
     """Return the command that compiles the kernels of this installation, or of a clone."""
-    source = clone or (_PACKAGE.parent if in_source_tree() else _clone_here())
+    source = clone or (_PACKAGE.parent if _is_clone(_PACKAGE.parent) else _clone_here())
     if source is None:
         return "pip install ."
     own = Path(sys.prefix).resolve() == (source / ".venv").resolve()
@@ -124,26 +120,17 @@ def _same_sources(package: Path) -> bool:
     return here == there and all(cmp(_PACKAGE / one, package / one, shallow=False) for one in here)
 
 
-def _folders() -> list[tuple[str, list[str]]]:
-    """Return the folders of the package, each with the names of its files."""
-    walked = []
+def _files() -> tuple[dict[str, _Kernel], list[str]]:
+    """Return the files of each kernel, by its module's name, and all ``.pxd`` files."""
+    kernels: dict[str, _Kernel] = {}
+    declarations: list[str] = []
     for folder, folders, names in os.walk(_PACKAGE):  # `Path.rglob` takes several times as long
         folders[:] = [one for one in folders if one != "__pycache__"]
-        walked.append((folder, names))
-    return walked
-
-
-def _compiled_files(folders: list[tuple[str, list[str]]]) -> dict[str, str | None]:
-    """Return the file that each kernel is loaded from if it is compiled, by its module's name."""
-    by_name: dict[str, str | None] = {}
-    for folder, names in folders:
+        declarations += [f"{folder}{os.sep}{name}" for name in names if name.endswith(".pxd")]
         prefix = f"{_PACKAGE.name}{folder[len(str(_PACKAGE)) :]}".replace(os.sep, ".")
         for kernel in (name[:-3] for name in names if _KERNEL.fullmatch(name)):
-            files = (kernel + suffix for suffix in EXTENSION_SUFFIXES)
-            compiled = next((file for file in files if file in names), None)
-            by_name[f"{prefix}.{kernel}"] = compiled and f"{folder}{os.sep}{compiled}"
-    return dict(sorted(by_name.items()))
-
-
-def _seconds(file: Path) -> int:
-    return int(file.stat().st_mtime)
+            place = f"{folder}{os.sep}{kernel}"
+            files = (suffix for suffix in EXTENSION_SUFFIXES if kernel + suffix in names)
+            suffix = next(files, None)
+            kernels[f"{prefix}.{kernel}"] = _Kernel(f"{place}.py", suffix and place + suffix)
+    return dict(sorted(kernels.items())), declarations

@@ -39,8 +39,8 @@ Formats, with their suffixes:
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
   iso2011 .iso2011 ISO/IEC 19794-2:2011
   ansi2004 .ansi   ANSI/INCITS 378-2004
-  ansi2009 .ansi2009, ansi2009am1 .ansi2009am1
-                   ANSI/INCITS 378-2009 and its amendment 1
+  ansi2009 .ansi2009
+                   ANSI/INCITS 378-2009, with its amendment 1
   xyt .xyt         NIST's, as mindtct writes: y up, degrees, opposite direction
   xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
   numbers          rows of x, y, angle, as np.savetxt writes: only read, with --angles

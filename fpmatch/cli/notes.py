@@ -73,14 +73,9 @@ def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
 
 def say_notes_on(prints: Iterable[GivenPrint], *, resolution: bool = False) -> None:
     """Print the notes on prints; with `resolution`, also where the ridges contradict theirs."""
-    from fpmatch.image.quality.print_quality import WRONG_RESOLUTION
     from fpmatch.prints.reading import group_by_note
 
-    noted: dict[str, tuple[str, ...]] = {}
-    for given in prints:
-        reasons = given.quality.reasons if resolution and given.quality is not None else ()
-        wrong = [str(reason) for reason in reasons if reason.code == WRONG_RESOLUTION]
-        noted[given.name] = (*given.notes, *wrong)
+    noted = {one.name: one.notes + one.doubted_resolution * resolution for one in prints}
     say_notes(group_by_note(noted.items()))
 
 

@@ -29,9 +29,6 @@ _STDIN: Final = "standard-input"
 class PrintFile(click.Path):
     """The file of a print; of "-", standard input, a copy that lasts as long as the command."""
 
-    def __init__(self) -> None:
-        super().__init__(path_type=Path, allow_dash=True)
-
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path of the file or of the copy."""
         if str(value) != "-" or ctx is None or ctx.resilient_parsing:
@@ -97,7 +94,7 @@ class FormatChoice(Name):
 
 file_option: Final = partial(click.option, type=FILE)
 output_option: Final = partial(file_option, "-o", "--output", required=True)
-PRINT: Final = PrintFile()
+PRINT: Final = PrintFile(path_type=Path, allow_dash=True)
 files_argument: Final = partial(click.argument, nargs=-1, required=True, type=FILE)
 _DPI: Final = click.option(
     "--dpi",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from fpmatch.drawing.overlay.draw import View
     from fpmatch.prints.pair import ComparedPair
 
 EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
@@ -129,7 +129,7 @@ def verify(
     subject: str | None,
     finger: str | None,
     overlay_file: Path | None,
-    view: str | None,
+    view: View | None,
     case_report: Path | None,
     case_number: str,
     notes: str,
@@ -159,9 +159,9 @@ def verify(
     from fpmatch.prints.report import as_text
 
     if overlay_file is not None:
-        from fpmatch.drawing.overlay.draw import check_overlay
+        from fpmatch.drawing.overlay.draw import SUFFIXES
 
-        check_overlay(overlay_file)
+        check_writable(overlay_file, what="an overlay", suffixes=SUFFIXES)
     if case_report is not None:
         from fpmatch.drawing.case_report import check_words
 
@@ -183,22 +183,21 @@ def verify(
     show(answer)
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
-        _draw(overlay_file, pair, view)
+        _draw(overlay_file, pair, view or "superposed")
     if case_report is not None:
         written = {"case_number": case_number, "notes": notes}
         _write_case_report(case_report, pair, values, written)
     return EXIT_STATUS[pair.verification.decision]
 
 
-def _draw(target: Path, pair: ComparedPair, view: str | None) -> None:
+def _draw(target: Path, pair: ComparedPair, view: View) -> None:
     """Draw a comparison of two files; print a note where another picture is drawn."""
-    from fpmatch.drawing.overlay.draw import View, save_overlay
+    from fpmatch.drawing.overlay.draw import missing, overlay_scene, save_scene
 
-    chosen = View(side_by_side=view == "side-by-side", ridges=view == "ridges")
-    verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
-    save_overlay(target, *pixels, verification, **asdict(chosen))
-    if missing := chosen.missing(verification):
-        say_note(f"{target}: {missing}")
+    images = pair.probe.pixels, pair.reference.pixels
+    save_scene(target, overlay_scene(*images, pair.verification, view))
+    if words := missing(view, pair.verification):
+        say_note(f"{target}: {words}")
 
 
 def _write_case_report(

@@ -6,7 +6,7 @@ import hashlib
 import math
 import platform
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from string import ascii_uppercase
 from typing import TYPE_CHECKING, Final
@@ -15,9 +15,12 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.base.html import page_templates
-from fpmatch.drawing.overlay.draw import View, panel_picture
-from fpmatch.drawing.overlay.marks import ExaminerMark
-from fpmatch.drawing.scene.raster import data_url, png_bytes
+from fpmatch.drawing.overlay.draw import View, overlay_scene
+from fpmatch.drawing.overlay.page import FRAME_PEN
+from fpmatch.drawing.scene.fonts import text_width
+from fpmatch.drawing.scene.items import Circle, Group, Path, Pen, Text, moved
+from fpmatch.drawing.scene.palette import EXAMINER_MARK
+from fpmatch.drawing.scene.raster import data_url, paint, png_bytes
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.printable import printable, printable_lines
@@ -35,9 +38,10 @@ from fpmatch.templates.minutiae import MM_PER_INCH
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from fpmatch.drawing.scene.items import Anchor, Box, Item, Matrix
     from fpmatch.prints.pair import ComparedPair, PairOptions
     from fpmatch.prints.reading import DpiSource, GivenPrint
-    from fpmatch.templates.minutiae import Template
+    from fpmatch.templates.minutiae import Minutiae
 
 KINDS: Final = ("unknown", "ending", "bifurcation")
 SIDES: Final = ("probe", "reference")
@@ -52,6 +56,10 @@ _DPI_SOURCES: Final[dict[DpiSource, str]] = {
     "found": "by the ridges: the file does not state it",
     "assumed": "assumed: the file does not state it",
 }
+_PEN: Final = Pen(EXAMINER_MARK, width=2.2, halo=1.4)
+_RADIUS, _LETTER_SIZE = 11.0, 22.0  # page pixels
+_CORNERS: Final = 24  # of a dashed circle
+_DASH: Final = (7.0, 4.5)
 _FARTHEST_MARK: Final = 1e6  # pixels
 _LINE_BREAK: Final = re.compile("\r\n|[\n\v\f\r\x85\u2028\u2029]")
 _NOT_PLAIN: Final = re.compile("[^0-9A-Za-z]")
@@ -90,29 +98,6 @@ class CaseMark:
                 "a mark needs a side (probe or reference), and x and y within "
                 f"{_FARTHEST_MARK:,.0f} pixels"
             )
-
-
-@dataclass(frozen=True, slots=True)
-class _Minutia:
-    x: float
-    y: float
-    direction: int
-    kind: str
-    quality: int
-
-
-@dataclass(frozen=True, slots=True)
-class _Side:
-    """One print as the page shows it."""
-
-    name: str
-    file: CaseFile
-    given: GivenPrint
-    picture: str
-
-    @property
-    def template(self) -> Template:
-        return self.given.template
 
 
 def settings_of(
@@ -176,10 +161,15 @@ def case_report(
     if len(marks) > _MOST_MARKS:
         raise CaseReportError(f"a case report shows at most {_MOST_MARKS} marks")
     v = pair.verification
-    own = [ExaminerMark(mark_letter(k), m.side, m.x, m.y) for k, m in enumerate(marks)]
+    prints = (pair.probe, pair.reference)
     sides = [
-        _Side(name, file, given, data_url(png_bytes(given.pixels), "png"))
-        for name, file, given in zip(SIDES, files, (pair.probe, pair.reference), strict=True)
+        {
+            "name": side,
+            "file": file,
+            "given": one,
+            "picture": data_url(png_bytes(one.pixels), "png"),
+        }
+        for side, file, one in zip(SIDES, files, prints, strict=True)
     ]
     scored = not math.isnan(v.score)
     title = f"{files[0].name} and {files[1].name}"
@@ -204,14 +194,12 @@ def case_report(
             rows=as_rows(v, pair.quality),
             settings=settings,
             sides=sides,
-            overlay=_picture(pair, View(), own) if v.transform is not None else "",
-            ridges=_picture(pair, View(ridges=True), own) if v.ridge_map is not None else "",
-            beside=_picture(pair, View(side_by_side=True), own),
+            overlay=_picture(pair, "superposed", marks) if v.transform is not None else "",
+            ridges=_picture(pair, "ridges", marks) if v.ridge_map is not None else "",
+            beside=_picture(pair, "side-by-side", marks),
             pairs=_pairs(pair),
             notes=_lines(notes),
-            marks=[
-                (one.letter, mark, _lines(mark.note)) for one, mark in zip(own, marks, strict=True)
-            ],
+            marks=[(mark_letter(k), mark, _lines(mark.note)) for k, mark in enumerate(marks)],
         )
     )
     return printable_lines(html.lstrip())
@@ -233,27 +221,64 @@ def _css_string(text: str) -> str:
     return _NOT_PLAIN.sub(lambda match: f"\\{ord(match[0]):x} ", text)
 
 
-def _picture(pair: ComparedPair, view: View, own: Sequence[ExaminerMark]) -> str:
-    images = pair.probe.pixels, pair.reference.pixels
-    return data_url(png_bytes(panel_picture(*images, pair.verification, view, own)), "png")
+def _picture(pair: ComparedPair, view: View, own: Sequence[CaseMark]) -> str:
+    """Return an overlay without caption and legend, with the marks of the examiner, as a URL."""
+    scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, pair.verification, view)
+    parts = {item.role: item.clip for item in scene.items if isinstance(item, Group)}
+    top, bottom = parts["caption"].bottom, parts["legend"].y + 2 * FRAME_PEN.width
+    drawn = [item for placed in scene.placed for item in examiner_marks(own, *placed)]
+    pixels = paint(scene._replace(items=(*scene.items, *drawn)))
+    return data_url(png_bytes(pixels[math.ceil(top) : math.floor(bottom)]), "png")
 
 
-def _pairs(pair: ComparedPair) -> list[tuple[_Minutia, _Minutia, float]]:
+def examiner_marks(
+    own: Sequence[CaseMark], side: str, here: Matrix, there: Matrix | None, panel: Box
+) -> list[Item]:
+    """Draw the marks of an examiner on the print of a `side`, whose pixels `here` maps to the page.
+
+    Each is a cross in a circle, with its letter. Those of the other side are drawn where `there`
+    maps them, as a dashed circle. Marks outside the `panel` are left out.
+    """
+    drawn: list[Item] = []
+    r, size = _RADIUS, _LETTER_SIZE
+    for k, mark in enumerate(own):
+        matrix, letter = here if mark.side == side else there, mark_letter(k)
+        if matrix is None:
+            continue
+        ((x, y),) = moved(matrix, [(mark.x, mark.y)])
+        if not (panel.x <= x <= panel.right and panel.y <= y <= panel.bottom):
+            continue
+        turns = np.exp(1j * np.arange(_CORNERS) * 2 * math.pi / _CORNERS)
+        circle = tuple((x + r * turn.real, y + r * turn.imag) for turn in turns.tolist())
+        if mark.side == side:
+            lines = [((x - r, y), (x + r, y)), ((x, y - r), (x, y + r))]
+            drawn.append(Circle((x, y), r, _PEN))
+            drawn += [Path(line, _PEN) for line in lines]
+        else:
+            drawn.append(Path(circle, replace(_PEN, dash=_DASH), closed=True))
+        left = x + r + 2 + text_width(letter, size) > panel.right
+        baseline = y + r + 0.7 * size if y - r - size < panel.y else y - r + 4
+        anchor: Anchor = "end" if left else "start"
+        start = x - r - 2 if left else x + r + 2
+        drawn.append(Text(start, baseline, letter, size, EXAMINER_MARK, anchor, 0.8, 2.5))
+    return drawn
+
+
+def _pairs(pair: ComparedPair) -> list[tuple[str, str, float]]:
     """Return each pair with its distance under the transform, in mm on the reference."""
     v = pair.verification
     if v.transform is None or not len(v.pairs):
         return []
     ours, theirs = v.probe.minutiae, v.reference.minutiae
-    moved = v.transform.apply(ours.xy[v.pairs[:, 0]])
-    apart = np.hypot(*(moved - theirs.xy[v.pairs[:, 1]]).T) * MM_PER_INCH / v.reference.dpi
+    probe = v.transform.apply(ours.xy[v.pairs[:, 0]])
+    apart = np.hypot(*(probe - theirs.xy[v.pairs[:, 1]]).T) * MM_PER_INCH / v.reference.dpi
     return [
-        (_minutia(v.probe, i), _minutia(v.reference, j), float(distance))
+        (_in_words(ours, i), _in_words(theirs, j), float(distance))
         for (i, j), distance in zip(v.pairs.tolist(), apart, strict=True)
     ]
 
 
-def _minutia(template: Template, index: int) -> _Minutia:
-    m = template.minutiae
-    direction = round(math.degrees(float(m.angle[index]))) % 360
-    kind = KINDS[int(m.kind[index])]
-    return _Minutia(float(m.x[index]), float(m.y[index]), direction, kind, int(m.quality[index]))
+def _in_words(m: Minutiae, k: int) -> str:
+    """Return kind, x, y, direction and quality of a minutia."""
+    direction = round(math.degrees(float(m.angle[k]))) % 360
+    return f"{KINDS[int(m.kind[k])]}, {m.x[k]:.0f}, {m.y[k]:.0f}, {direction}°, {m.quality[k]}"

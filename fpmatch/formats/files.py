@@ -9,7 +9,7 @@ from fpmatch.base.parsing import read_regular
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
+from fpmatch.formats.registry import codec_of_name, codec_of_suffix, failures_text, recognise
 from fpmatch.formats.tables import NPY_CODEC, PLAIN_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Template
@@ -162,7 +162,9 @@ def save_record(
 
 def _codec_of(data: bytes, file_format: str | None, options: ReadingOptions) -> Codec:
     """Return the codec for some bytes; `options.angles` must not contradict it."""
-    codec = codec_of_name(file_format) if file_format else codec_of_content(data)
+    codec = codec_of_name(file_format) if file_format else recognise(data)
+    if codec is None:
+        raise TemplateError(f"not a template file of a known format{failures_text()}")
     if options.angles is None or codec in ANGLES_BY_OPTION:
         return codec
     if not file_format and recognises_text(data):  # whole numbers, which pass for XYT

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final
@@ -46,13 +45,9 @@ def _agency(
     return Codec(name, title, suffixes, recognises, partial(call, 1), encode)
 
 
-_030: Final = FMR_SIGNATURE + b"030\x00"
-ISO_2011: Final = _agency("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), "fmr_2011", _030)
-ANSI_2009: Final = _agency("ansi2009", "ANSI/INCITS 378-2009", (".ansi2009",), "fmr_2011", _030)
-AMENDED: Final = _agency(
-    *("ansi2009am1", "ANSI/INCITS 378-2009/AM1", (".ansi2009am1",), "fmr_2011"),
-    FMR_SIGNATURE + b"035\x00",
-)
+_2009: Final = (FMR_SIGNATURE + b"030\x00", FMR_SIGNATURE + b"035\x00")  # the second: amended
+ISO_2011: Final = _agency("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), "fmr_2011", _2009[0])
+ANSI_2009: Final = _agency("ansi2009", "ANSI/INCITS 378-2009", (".ansi2009",), "fmr_2011", *_2009)
 AN2: Final = _agency(
     "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "an2", *AN2_SIGNATURES
 )
@@ -66,7 +61,6 @@ CODECS: Final = (
     ISO_2011,
     fmr.ANSI_CODEC,
     ANSI_2009,
-    AMENDED,
     AN2,
     xyt.M1_CODEC,
     xyt.CODEC,
@@ -77,21 +71,19 @@ CODECS: Final = (
 _GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may be narrower
 
 
-def codec_of_content(data: bytes) -> Codec:
-    """Return the codec that recognises `data`, a file or its first few thousand bytes."""
-    for codec in known_codecs():
-        if codec.recognises(data):
-            return codec
-    if record := fmr.of_text(data):
-        codec = codec_of_content(record)
-        return replace(codec, decode=lambda _, options: codec.decode(record, options))
-    if data.startswith(FMR_SIGNATURE):
+def recognise(data: bytes) -> Codec | None:
+    """Return the codec that recognises `data`, a file or its first few thousand bytes; else None.
+
+    Raises TemplateError for a finger minutiae record of another version.
+    """
+    codec = next((one for one in known_codecs() if one.recognises(data)), None)
+    if codec is None and data.startswith(FMR_SIGNATURE):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
             "which is not known"
         )
-    raise TemplateError(f"not a template file of a known format{failures_text()}")
+    return codec
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:

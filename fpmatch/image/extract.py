@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import cv2
 import numpy as np
@@ -15,8 +15,6 @@ from fpmatch.image.io.read import name_errors, read_image
 from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
-from fpmatch.image.quality.print_quality import PrintQuality, grade
 from fpmatch.image.quality.ridge_scale import likely_dpi
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import (
@@ -38,6 +36,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
     from fpmatch.image.preprocess.arrays import Box, Grey, Mask, Recorder
+    from fpmatch.image.quality.print_quality import PrintQuality
 
 # From one window of the ridge spectrum to four palms.
 LIMITS_AT_500_DPI: Final = ImageLimits(min_side_px=32, dpi=STANDARD_DPI)
@@ -128,9 +127,9 @@ def extract(
         stages["minutiae"] = np.column_stack(columns).astype(np.float32)
         _record(recorder, stages, box, grey.shape)
     height, width = source.pixels.shape
-    field = _ridge_field(ridges, binary, box, grey.shape, zoom)
+    ridge_field = _ridge_field(ridges, binary, box, grey.shape, zoom)
     stated = dpi is not None or source.dpi is not None
-    return Template(minutiae, width, height, resolution, field, dpi_known=stated)
+    return Template(minutiae, width, height, resolution, ridge_field, dpi_known=stated)
 
 
 def _record(
@@ -196,25 +195,23 @@ class AssessedPrint:
     quality: PrintQuality
 
 
+@dataclass(frozen=True, slots=True)
 class QualityRecorder:
-    """Keep the stages of an extraction that quality is measured on."""
+    """Keep the stages of an extraction on which quality is measured."""
 
-    wanted = frozenset(MEASURED_STAGES)
-
-    def __init__(self) -> None:
-        self._stages: dict[str, NDArray[Any]] = {}
+    wanted: ClassVar = ("input", "normalised", "enhanced", "mask", "minutiae")
+    stages: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Keep the array itself, which no later stage changes."""
-        self._stages[stage] = array
-
-    def measures(self) -> QualityMeasures:
-        """Return the quality measures of the print that was extracted last."""
-        return measure_quality(self._stages)
+        self.stages[stage] = array
 
     def quality(self, dpi: float) -> PrintQuality:
-        """Return the quality of that print, whose resolution was taken to be `dpi`."""
-        return grade(self.measures(), dpi)
+        """Return the quality of the print, whose resolution was taken to be `dpi`."""
+        from fpmatch.image.quality.measures import measure_quality  # noqa: PLC0415
+        from fpmatch.image.quality.print_quality import grade  # noqa: PLC0415
+
+        return grade(measure_quality(self.stages), dpi)
 
 
 def assess(

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.base.plugins import AN2_SIGNATURES, FMR_SIGNATURE, PluginError, agency
+from fpmatch.base.plugins import PluginError, agency
 from fpmatch.errors import ImageError, ImageReadError, TemplateError
 from fpmatch.image.dataset_folder import folder_settings
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
 from fpmatch.image.io.grey import DEFAULT_LIMITS
 from fpmatch.image.io.read import GreyImage, decode_image, read_image
 from fpmatch.image.io.registry import sniff
-from fpmatch.image.quality.ridge_scale import clear_period_px
+from fpmatch.image.quality.ridge_scale import PERIODS_PX, clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
@@ -80,7 +80,8 @@ class PrintReader:
     ) -> GreyImage | TemplateRecord:
         """Read a file of minutiae alone as a template, and any other file as an image."""
         head = read_head(path)
-        if content_of(head) == "template":
+        content = content_of(head)
+        if content == "template":
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
             from fpmatch.formats.record import ReadingOptions  # noqa: PLC0415
 
@@ -88,8 +89,14 @@ class PrintReader:
             if self.record is not None and len(loaded.views) > 1:
                 loaded = loaded.of_view(self.record, path)
             return _mirrored(loaded) if self.mirror else loaded
-        with _failed_formats_named(head):
+        try:
             return self.image(path, polarity=polarity, dpi=dpi)
+        except ImageReadError as error:
+            if content or not head:
+                raise
+            from fpmatch.formats.registry import failures_text  # noqa: PLC0415
+
+            raise ImageReadError(f"{error}{failures_text()}") from error
 
     def image(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
@@ -155,6 +162,18 @@ class GivenPrint:
     def ridge_period_px(self) -> float | None:
         """Distance of the ridges of an image; None for a template, and where it is not clear."""
         return None if self.image is None else clear_period_px(self.image.pixels)
+
+    @property
+    def doubted_resolution(self) -> tuple[str, ...]:
+        """The reason of quality that names a resolution which the ridges contradict, if any."""
+        if self.ridge_period_px is None or self.dpi_source == "found":
+            return ()
+        period_px = self.ridge_period_px * STANDARD_DPI / self.template.dpi  # at 500 dpi
+        if PERIODS_PX[0] <= period_px <= PERIODS_PX[1]:
+            return ()
+        from fpmatch.image.quality.print_quality import wrong_resolution  # noqa: PLC0415
+
+        return (str(wrong_resolution(period_px, self.template.dpi)),)
 
     def at(self, dpi: float) -> GivenPrint:
         """Return the print extracted at another resolution, which the match indicates."""
@@ -281,30 +300,17 @@ def content_of(file: str | os.PathLike[str] | bytes) -> Content:
     reader = sniff(head)
     if reader is not None and not reader.holds_several:  # then it is no template
         return "image"
-    from fpmatch.formats.registry import codec_of_content  # noqa: PLC0415
+    from fpmatch.formats.registry import recognise  # noqa: PLC0415
 
     try:
-        codec_of_content(head)
-    except TemplateError:
-        return "template" if head.startswith(FMR_SIGNATURE) else ""
-    try:
-        with_image = head.startswith(AN2_SIGNATURES) and agency("an2").holds_image(head)
+        codec = recognise(head)
+        if codec is None or codec.name != "an2":
+            return "template" if codec else ""
+        return "both" if agency("an2").holds_image(head) else "template"
+    except TemplateError:  # which reading it raises again
+        return "template"
     except PluginError:  # the reader of images says so
-        with_image = True
-    return "both" if with_image else "template"
-
-
-@contextmanager
-def _failed_formats_named(head: bytes) -> Iterator[None]:
-    """Add to the error on a file of no known format which formats could not be loaded."""
-    try:
-        yield
-    except ImageReadError as error:
-        if not head or content_of(head):
-            raise
-        from fpmatch.formats.registry import failures_text  # noqa: PLC0415
-
-        raise ImageReadError(f"{error}{failures_text()}") from error
+        return "both"
 
 
 @contextmanager

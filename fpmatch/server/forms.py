@@ -11,7 +11,7 @@ from fastapi.security import HTTPBearer
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat
 
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
-from fpmatch.drawing.overlay.draw import View
+from fpmatch.drawing.overlay.draw import View, view_of
 from fpmatch.errors import unknown_name
 from fpmatch.gallery.store.audit_chain import act_as
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names, split_name
@@ -180,7 +180,7 @@ class _Drawing(_Form):
 
     def view(self) -> View:
         """Return what is drawn."""
-        return View(self.side_by_side, self.ridges)
+        return view_of(side_by_side=self.side_by_side, ridges=self.ridges)
 
 
 class EnrolledPairForm(_Deciding, _Probe):

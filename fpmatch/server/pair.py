@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, settings_of
-from fpmatch.drawing.overlay.draw import View, overlay_file
-from fpmatch.drawing.overlay.page import Print, ink_of
+from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
 from fpmatch.drawing.overlay.ridge_page import agreement
-from fpmatch.drawing.scene.ink import ridge_picture, shrunk
+from fpmatch.drawing.scene.ink import ink_of, ridge_picture, shrunk
 from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, reduced, webp_bytes
@@ -80,7 +79,7 @@ def draw_pair(request: PairRequest, file_format: str, view: View) -> bytes:
     """Return the overlay of two prints as the content of a "png" or "svg" file."""
     pair = request.compare()
     pixels = pixels_of(pair.probe), pixels_of(pair.reference)
-    return overlay_file(f".{file_format}", *pixels, pair.verification, view)
+    return scene_bytes(f".{file_format}", overlay_scene(*pixels, pair.verification, view))
 
 
 def report_pair(
@@ -126,7 +125,8 @@ def _shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
     template, pixels = given.template, pixels_of(given)
     m = template.minutiae
     factor = min(1.0, LARGEST_SIDE_SHOWN / max(pixels.shape))
-    ink = ink_of(Print(pixels, template), zoomed(factor, (-0.5, -0.5), (-0.5, -0.5)), colour, "")
+    matrix = zoomed(factor, (-0.5, -0.5), (-0.5, -0.5))
+    ink = next(iter(ink_of(pixels, template, matrix, colour, "")), None)
     return {
         "name": given.name,
         "kind": "template" if given.image is None else "image",

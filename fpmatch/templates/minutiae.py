@@ -37,16 +37,6 @@ MAX_DPI: Final = 4000.0
 LARGEST: Final = float(np.finfo(np.float32).max)
 """Largest position or angle, which are kept as float32."""
 WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
-_FLOAT: Final = np.dtype(np.float32)
-_BYTE: Final = np.dtype(np.uint8)
-_KEPT: Final[dict[str, tuple[np.dtype[Any], float | None, float]]] = {
-    "x": (_FLOAT, -LARGEST, LARGEST),
-    "y": (_FLOAT, -LARGEST, LARGEST),
-    "angle": (_FLOAT, 0.0, float(np.nextafter(np.float32(2 * np.pi), np.float32(0)))),
-    "kind": (_BYTE, None, 2),
-    "quality": (_BYTE, None, 100),
-}
-"""Type, least and greatest value of the columns of minutiae."""
 MOST_DRAWN: Final = 300
 """Minutiae in the drawing of a notebook."""
 MOST_SHOWN: Final = 10
@@ -143,11 +133,6 @@ class Minutiae:
     quality: NDArray[np.uint8] = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        if _are_sound(self):
-            columns = {name: getattr(self, name).copy() for name in _KEPT}
-            columns["angle"] += 0.0  # no negative zero
-            set_read_only(self, **columns)
-            return
         x = _real_column("x", self.x)
         n = x.size
         y = _real_column("y", self.y, n)
@@ -340,20 +325,6 @@ class Template:
         frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
         style = "background:#fff;border:1px solid #ccc"
         return f'<svg {frame} style="{style}">{marks}</svg><div>{self!r}</div>'
-
-
-def _are_sound(given: Minutiae) -> bool:
-    """Return whether all columns have the types and values that are kept; else they may have."""
-    shape = getattr(given.x, "shape", None)
-    for name, (dtype, least, most) in _KEPT.items():
-        column = getattr(given, name)
-        if type(column) is not np.ndarray or column.dtype != dtype or column.shape != shape:
-            return False
-        if column.ndim != 1 or not column.size or not np.maximum.reduce(column) <= most:
-            return False
-        if least is not None and not np.minimum.reduce(column) >= least:
-            return False
-    return True
 
 
 def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDArray[np.float64]:

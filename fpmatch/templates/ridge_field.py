@@ -13,7 +13,7 @@ import numpy as np
 from fpmatch.errors import MinutiaeError
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
 CELL_BITS: Final = 8
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
@@ -54,16 +54,17 @@ class RidgeField:
 
     def __post_init__(self) -> None:
         try:
-            orientation = _as_floats(self.orientation)
+            with np.errstate(over="ignore", invalid="ignore"):
+                orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
+                ridges = None if self.ridges is None else np.asarray(self.ridges, np.uint64)
             mask = np.ascontiguousarray(self.mask, dtype=bool)
-            ridges = None if self.ridges is None else _as_bits(self.ridges)
         except (OverflowError, ValueError) as error:
             raise MinutiaeError("ridge field: a number is beyond its range") from error
         if orientation.ndim != 2 or orientation.shape != mask.shape:
             raise MinutiaeError("ridge field: orientation and mask must be 2-D and of one shape")
         if not (np.isfinite(self.step) and self.step > 0):
             raise MinutiaeError("ridge field: step must be a positive number of pixels")
-        if not (_within(orientation) or (np.abs(orientation[mask]) < _MOST_RADIANS).all()):
+        if not (np.abs(orientation[mask]) < _MOST_RADIANS).all():
             raise MinutiaeError("ridge field: orientation must be finite radians inside the mask")
         set_read_only(self, orientation=orientation, mask=mask)
         object.__setattr__(self, "step", float(self.step))
@@ -109,32 +110,6 @@ class RidgeField:
         )
 
     __hash__ = None  # type: ignore[assignment]
-
-
-def _as_floats(values: ArrayLike) -> NDArray[np.float32]:
-    if getattr(values, "dtype", None) == np.float32:
-        return np.ascontiguousarray(values)
-    with np.errstate(over="ignore"):
-        return np.ascontiguousarray(values, dtype=np.float32)
-
-
-def _as_bits(values: ArrayLike) -> NDArray[np.uint64]:
-    """Return whole numbers of 64 bits, also those that floats hold."""
-    if getattr(values, "dtype", None) == np.uint64:
-        return np.asarray(values)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(values, np.uint64)
-
-
-def _within(orientation: NDArray[np.float32]) -> bool:
-    """Return whether all orientations are such that any mask is allowed."""
-    if not orientation.size:
-        return True
-    least, most = (
-        np.minimum.reduce(orientation, axis=None),
-        np.maximum.reduce(orientation, axis=None),
-    )
-    return bool(least > -_MOST_RADIANS and most < _MOST_RADIANS)
 
 
 def set_read_only(owner: object, **arrays: NDArray[Any]) -> None:

@@ -1,270 +1,271 @@
 #!/usr/bin/env python3
-"""Measure what parts of the default matcher are worth, by taking them out.
+"""Measure what the features and the bounds of the default matcher's score are worth.
 
-    .venv/bin/python research/benchmarks/ablation.py DIR... [--json FILE] [--keep FOLDER]
+    .venv/bin/python research/benchmarks/ablation.py DIR... [--json FILE] [--prints FOLDER]
 
-A variant is the package with a few lines of its source replaced, in a temporary copy that is
-compiled again.
+The pairs of the databases are compared once. Then the score is fitted again without each feature.
 """
 
 from __future__ import annotations
 
-import os
-import pickle
-import shutil
-import subprocess
-import sys
-import tempfile
-from dataclasses import dataclass
-from pathlib import Path
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 import numpy as np
 import repository  # noqa: F401
 
-from fpmatch.lab.evaluation.rates.bootstrap import BOOTSTRAPPED, bootstrap_rates
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.rates.intervals import interval_of
-from fpmatch.lab.evaluation.rates.scores_set import Trials
-from fpmatch.matching.pipeline import evidence
-from fpmatch.templates.minutiae import Minutiae, Template
-from research.all_pairs import compare_all_pairs
-from research.commands import PATH, ROOT, Command, folders, json_file, print_and_write, workers
-from research.databases import TRAINING_SEED, extract_folders, make_synthetic_sets, without_ridges
-from research.tables import FORMS, format_ablation
-from research.training.evidence_quantiles import AmountParameters, fit_amounts
+from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.pipeline.evidence import load_weights
+from fpmatch.matching.pipeline.match import Workspace
+from fpmatch.matching.pipeline.score_model import (
+    FEATURES,
+    MODELS,
+    RATES,
+    RIDGE_FEATURES,
+    ScoreWeights,
+)
+from fpmatch.matching.reference.bounds import most_decades
+from research.commands import (
+    Command,
+    folders,
+    json_file,
+    print_and_write,
+    synthetic_folder,
+    workers,
+)
+from research.databases import (
+    TRAINING_SEED,
+    extract_folders,
+    extract_synthetic_sets,
+    prints_of,
+    without_ridges,
+)
+from research.markdown import markdown_table
+from research.tables import FORMS
+from research.training.evidence_quantiles import (
+    AmountParameters,
+    AmountSample,
+    fit_quantile,
+    samples_of_parts,
+)
 from research.training.score_fit import fit_weights
 from research.training.score_samples import SampleParameters, samples_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    Templates = dict[str, list[tuple[int | str, Template | None]]]
-    Similarities = dict[tuple[str, str], NDArray[np.float64]]
+    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.matching.prints.prepared import PreparedTemplate
+
+    Row = dict[str, Any]
 
 EVERY_IMPOSTOR: Final = 12
 PROBES: Final = 30  # of each kind and database, to measure what impostors reach
-RESAMPLES: Final = 1000
-REPORTED: Final = ("eer", "fmr1000")
-
-MESH: Final = "fpmatch/matching/pipeline/_kernels/_pair_mesh_kernel.py"
-RING: Final = "fpmatch/pointset/paper/_one_ring_kernel.py"
-NOISE_OF_PLACES: Final = (
-    MESH,
-    "            self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b\n",
-    """            v = self.ring[k]
-            dx = sin(12.9898 * self.ax[v] + 78.233 * self.by[v]) * 43758.5453
-            self.place[k] = 0.5 * (dx - cython.cast(cython.Py_ssize_t, dx))
-""",
+MESH_FEATURES: Final = FEATURES[1:4]
+WITHOUT: Final = (
+    *((name,) for name in FEATURES),
+    MESH_FEATURES,
+    RIDGE_FEATURES,
 )
-WEIGHTS_END: Final = "        weight[s] += side * whole\n    return True\n"
-RANDOM: Final = """        weight[s] += side * whole
-    whole = 0.0
-    for line in range(begin, end):
-        own = 12.9898 * px[vertex[line]] + 78.233 * py[vertex[line]] + 37.719 * x + 4.581 * y
-        own = own * 43.7585453
-        own = own - cython.cast(cython.Py_ssize_t, own)
-        weight[line] = 0.01 + (own if own > 0.0 else -own)
-        whole += weight[line]
-    for line in range(begin, end):
-        weight[line] /= whole
-    return True
-"""
-EQUAL: Final = """        weight[s] += side * whole
-    for line in range(begin, end):
-        weight[line] = 1.0 / degree
-    return True
-"""
-RANDOM_WEIGHTS: Final = (RING, WEIGHTS_END, RANDOM)
-RIDGE_FEATURES: Final = ("ridges", "area of the ridges", "ridges by area")
-MESH_FEATURES: Final = (
-    "places on the circle",
-    "weights in the ring",
-    "fullness of the rings",
-    "triangles turned over",
-    "strain",
-)
+"""Features that are left out together."""
+LEAST: Final = -100.0  # -ln(FMR) where nothing is paired
 
 
-@dataclass(frozen=True)
-class Variant:
-    """Describe a variant: the lines that replace others, and features without a weight.
+class Pairs(NamedTuple):
+    """The comparisons of a database in one form.
 
-    `replaced`: file of the package, the lines that occur in it once, and those that replace them.
+    `genuine` (N,): whether both prints are of one finger. `model` (N,): of `MODELS`; -1 where there
+    is no alignment. `features` (N, F) and `amounts` (N, 5) of the best alignment. `limit` (N,): the
+    greatest decades of the FMR by the number of pairs and the ridges. `estimate` (N,): -ln(FMR).
     """
 
-    name: str
-    replaced: tuple[tuple[str, str, str], ...] = ()
-    without: tuple[str, ...] = ()  # features of the score that get no weight
-
-
-VARIANTS: Final = (
-    Variant("base"),
-    Variant("places of eq. (3) by noise", (NOISE_OF_PLACES,)),
-    Variant("weights of eq. (4) random", (RANDOM_WEIGHTS,)),
-    Variant("both by noise", (NOISE_OF_PLACES, RANDOM_WEIGHTS)),
-    Variant("weights of eq. (4) equal", ((RING, WEIGHTS_END, EQUAL),)),
-    Variant("no evidence of the mesh", without=MESH_FEATURES),
-    Variant("no ridges", without=RIDGE_FEATURES),
-)
-
-
-@dataclass(frozen=True)
-class Work:
-    """The templates that a variant is trained and measured on, by database, with fingers."""
-
-    trained_on: Templates
-    measured: Templates
+    genuine: NDArray[np.bool_]
+    model: NDArray[np.intp]
+    features: NDArray[np.float64]
+    amounts: NDArray[np.float64]
+    limit: NDArray[np.float64]
+    estimate: NDArray[np.float64]
 
 
 @click.command(cls=Command)
 @folders
-@click.option("--keep", metavar="FOLDER", type=PATH, help="Keep the synthetic templates here.")
+@synthetic_folder
 @json_file
 @workers
 def main(
-    folders: tuple[Path, ...], keep: Path | None, json_file: Path | None, workers: int | None
+    folders: tuple[Path, ...], prints: Path | None, json_file: Path | None, workers: int | None
 ) -> None:
-    """Measure what parts of the default matcher are worth, by taking them out.
+    """Measure what the features and the bounds of the score are worth.
 
-    Each DIR is an FVC-style database. The score weights of a variant and its prefilter are trained
-    on the synthetic prints of ``python -m research train score``, on one impostor comparison in
-    twelve; the base is trained in the same way. Then all pairs of every database are compared by
-    the extended protocol, with the templates as they are extracted and on their minutiae alone.
+    Each DIR is an FVC-style database. All its pairs are compared by the extended protocol, with the
+    templates as they are extracted and on their minutiae alone. The features of their alignments
+    are kept. Then the weights and the quantiles are fitted again without each feature, to the
+    synthetic prints of ``python -m research train score``, one impostor comparison in twelve, and
+    the kept alignments are scored by them; all features are fitted in the same way. In the last
+    rows the weights are those of the package, without one of the bounds.
 
-    Printed are, for each variant, mean and pooled EER / FMR1000 in percent, and the difference of
-    the mean EER from the base with its 95 % bootstrap interval (fingers resampled), in percentage
-    points. The templates of the synthetic prints are kept in the folder of --keep, for the next
-    run.
+    Printed are, for each row, the mean EER / FMR1000 over the databases in percent, the mean d',
+    and the largest loss of a database in genuine pairs, at the EER and at FMR1000.
     """
-    with tempfile.TemporaryDirectory() as temporary:
-        kept = keep or Path(temporary)
-        kept.mkdir(parents=True, exist_ok=True)
-        work = Work(_synthetic_templates(kept, workers), _extracted(folders, workers))
-    rows = _rows_of([_measure(number, work) for number in range(len(VARIANTS))], work)
-    print_and_write(format_ablation(rows), rows, json_file)
-
-
-def _extracted(folders: Sequence[Path], workers: int | None) -> Templates:
-    return {
-        one.dataset.name: [
-            (impression.finger, extraction.template)
-            for impression, extraction in zip(one.dataset.impressions, one.extractions, strict=True)
-        ]
+    measured = [
+        {form: pairs_of(one, ridges=form == FORMS[0]) for form in FORMS}
         for one in extract_folders(folders, workers)
-    }
-
-
-def _synthetic_templates(folder: Path, workers: int | None) -> Templates:
-    """Return the templates of the synthetic prints, which are made where they are not kept."""
-    kept = folder / "templates.pickle"
-    if not kept.exists():
-        made = make_synthetic_sets(folder / "prints", first_seed=TRAINING_SEED, workers=workers)
-        kept.write_bytes(pickle.dumps(_extracted(made, workers)))
-    found: Templates = pickle.loads(kept.read_bytes())
-    return found
-
-
-def _make_copy(variant: Variant, into: Path) -> None:
-    """Copy the package, replace the lines of the variant, and compile what changed."""
-    for name in ("fpmatch", "build"):
-        if (ROOT / name).exists():
-            shutil.copytree(ROOT / name, into / name)
-    for name in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy2(ROOT / name, into / name)
-    for file, old, new in variant.replaced:
-        text = (into / file).read_text(encoding="utf-8")
-        if text.count(old) != 1:
-            raise click.ClickException(f"{variant.name}: {file} no longer has the replaced lines")
-        (into / file).write_text(text.replace(old, new), encoding="utf-8")
-    if any(file.endswith("_kernel.py") for file, _, _ in variant.replaced):
-        build = [sys.executable, "setup.py", "build_ext", "--inplace"]
-        subprocess.run(build, cwd=into, check=True, capture_output=True)
-
-
-def run_worker(work: str, number: str, into: str) -> None:
-    """Train and measure one variant in this process, whose package is the variant's."""
-    given: Work = pickle.loads(Path(work).read_bytes())
-    every = SampleParameters(
-        every_impostor=EVERY_IMPOSTOR, every_window_impostor=4 * EVERY_IMPOSTOR
-    )
-    sets = [_as_extracted(name, rows) for name, rows in given.trained_on.items()]
-    trained = fit_weights(*samples_of(sets, every), without=VARIANTS[int(number)].without)
-    trained = fit_amounts(trained, sets, parameters=AmountParameters(probes=PROBES))
-    evidence.load_weights = lambda: trained  # type: ignore[assignment]
-    empty = Template(Minutiae.empty(), 1, 1)
-    found: Similarities = {}
-    for name, rows in given.measured.items():
-        templates = [empty if one is None else one for _, one in rows]
-        found[FORMS[0], name] = compare_all_pairs(templates)
-        found[FORMS[1], name] = compare_all_pairs([without_ridges(one) for one in templates])
-    Path(into).write_bytes(pickle.dumps(found))
-
-
-def _as_extracted(name: str, rows: list[tuple[int | str, Template | None]]) -> Any:
-    """Return templates in the form in which `sample_of` takes a database."""
-    impressions = [
-        SimpleNamespace(finger=finger, impression=k) for k, (finger, _) in enumerate(rows)
     ]
-    return SimpleNamespace(
-        dataset=SimpleNamespace(name=name, impressions=impressions),
-        extractions=[SimpleNamespace(template=template) for _, template in rows],
+    sets = extract_synthetic_sets(TRAINING_SEED, prints, workers)
+    few = SampleParameters(every_impostor=EVERY_IMPOSTOR, every_window_impostor=4 * EVERY_IMPOSTOR)
+    samples = samples_of(sets, few, workers=workers)
+    p = AmountParameters(probes=PROBES)
+    parts = {
+        name: samples_of_parts(load_weights(), sets, name, workers=workers, parameters=p)
+        for name in MODELS
+    }
+    every = [scores_of(measured, fitted(samples, parts, ()))]
+    names = ["all features, fitted anew"]
+    for without in WITHOUT:
+        every.append(scores_of(measured, fitted(samples, parts, without)))
+        names.append(f"without {' and '.join(without)}")
+    rows = rows_of(names, every, measured)
+    kept = [
+        ("all bounds, the package's weights", [_estimates(one) for one in measured]),
+        ("without pairs held against chance", scores_of(measured, load_weights())),
+        ("without any bound", scores_of(measured, load_weights(), bounded=False)),
+    ]
+    rows += rows_of([name for name, _ in kept], [scores for _, scores in kept], measured)
+    print_and_write(format_rows(rows), rows, json_file)
+
+
+def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
+    """Compare the impressions of a database with one another."""
+    made = prints_of(extracted)
+    prints = [MATCHER.prepare(one if ridges else without_ridges(one)) for _, one in made]
+    workspace = Workspace(max((len(one) for one in prints), default=1))
+    rows = [
+        (made[i][0].finger == made[j][0].finger, *_compared(workspace, prints[i], prints[j]))
+        for i in range(len(prints))
+        for j in range(i + 1, len(prints))
+    ]
+    return Pairs(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _compared(
+    workspace: Workspace, probe: PreparedTemplate, reference: PreparedTemplate
+) -> tuple[int, NDArray[np.float64], NDArray[np.float64], float, float]:
+    """Return model, features, amounts, limit and estimate of a pair, as `Pairs` has them."""
+    nothing = -1, np.zeros(len(FEATURES)), np.zeros(5), 0.0
+    if min(len(probe), len(reference)) < MIN_MINUTIAE:
+        return *nothing, LEAST
+    workspace.load(probe)
+    first = reference.key < probe.key
+    rejected = workspace.rejected(reference, reference_first=first)
+    matched = None if rejected is not None else workspace.match(reference, reference_first=first)
+    if matched is None:
+        return *nothing, LEAST if rejected is None else rejected
+    e, weights = matched[1], load_weights()
+    unusual = e.ridges - MATCHER.parameters.score.usual_correlation
+    return (
+        weights.models.index(weights.model_of(probe, reference)),
+        e.features,
+        np.array(workspace.scorer.term),
+        most_decades(e.pairs, e.chance, unusual, e.cells),
+        e.minus_log_fmr,
     )
 
 
-def _measure(number: int, work: Work) -> Similarities:
-    """Return the similarities of a variant, measured in a process of its own."""
-    click.echo(VARIANTS[number].name, err=True)
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        given, copy, result = (folder / name for name in ("work.pickle", "copy", "result.pickle"))
-        given.write_bytes(pickle.dumps(work))
-        copy.mkdir()
-        _make_copy(VARIANTS[number], copy)
-        command = [sys.executable, __file__, "--worker", str(given), str(number), str(result)]
-        environment = {**os.environ, "PYTHONPATH": str(copy)}
-        subprocess.run(command, check=True, env=environment, cwd=folder)
-        found: Similarities = pickle.loads(result.read_bytes())
-        return found
+def fitted(
+    samples: tuple[list[Any], list[Any], list[Any]],
+    parts: dict[str, list[AmountSample]],
+    without: Sequence[str],
+) -> ScoreWeights:
+    """Return weights and quantiles that are fitted without some features."""
+    weights = fit_weights(*samples, without=without)
+    models = []
+    for name, model in zip(MODELS, weights.models, strict=True):
+        summed = [replace(one, sums=model.sums(one.features)) for one in parts[name]]
+        quantiles = np.stack([fit_quantile(summed, rate) for rate in RATES])
+        models.append(replace(model, quantiles=quantiles))
+    return replace(weights, models=tuple(models))
 
 
-def _rows_of(found: Sequence[Similarities], work: Work) -> list[dict[str, Any]]:
-    """Return a row for each variant: its rates by form, and their change."""
-    sides = {}
-    for name, templates in work.measured.items():
-        _, finger = np.unique([one for one, _ in templates], return_inverse=True)
-        first, second = np.triu_indices(len(templates), 1)
-        sides[name] = finger[first], finger[second], int(finger.max()) + 1
-    rows: list[dict[str, Any]] = []
-    base: dict[str, NDArray[np.float64]] = {}
-    for variant, similarity in zip(VARIANTS, found, strict=True):
-        rows.append({"name": variant.name})
+def scores_of(
+    measured: Sequence[dict[str, Pairs]], weights: ScoreWeights, *, bounded: bool = True
+) -> list[dict[str, NDArray[np.float64]]]:
+    """Return -ln(FMR) of all comparisons by other weights, pairs not held against chance."""
+    return [
+        {form: _score(pairs, weights, bounded=bounded) for form, pairs in one.items()}
+        for one in measured
+    ]
+
+
+def _estimates(measured: dict[str, Pairs]) -> dict[str, NDArray[np.float64]]:
+    return {form: pairs.estimate for form, pairs in measured.items()}
+
+
+def _score(pairs: Pairs, weights: ScoreWeights, *, bounded: bool) -> NDArray[np.float64]:
+    scores = pairs.estimate.copy()
+    for number, model in enumerate(weights.models):
+        own = pairs.model == number
+        low, high = model.quantiles @ pairs.amounts[own].T
+        decades = 2.0 + (model.sums(pairs.features[own]) - low) / np.maximum(
+            high - low, LEAST_SPREAD
+        )
+        scores[own] = LOG_10 * (np.minimum(decades, pairs.limit[own]) if bounded else decades)
+    return scores
+
+
+def rows_of(
+    names: Sequence[str],
+    every: Sequence[Sequence[dict[str, NDArray[np.float64]]]],
+    measured: Sequence[dict[str, Pairs]],
+) -> list[Row]:
+    """Return a row for each set of scores; the losses are those against the first."""
+    rows: list[Row] = []
+    base: dict[str, list[Any]] = {}
+    for name, scores in zip(names, every, strict=True):
+        row: Row = {"name": name}
         for form in FORMS:
-            trials = [Trials(similarity[form, name], *sides[name]) for name in sides]
-            rates = [error_rates(t.similarity[t.genuine], t.similarity[~t.genuine]) for t in trials]
-            genuine, impostor = (
-                np.concatenate([t.similarity[t.genuine == same] for t in trials])
-                for same in (True, False)
-            )
-            pooled = error_rates(genuine, impostor)
-            drawn = bootstrap_rates(trials, RESAMPLES, 0).mean[:, BOOTSTRAPPED.index("eer")]
-            change = interval_of(drawn - base.setdefault(form, drawn))
-            rows[-1][form] = {
-                "mean": {
-                    rate: float(np.mean([getattr(one, rate) for one in rates])) for rate in REPORTED
+            genuine = [one[form].genuine for one in measured]
+            rates = [
+                error_rates(one[form][same], one[form][~same])
+                for one, same in zip(scores, genuine, strict=True)
+            ]
+            before = base.setdefault(form, rates)
+            row[form] = {
+                "eer": float(np.mean([one.eer for one in rates])),
+                "fmr1000": float(np.mean([one.fmr1000 for one in rates])),
+                "d_prime": float(np.mean([one.d_prime for one in rates])),
+                "lost": {
+                    rate: max(
+                        (getattr(after, rate) - getattr(then, rate)) * int(same.sum())
+                        for after, then, same in zip(rates, before, genuine, strict=True)
+                    )
+                    for rate in ("eer", "fmr1000")
                 },
-                "pooled": {rate: getattr(pooled, rate) for rate in REPORTED},
-                "change": None if change is None else [change.low, change.high],
             }
+        rows.append(row)
     return rows
 
 
+def format_rows(rows: Sequence[Row]) -> str:
+    """Return the rows as a table; rates are in percent, losses in genuine pairs."""
+    head = ["score"]
+    for form in FORMS:
+        head += [f"{form}: EER / FMR1000", "d'", "largest loss"]
+    body = []
+    for row in rows:
+        cells = [row["name"]]
+        for form in FORMS:
+            own, lost = row[form], row[form]["lost"]
+            cells += [f"{100 * own['eer']:.2f} / {100 * own['fmr1000']:.2f}"]
+            cells += [f"{own['d_prime']:.2f}", f"{lost['eer']:+.1f} / {lost['fmr1000']:+.0f}"]
+        body.append(cells)
+    return markdown_table([head, *body])
+
+
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--worker"]:
-        run_worker(*sys.argv[2:])
-    else:
-        main()
+    main()

@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 
 import fpmatch
-from fpmatch.drawing.overlay.marks import PAIRED, marks
-from fpmatch.drawing.overlay.page import Print, frame
-from fpmatch.drawing.overlay.superposed import inks, minutiae_and_pairs
+from fpmatch.drawing.overlay.marks import MarkStyle, marks
+from fpmatch.drawing.overlay.page import frame
+from fpmatch.drawing.overlay.superposed import minutiae_and_pairs
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import wrapped
+from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
     Box,
     Circle,
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.overlay.marks import MarkStyle
     from fpmatch.drawing.scene.items import Item, Point
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.lab.explain.steps import Ring
@@ -178,14 +178,12 @@ def ridge_panel(side: Side, place: Box, view: Box) -> list[Item]:
     matrix = into(place, view)
     thick = np.asarray(cv2.dilate(side.skeleton.astype(np.uint8) * 255, np.ones((2, 2))), np.uint8)
     every = range(len(side.template.minutiae))
-    drawn = marks(side.template.minutiae, every, matrix, _small(side.mark), place)
+    drawn = marks(side.template.minutiae, every, matrix, _small(side.mark))
     return panel(place, [Ink(thick, SKELETON_INK, matrix), *drawn])
 
 
 def _small(colour: Colour) -> MarkStyle:
-    return replace(
-        PAIRED["reference"], colour=colour, radius=5.0, tick_px=10.0, width=2.4, halo=1.6
-    )
+    return MarkStyle(Pen(colour, width=2.4, halo=1.6), 5.0, 10.0, "paired")
 
 
 def mesh_panel(side: Side, place: Box, view: Box, m: DefaultMethod, which: int) -> list[Item]:
@@ -254,9 +252,11 @@ def overlay_panel(
         (place.x + place.width / 2, place.y + place.height / 2),
     )
     moving = np.asarray(to_page @ of_transform(found.transform))
-    ours, theirs = (Print(side.pixels, side.template) for side in (probe, reference))
-    ridges = inks(ours, theirs, moving, to_page)
-    return panel(place, [*ridges, *minutiae_and_pairs(found, moving, to_page, place)])
+    ridges = [
+        *ink_of(reference.pixels, reference.template, to_page, palette.REFERENCE_INK, "reference"),
+        *ink_of(probe.pixels, probe.template, moving, palette.PROBE_INK, "probe"),
+    ]
+    return panel(place, [*ridges, *minutiae_and_pairs(found, moving, to_page)])
 
 
 def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:

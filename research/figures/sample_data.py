@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -84,7 +83,8 @@ def make_sample_points(folder: Path) -> None:
     """Write two sets of points and the truth between them."""
     made = random_pair(STARS, CATALOGUE, RHO, ETA, LAMBDA, rng=POINT_SEED)
     assert made.transform is not None
-    truth = asdict(made.transform)
+    moved = made.transform
+    truth = {name: getattr(moved, name) for name in ("scale", "rotation", "tx", "ty")}
     truth["tx"], truth["ty"] = truth["tx"] * SIZE, truth["ty"] * SIZE
     record = {
         "transform": {name: round(value, 6) for name, value in truth.items()},

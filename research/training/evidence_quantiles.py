@@ -31,7 +31,6 @@ from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,
     MODELS,
-    ONE_WITH_RIDGES,
     RATES,
     SMALL_WITH_RIDGES,
     WITH_RIDGES,
@@ -52,14 +51,11 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
+    Compared = tuple[float, NDArray[np.float64], NDArray[np.float64]]
+
 SEED: Final = 17
-FORMS: Final = {
-    WITH_RIDGES: ((True, True),),
-    MINUTIAE_ALONE: ((False, False),),
-    ONE_WITH_RIDGES: ((True, False), (False, True)),
-    SMALL_WITH_RIDGES: ((True, True),),
-}
-"""Whether the prints or parts, and the whole prints, have ridges, by model."""
+HAVE_RIDGES: Final = {WITH_RIDGES: True, MINUTIAE_ALONE: False, SMALL_WITH_RIDGES: True}
+"""Whether the prints and their parts have ridges, by model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,12 +89,13 @@ class AmountParameters:
 class AmountSample:
     """Comparisons of one kind: their weighted sums, and how much was compared.
 
-    `sums` (N,): weighted sums of the features; of genuine comparisons -ln(FMR). `amounts` (N, 5):
-    the terms of `fpmatch.matching.pipeline.score_model.AMOUNTS`. `weight`: weight of all of them
-    together.
+    `sums` (N,): weighted sums of the features; of genuine comparisons -ln(FMR). `features` (N, F):
+    those of the best alignment. `amounts` (N, 5): the terms of
+    `fpmatch.matching.pipeline.score_model.AMOUNTS`. `weight`: weight of all of them together.
     """
 
     sums: NDArray[np.float64]
+    features: NDArray[np.float64]
     amounts: NDArray[np.float64]
     weight: float
 
@@ -112,33 +109,44 @@ def fit_amounts(
 ) -> ScoreWeights:
     """Return the weights with quantiles of impostor, and medians of genuine comparisons."""
     p = parameters or AmountParameters()
-    with ProcessPoolExecutor(workers) as pool:
 
-        def samples(name: str, *, genuine: bool) -> list[AmountSample]:
-            found = []
-            for ridges in FORMS[name]:
-                task = partial(
-                    amount_samples,
-                    weights=weights,
-                    model=name,
-                    ridges=ridges,
-                    genuine=genuine,
-                    parameters=p,
-                )
-                found += list(pool.map(task, sets, range(SEED, SEED + len(sets))))
-            return [one for rows in found for one in rows]
+    def samples(name: str, *, genuine: bool) -> list[AmountSample]:
+        return samples_of_parts(weights, sets, name, genuine=genuine, workers=workers, parameters=p)
 
-        models = []
-        for name, model in zip(MODELS, weights.models, strict=True):
-            impostors = samples(name, genuine=False)
-            quantiles = [fit_quantile(impostors, rate, p) for rate in RATES]
-            models.append(replace(model, quantiles=np.stack(quantiles)))
-        weights = replace(weights, models=tuple(models))
-        models = [
-            replace(model, genuine_median=fit_quantile(samples(name, genuine=True), 0.5, p))
-            for name, model in zip(MODELS, weights.models, strict=True)
-        ]
+    models = []
+    for name, model in zip(MODELS, weights.models, strict=True):
+        impostors = samples(name, genuine=False)
+        quantiles = [fit_quantile(impostors, rate, p) for rate in RATES]
+        models.append(replace(model, quantiles=np.stack(quantiles)))
+    weights = replace(weights, models=tuple(models))
+    models = [
+        replace(model, genuine_median=fit_quantile(samples(name, genuine=True), 0.5, p))
+        for name, model in zip(MODELS, weights.models, strict=True)
+    ]
     return replace(weights, models=tuple(models))
+
+
+def samples_of_parts(
+    weights: ScoreWeights,
+    sets: Sequence[ExtractedSet],
+    model: str,
+    *,
+    genuine: bool = False,
+    workers: int | None = None,
+    parameters: AmountParameters | None = None,
+) -> list[AmountSample]:
+    """Return the comparisons of prints and parts of prints that a model scores, by kind of part."""
+    task = partial(
+        amount_samples,
+        weights=weights,
+        model=model,
+        ridges=HAVE_RIDGES[model],
+        genuine=genuine,
+        parameters=parameters,
+    )
+    with ProcessPoolExecutor(workers) as pool:
+        rows = list(pool.map(task, sets, range(SEED, SEED + len(sets))))
+    return [one for row in rows for one in row]
 
 
 def amount_samples(
@@ -147,7 +155,7 @@ def amount_samples(
     *,
     weights: ScoreWeights,
     model: str,
-    ridges: tuple[bool, bool],
+    ridges: bool,
     genuine: bool = False,
     parameters: AmountParameters | None = None,
 ) -> list[AmountSample]:
@@ -161,8 +169,9 @@ def amount_samples(
     p = parameters or AmountParameters()
     prints = [row for row in prints_of(extracted) if len(row[1].minutiae) >= MIN_MINUTIAE]
     whole, finger = [template for _, template in prints], [shown.finger for shown, _ in prints]
-    of_parts, of_whole = ridges
-    prepared = [MATCHER.prepare(one if of_whole else without_ridges(one)) for one in whole]
+    if not ridges:
+        whole = [without_ridges(one) for one in whole]
+    prepared = [MATCHER.prepare(one) for one in whole]
     room = max((len(one) for one in prepared), default=0)
     workspace = Workspace(max(room, 1), evidence_scorer(max(room, 1), weights))
     compared = _genuine if genuine else _impostor
@@ -171,8 +180,7 @@ def amount_samples(
         rng = np.random.default_rng([seed, number])
         rows = []
         for k in rng.integers(len(whole), size=p.probes if whole else 0).tolist():
-            source = whole[k] if of_parts else without_ridges(whole[k])
-            probe = MATCHER.prepare(make(source, rng))
+            probe = MATCHER.prepare(make(whole[k], rng))
             others = [
                 j for j in range(len(whole)) if j != k and (finger[j] == finger[k]) is genuine
             ]
@@ -181,8 +189,8 @@ def amount_samples(
                 if weights.model_of(probe, prepared[j]) is weights.models[MODELS.index(model)]:
                     rows += compared(probe, prepared[j], workspace, weights)
         if rows:
-            sums, amounts = (np.array(column) for column in zip(*rows, strict=True))
-            samples.append(AmountSample(sums, amounts, weight))
+            sums, features, amounts = (np.array(column) for column in zip(*rows, strict=True))
+            samples.append(AmountSample(sums, features, amounts, weight))
     return samples
 
 
@@ -209,23 +217,24 @@ def _impostor(
     reference: PreparedTemplate,
     workspace: Workspace,
     weights: ScoreWeights,
-) -> list[tuple[float, NDArray[np.float64]]]:
-    """Return the sum of the best alignment and how much was compared; nothing without one."""
+) -> list[Compared]:
+    """Return sum and features of the best alignment, and how much was compared."""
     if _aligned(probe, reference, workspace) is None:
         return []
-    sums = weights.model_of(probe, reference).sums(np.array(workspace.scorer.feature))
-    return [(float(sums), np.array(workspace.scorer.term))]
+    features = np.array(workspace.scorer.feature)
+    sums = weights.model_of(probe, reference).sums(features)
+    return [(float(sums), features, np.array(workspace.scorer.term))]
 
 
 def _genuine(
     probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, _: ScoreWeights
-) -> list[tuple[float, NDArray[np.float64]]]:
+) -> list[Compared]:
     """Return -ln(FMR), 0 where nothing was found, and how much there was to compare."""
     if min(len(probe), len(reference)) < MIN_MINUTIAE:
         return []
     found = _aligned(probe, reference, workspace)
     amounts = amount_terms(*available(probe, reference))
-    return [(0.0 if found is None else max(found, 0.0), amounts)]
+    return [(0.0 if found is None else max(found, 0.0), np.empty(0), amounts)]
 
 
 def _aligned(

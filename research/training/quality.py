@@ -7,6 +7,7 @@ It is logistic regression on shares, in which no weight may raise the quality fo
 
 from __future__ import annotations
 
+import json
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -22,10 +23,11 @@ from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.image.extract import QualityRecorder, extract
 from fpmatch.image.io.grey import GreyImage
-from fpmatch.image.quality.measures import LinearWeights
+from fpmatch.image.quality.measures import measure_quality
 from fpmatch.image.quality.print_quality import (
     FEATURES,
     WEIGHTS_FILE,
+    QualityWeights,
     quality_features,
     quality_score,
 )
@@ -112,7 +114,7 @@ def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], l
         )
         stages = QualityRecorder()
         template = extract(GreyImage(image), dpi, recorder=stages)
-        found = stages.measures()
+        found = measure_quality(stages.stages)
         if found.ridges_mm2 <= 0 or not np.isfinite(quality_features(found)).all():
             continue
         prepared = MATCHER.prepare(template)
@@ -125,8 +127,7 @@ def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], l
 def fit_quality(
     measures: Sequence[QualityMeasures],
     shares: Sequence[float],
-    provenance: Mapping[str, Any] | None = None,
-) -> LinearWeights:
+) -> QualityWeights:
     """Fit the weights of the quality to prints with ridges and their shares, 0 to 1."""
     features = np.array([quality_features(f) for f in measures])
     middle, spread = round_significant(features.mean(axis=0), DIGITS), features.std(axis=0)
@@ -149,8 +150,15 @@ def fit_quality(
     )
     found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, tol=TOLERANCE)
     weight = round_significant(np.asarray(found.x, np.float64), DIGITS)
-    origin = {**(provenance or {}), "prints": len(features), "fpmatch": __version__}
-    return LinearWeights(FEATURES, middle, spread, weight[1:], float(weight[0]), origin)
+    return QualityWeights(middle, spread, weight[1:], float(weight[0]))
+
+
+def weights_as_json(weights: QualityWeights, provenance: Mapping[str, Any]) -> str:
+    """Return the text of the package's file of weights."""
+    rows = zip(FEATURES, *(column.tolist() for column in weights[:3]), strict=True)
+    features = [dict(zip(("name", "middle", "spread", "weight"), row, strict=True)) for row in rows]
+    document = {"provenance": provenance, "bias": weights.bias, "features": features}
+    return f"{json.dumps(document, indent=1)}\n"
 
 
 def _pressed(
@@ -176,8 +184,9 @@ def command(into: Path, fingers: int, workers: int | None) -> None:
     measures = [one for of_finger, _ in made for one in of_finger]
     shares = [one for _, of_finger in made for one in of_finger]
     provenance = {"command": "python -m research train quality", "seed": SEED, "fingers": fingers}
-    weights = fit_quality(measures, shares, provenance)
-    atomic_write_bytes(into, weights.as_json().encode(), public=True)
+    weights = fit_quality(measures, shares)
+    origin = {**provenance, "prints": len(shares), "fpmatch": __version__}
+    atomic_write_bytes(into, weights_as_json(weights, origin).encode(), public=True)
     scores = quality_score(np.array([quality_features(one) for one in measures]), weights)
     correlation = np.corrcoef(scores, shares)[0, 1]
     click.echo(f"{into}: {len(shares)} prints; correlation with their similarity to good prints")

@@ -102,7 +102,7 @@ def fit_weights(
     second = fit_model(alone, without={*without, *RIDGE_FEATURES}, parameters=p)
     third = fit_model([*samples, *small], without=without, parameters=p)
     third = replace(third, refine_threshold=ALWAYS)
-    return ScoreWeights((first, second, second, third), provenance)
+    return ScoreWeights((first, second, third), provenance)
 
 
 def fit_model(

@@ -63,9 +63,9 @@ class SampleParameters:
 class ScoreSample:
     """The comparisons of one database.
 
-    `name`: the database. `features` (N, H, 13): those of the comparisons that found something, of
+    `name`: the database. `features` (N, H, 11): those of the comparisons that found something, of
     each hypothesis, refined, its ridges compared; NaN where there are fewer. See
-    `fpmatch.matching.pipeline.score_model.FEATURES`. `coarse` (N, H, 13): those in coarse
+    `fpmatch.matching.pipeline.score_model.FEATURES`. `coarse` (N, H, 11): those in coarse
     alignment, of the minutiae alone. `descriptors` (N, 2): the prefilter's score, and the minutiae
     of the smaller print. `strength` (N,): that of the relaxed local matches. `genuine` (N,):
     whether both prints are of one finger. `nothing`: numbers of the other genuine and impostor
@@ -174,14 +174,13 @@ def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tup
 def _features(
     probe: PreparedTemplate, reference: PreparedTemplate, scorers: tuple[EvidenceScorer, ...]
 ) -> tuple[NDArray[np.float64], float] | None:
-    """Return the features of two prints, coarse and refined, (2, H, 12), and local strength."""
+    """Return the features of two prints, coarse and refined, (2, H, 11), and local strength."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     aligner = make_aligner(len(a), len(b))
-    aligner.load_a(a.points, len(a))
-    aligner.load_b(b.points, len(b))
+    aligner.load(a.points, len(a), b.points, len(b))
     sides = a.for_kernels(), b.for_kernels()
     found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     aligner.relax(similarity)

@@ -121,15 +121,6 @@ def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == [".0123.part", ".part", "a.part"]
 
 
-def test_unfinished_files_are_known_by_their_names(tmp_path):
-    with atomic_write(tmp_path / "a.png"):
-        (left,) = tmp_path.iterdir()
-        left.with_name("kept").hardlink_to(left)
-    (tmp_path / "kept").rename(left)
-    remove_unfinished(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
-
-
 def test_folders_that_are_missing_are_made_and_removed_where_the_file_is_not_written(tmp_path):
     path = tmp_path / "new" / "folder" / "a.png"
 

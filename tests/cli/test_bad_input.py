@@ -7,7 +7,7 @@ import pytest
 
 from fpmatch import Minutiae, Template, save_template
 from fpmatch.lab.synthesis.sensor import Sensor
-from tests.cli.damaged_batches import DAMAGES, check_batches, make_batches
+from tests.cli.damaged_batches import DAMAGES, check_batches
 from tests.conftest import assert_refused, copied
 
 IMAGES = {
@@ -202,16 +202,7 @@ def test_bad_input_is_one_line(run, folder, monkeypatch, command, words, reason)
     assert {name for name in new if not name.startswith("prints.db")} == set()
 
 
-SMALL = Sensor("small", 180, 200)
-
-
 def test_a_batch_is_dealt_with_to_the_end_and_exactly_the_damaged_files_are_named(tmp_path):
-    faults = check_batches(tmp_path, 2 * len(DAMAGES), SMALL, every=2)
+    faults = check_batches(tmp_path, 2 * len(DAMAGES), Sensor("small", 180, 200), every=2)
     assert len(faults) == 9
     assert {command: found for command, found in faults.items() if found} == {}
-
-
-def test_every_way_of_damage_is_tried_once(tmp_path):
-    images, templates = make_batches(tmp_path, 2 * len(DAMAGES), SMALL, 2, fingers=1)
-    assert len(images.damaged) == len(templates.damaged) == len(DAMAGES)
-    assert len({path.suffix for path in images.files}) == 5

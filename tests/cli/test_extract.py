@@ -64,14 +64,6 @@ def test_failures_are_listed_at_the_end_and_the_rest_is_kept(run, prints, tmp_pa
         assert line.startswith(f"fpmatch: error: {prints / name}: ")
 
 
-def test_the_assumed_resolution_is_said_once_for_many(run, prints, tmp_path):
-    shutil.copy(prints / "untagged.tif", tmp_path / "again.tif")
-    words = ("extract", prints / "untagged.tif", tmp_path / "again.tif", "-o", tmp_path / "out")
-    assert run(*words).stderr.count("500 dpi assumed") == 1
-    assert run(*words, "--dpi", 569).stderr == ""
-    assert load_template(tmp_path / "out" / "again.json").dpi == 569
-
-
 def test_a_template_has_no_stages(run, prints, tmp_path):
     run("extract", prints / "1_1.png", "-o", tmp_path)
     words = ("extract", tmp_path / "1_1.json", "-o", tmp_path / "out", "--format", "stages")

@@ -3,7 +3,6 @@
 import json
 import re
 import sqlite3
-import time
 
 import pytest
 
@@ -129,54 +128,6 @@ def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path, name, p
     else:  # printed as \t, which is a name like any other
         assert result.exit_code == 0
         assert r"\t" in run("gallery", "list", gallery).stdout
-
-
-@pytest.fixture
-def document(run, prints, tmp_path):
-    assert run("extract", prints / "1_1.png", "-o", tmp_path, "--format", "json").exit_code == 0
-    (path,) = tmp_path.glob("*.json")
-    return json.loads(path.read_text())
-
-
-@pytest.mark.parametrize("count", [1, 40])
-def test_coordinates_that_overflow_are_refused_soon(run, document, prints, tmp_path, count):
-    document["dpi"] = 100
-    columns = document["minutiae"]
-    columns["x"] = [3e38] * min(count, len(columns["x"])) + columns["x"][count:]
-    path, print_, made = tmp_path / "far.json", prints / "1_1.png", tmp_path / "made"
-    path.write_text(json.dumps(document))
-    started = time.perf_counter()
-    for words in (
-        ("verify", path, print_),
-        ("verify", print_, path, "--json"),
-        ("verify", path, path, "--overlay", f"{made}.svg"),
-        ("convert", path, f"{made}.iso"),
-    ):
-        result = run(*words)
-        assert_one_line(result, "3e+38")
-        assert str(path) in result.stderr
-    assert time.perf_counter() - started < 5
-    assert not list(tmp_path.glob("made*"))
-
-
-@pytest.mark.parametrize(
-    "text", [DIGITS, "5e-324", "1e999", "NaN", "[" * 20_000, r'"\ud800"', r'"\u001b[2J"', "-1"]
-)
-@pytest.mark.parametrize("place", ["dpi", "step", "width", "x", "version"])
-def test_hostile_values_of_templates(run, document, prints, tmp_path, place, text):
-    if place == "step":
-        document["ridge_field"]["step"] = "@"
-    elif place == "x":
-        document["minutiae"]["x"][0] = "@"
-    else:
-        document[place] = "@"
-    path = tmp_path / "odd.json"
-    path.write_text(json.dumps(document).replace('"@"', text))
-    result = run("verify", path, prints / "1_1.png")
-    if (place, text) in {("x", "-1"), ("x", "5e-324")}:
-        assert result.exit_code in {0, 1}
-    else:
-        assert_one_line(result, str(path))
 
 
 def test_a_label_of_an_older_gallery_reaches_no_terminal(run, gallery, tmp_path):

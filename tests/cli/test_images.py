@@ -2,8 +2,6 @@
 
 import io
 import json
-import pickle
-import re
 import sys
 
 import click
@@ -11,12 +9,11 @@ import pytest
 from PIL import Image
 
 from fpmatch import load_template, verify
-from fpmatch.cli.options import ENHANCEMENTS, PRINT
+from fpmatch.cli.options import PRINT
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.io import grey
 from fpmatch.image.quality.polarity import INVERTED
-from fpmatch.lab.evaluation.databases import extraction
 from fpmatch.prints import reading
 from tests.conftest import assert_refused, copied
 
@@ -134,23 +131,6 @@ def test_a_dataset_toml_beside_the_file_counts_unless_an_option_is_given(run, pr
     assert_refused(run("verify", *pair), f"{folder}/dataset.toml: ")
 
 
-def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
-    pair = prints / "1_2.png", prints / "1_1.png"
-    assert "Scale " not in run("verify", *pair).stdout
-    wrong = run("verify", *pair, "--probe-dpi", 569).stdout
-    assert wrong.startswith("MATCH\n")
-    scale = re.search(r"Scale .* about (\d+) dpi, not 569, or .* about (\d+), not 500\n", wrong)
-    assert scale is not None
-    assert list(map(int, scale.groups())) == pytest.approx([500, 569], abs=15)
-    run("extract", prints / "1_2.png", "-o", tmp_path)
-    double = tmp_path / "1_2.json"
-    double.write_text(json.dumps(json.loads(double.read_text()) | {"dpi": 1000}))
-    document = json.loads(run("verify", double, prints / "1_1.png", "--json").stdout)
-    assert document["match"] is False
-    assert document["scale"]["ratio"] == pytest.approx(2, rel=0.03)
-    assert document["scale"]["differs"] is True
-
-
 @pytest.fixture
 def darks(tmp_path, pressed):
     folder = tmp_path / "darks"
@@ -178,17 +158,6 @@ def test_the_polarity_asked_for_is_taken_and_said(run, darks, tmp_path, words):
     assert INVERTED not in run(*given).stderr
 
 
-def test_a_gallery_is_searched_with_the_polarity_asked_for(run, darks, tmp_path):
-    gallery, image = tmp_path / "prints.db", darks / "1_1.png"
-    run("enrol", gallery, image, "--workers", 1)
-    auto, white = (
-        first_score(run("identify", gallery, image, "--polarity", asked, "--json"))
-        for asked in ("auto", "white")
-    )
-    assert auto > 60
-    assert white < auto
-
-
 def test_a_folder_says_its_polarity(run, darks, tmp_path):
     (darks / "dataset.toml").write_text('polarity = "white"\n')
     result = run("enrol", tmp_path / "prints.db", darks, "--workers", 1, "--json")
@@ -198,23 +167,6 @@ def test_a_folder_says_its_polarity(run, darks, tmp_path):
     (darks / "dataset.toml").write_text('polarity = "pink"\n')
     for words in (("enrol", tmp_path / "prints.db", darks), ("inspect", darks / "1_1.png")):
         assert_refused(run(*words), f"{darks}/dataset.toml: no polarity 'pink'")
-
-
-def test_images_that_are_read_at_once_decide_together(run, tmp_path, pressed):
-    middle = pressed[0][120:270, 110:270]
-    folder, plain = tmp_path / "white", tmp_path / "4.png"
-    folder.mkdir()
-    for number, pixels in enumerate((*pressed, middle)):
-        Image.fromarray(255 - pixels).save(folder / f"{number}.png", dpi=(500, 500))
-    Image.fromarray(middle).save(plain, dpi=(500, 500))
-    noted = run("extract", *sorted(folder.iterdir()), "-o", tmp_path / "turned")
-    assert noted.stderr.startswith(f"fpmatch: note: {folder}/0.png and 4 others: {INVERTED}\n")
-    run("extract", plain, "-o", tmp_path / "plain")
-    turned, as_it_is = (load_template(tmp_path / name / "4.json") for name in ("turned", "plain"))
-    assert turned.minutiae == as_it_is.minutiae
-    assert INVERTED not in run("inspect", folder / "4.png", "--json").stdout
-    together = run("inspect", *sorted(folder.iterdir()), "--json")
-    assert together.stdout.count(INVERTED) == len(pressed) + 1
 
 
 @pytest.fixture
@@ -249,28 +201,3 @@ def test_every_command_enhances_as_it_is_told(
     result = run(*words.format(folder=folder, **named).split(), *options)
     assert (result.exit_code, result.stderr) == (0, "")
     assert asked == [options[1] if options else DEFAULT_ENHANCEMENT] * extractions
-
-
-def test_enhancements_differ_and_a_template_is_taken_as_it_is(run, prints, tmp_path):
-    assert ENHANCEMENTS[0] == DEFAULT_ENHANCEMENT
-    for way in ENHANCEMENTS:
-        out = ("-o", tmp_path / "stages" / way, "--format", "stages")
-        run("extract", prints / "1_1.png", *out, "--enhance", way)
-        folder = tmp_path / "stages" / way / "1_1"
-        drawn = {file.stem.partition("_")[2] for file in folder.iterdir()}
-        assert {"enhanced", "mask", "orientation", "coherence"} < drawn
-        assert ("period" in drawn) == (way == "filters")
-        run("extract", prints / "1_1.png", "-o", tmp_path / way, "--enhance", way)
-    one, other = (load_template(tmp_path / way / "1_1.json") for way in ENHANCEMENTS)
-    assert one != other
-    again = tmp_path / "again"
-    run("extract", tmp_path / "learned" / "1_1.json", "-o", again, "--enhance", "filters")
-    assert load_template(again / "1_1.json") == one
-
-
-def test_an_extractor_can_be_named_for_other_processes():
-    read = reading.PrintReader(quiet=True).image
-    extractor = pickle.loads(pickle.dumps(extraction.extractor_of("filters", read)))
-    assert extractor.func is extraction.extract_image
-    assert extractor.keywords["enhance"] == "filters"
-    assert extractor.keywords["reader"].__self__ == read.__self__

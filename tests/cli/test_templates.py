@@ -9,7 +9,6 @@ from PIL import Image
 from fpmatch import extract, load_template, save_template
 from fpmatch.formats.files import save_record
 from fpmatch.formats.record import TemplateRecord, View
-from fpmatch.prints.reading import ASSUMED_DPI
 from tests.conftest import assert_refused
 from tests.image.made_files import an2, tagged_print, with_fields
 
@@ -31,14 +30,6 @@ def test_verify_compares_templates_and_images(run, prints, templates, reference)
     assert (same.exit_code, same.stderr) == (0, "")
     assert json.loads(same.stdout)["transform"]["rotation_deg"] == pytest.approx(-90, abs=1)
     assert run("verify", templates / "2_2.csv", other).exit_code == 1
-
-
-def test_what_a_template_does_not_tell_is_said(run, templates):
-    words = ("verify", templates / "2_1.xyt", templates / "2_2.csv")
-    result = run(*words)
-    angles, dpi = result.stderr.splitlines()
-    assert (result.exit_code, "NIST" in angles, ASSUMED_DPI in dpi) == (0, True, True)
-    assert ASSUMED_DPI not in run(*words, "--probe-dpi", 500).stderr
 
 
 def test_of_several_prints_the_first_is_taken_and_said(run, prints, tmp_path):
@@ -92,26 +83,9 @@ def test_inspect_shows_the_image_of_a_number(run, prints, tmp_path):
     assert "first of its" not in second
 
 
-def test_overlays_show_templates_on_white(run, prints, templates, tmp_path):
-    out = tmp_path / "out.png"
-    assert run("verify", templates / "1_1.iso", prints / "1_2.png", "--overlay", out).exit_code == 0
-    with Image.open(out) as picture:
-        assert picture.size[0] > 300
-
-
 def test_extract_takes_templates_and_writes_any_format(run, prints, templates, tmp_path):
     words = [templates / "1_1.iso", prints / "2_1.png", "-o", tmp_path]
     assert run("extract", *words, "--format", "iso2011").exit_code == 0
     assert {path.name for path in tmp_path.iterdir()} == {"1_1.iso2011", "2_1.iso2011"}
     again = load_template(tmp_path / "1_1.iso2011")
     assert again.minutiae == load_template(templates / "1_1.iso").minutiae
-
-
-def test_galleries_are_filled_and_searched_with_templates(run, prints, templates, tmp_path):
-    gallery = tmp_path / "prints.db"
-    enrolled = json.loads(run("enrol", gallery, templates, "--workers", 1, "--json").stdout)
-    assert (enrolled["enrolled"], enrolled["failed"], enrolled["dpi_assumed"]) == (4, 0, 1)
-    words = ["--json", "-k", 1, "--workers", 1]
-    searched = run("identify", gallery, templates / "1_2.ansi2009", prints / "2_1.png", *words)
-    probes = json.loads(searched.stdout)["probes"]
-    assert [probe["candidates"][0]["subject"] for probe in probes] == ["1", "2"]

@@ -1,16 +1,9 @@
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fpmatch.drawing.scene.ink import (
-    grey_pixels,
-    ink_coverage,
-    ridge_picture,
-    shrunk,
-    thinned_off_print,
-)
-from fpmatch.errors import ImageError
+from fpmatch.drawing.scene.ink import ink_coverage, ink_of, ridge_picture, shrunk
 from fpmatch.image.extract import extract
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -53,16 +46,24 @@ def test_resolution_sets_the_neighbourhood():
 
 
 def test_ink_off_the_print_is_thinned_in_place():
-    mask = np.zeros((10, 10), bool)
+    image, mask = stripes(60, shape=(80, 80)), np.zeros((10, 10), bool)
     mask[:, :4] = True
-    field = RidgeField(8.0, np.zeros((10, 10)), mask)
-    full = np.full((80, 80), 200, np.uint8)
-    thin = thinned_off_print(full, field)
-    assert (thin[:, :32] == 200).all()
-    assert thin[:, 48:].max() <= 41
-    half = thinned_off_print(full[:40, :40], field, factor=0.5)
-    assert (half[:, :16] == 200).all()
-    assert half[:, 24:].max() <= 41
+    template = Template(Minutiae.empty(), 80, 80, field=RidgeField(8.0, np.zeros((10, 10)), mask))
+    for zoom in (1.0, 0.5):
+        matrix = np.diag([zoom, zoom, 1.0])
+        bare = replace(template, field=None)
+        (ink,), (full,) = (ink_of(image, t, matrix, (0, 0, 0), "") for t in (template, bare))
+        edge = round(32 * zoom)
+        assert (ink.coverage[:, :edge] == full.coverage[:, :edge]).all()
+        right = np.s_[:, edge + round(16 * zoom) :]
+        assert ink.coverage[right].max() == pytest.approx(0.2 * full.coverage[right].max(), abs=1)
+
+
+def test_a_print_that_is_a_dot_or_one_flat_pixel_has_no_ink():
+    template = Template(Minutiae.empty(), 140, 120)
+    for zoom in (1e-4, 1e4):
+        matrix = np.diag([zoom, zoom, 1.0])
+        assert ink_of(stripes(60), template, matrix, (0, 0, 0), "") == ()
 
 
 def test_shrinking_averages():
@@ -85,15 +86,3 @@ def test_ridges_of_a_template_lie_where_the_picture_has_them(fingers, dpi):
 
 def test_without_ridges_the_paper_is_white():
     assert (ridge_picture(Template(Minutiae.empty(), width=30, height=20)) == 255).all()
-
-
-def test_pixels_are_taken_from_arrays_and_from_what_holds_them():
-    image = stripes(10)
-    assert grey_pixels("probe", image) is image
-    assert grey_pixels("probe", SimpleNamespace(pixels=image)) is image
-
-
-@pytest.mark.parametrize("bad", [np.zeros((4, 4)), np.zeros(4, np.uint8), [[1, 2]], object()])
-def test_other_things_are_refused_by_name(bad):
-    with pytest.raises(ImageError, match=r"^the probe: "):
-        grey_pixels("the probe", bad)

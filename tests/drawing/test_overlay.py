@@ -15,19 +15,18 @@ from fpmatch import extract, read_image, verify
 from fpmatch.drawing.overlay.caption import MARGIN
 from fpmatch.drawing.overlay.draw import (
     NO_RIDGES,
-    View,
     draw,
-    overlay_file,
-    panel_picture,
+    missing,
+    overlay_scene,
     save_overlay,
 )
-from fpmatch.drawing.overlay.marks import ExaminerMark, examiner_marks
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
 from fpmatch.drawing.overlay.ridge_page import agreement
 from fpmatch.drawing.overlay.side_by_side import place_numbers
 from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Box, Circle, Text, of_transform
+from fpmatch.drawing.scene.items import Box
 from fpmatch.drawing.scene.palette import PROBE_MARK, REFERENCE_MARK, hexadecimal
+from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -54,8 +53,8 @@ def panel_of(picture):
     return picture[200:-80].astype(int)
 
 
-def svg_of(sides, verification, **options):
-    return ElementTree.fromstring(overlay_file(".svg", *sides, verification, View(**options)))
+def svg_of(sides, verification, view="superposed"):
+    return ElementTree.fromstring(svg_text(overlay_scene(*sides, verification, view)))
 
 
 def of_class(root, tag, *words):
@@ -67,13 +66,10 @@ def prints_of(sides, verification):
     return of_class(svg_of(sides, verification), "g", "prints")[0]
 
 
-@pytest.mark.parametrize("side_by_side", [False, True])
-def test_is_an_rgb_picture_and_the_same_every_time(sides, compared, side_by_side):
+def test_draws_what_has_pixels_the_same_every_time_and_changes_nothing(sides, compared):
     before = [image.copy() for image in sides]
-    first = draw(*sides, compared(), side_by_side=side_by_side)
-    assert (first.dtype, first.shape[2:]) == (np.uint8, (3,))
     holders = (SimpleNamespace(pixels=image) for image in sides)
-    np.testing.assert_array_equal(first, draw(*holders, compared(), side_by_side=side_by_side))
+    np.testing.assert_array_equal(draw(*sides, compared()), draw(*holders, compared()))
     assert all((old == new).all() for old, new in zip(before, sides, strict=True))
 
 
@@ -119,23 +115,11 @@ def test_ticks_point_in_the_moved_direction(sides, compared):
     assert math.degrees(angle(ticks[0])) == pytest.approx(-12, abs=0.5)
 
 
-def test_unpaired_minutiae_are_fainter(sides, compared):
-    root = prints_of(sides, compared())
-    paired, unpaired = (of_class(root, "line", "tick", word) for word in ("paired", "unpaired"))
-    assert (len(paired), len(unpaired)) == (6, 4)
-    darkness = [
-        [765 - sum(bytes.fromhex(e.get("stroke")[1:])) for e in ticks if e.get("class") == name]
-        for ticks, name in ((paired, "tick probe paired"), (unpaired, "tick probe unpaired"))
-    ]
-    assert min(darkness[0]) > max(darkness[1]) > 0
-
-
-@pytest.mark.parametrize("side_by_side", [False, True])
-def test_svg_joins_every_pair_once(sides, compared, side_by_side):
-    root = svg_of(sides, compared(), side_by_side=side_by_side)
+@pytest.mark.parametrize(("view", "numbers"), [("superposed", 0), ("side-by-side", 2)])
+def test_svg_joins_every_pair_once(sides, compared, view, numbers):
+    root = svg_of(sides, compared(), view)
     assert len(of_class(root, "line", "pair")) == 3
-    numbers = [element.text for element in of_class(root, "text", "number")]
-    assert numbers == (["1", "2", "3"] * 2 if side_by_side else [])
+    assert [e.text for e in of_class(root, "text", "number")] == ["1", "2", "3"] * numbers
 
 
 def test_svg_embeds_both_prints_and_what_they_share(sides, probe_image, reference_image, compared):
@@ -275,7 +259,7 @@ def texts_of(root):
 
 def test_ridges_colour_each_cell_that_was_compared(sample_pair):
     sides, found = sample_pair
-    root = svg_of(sides, found, ridges=True)
+    root = svg_of(sides, found, "ridges")
     cells = of_class(root, "polygon", "cell")
     assert len(cells) == found.ridge_map.cells
     values = found.ridge_map.correlation[found.ridge_map.compared]
@@ -295,40 +279,11 @@ def test_colours_of_agreement_grow_lighter():
 
 
 def test_ridges_that_were_not_compared_leave_the_overlay(sides, compared):
-    view = View(ridges=True)
-    assert view.missing(compared()) == NO_RIDGES
-    assert overlay_file(".svg", *sides, compared(), view) == overlay_file(
-        ".svg", *sides, compared(), View()
-    )
+    assert missing("ridges", compared()) == NO_RIDGES
+    expected = draw(*sides, compared())
+    np.testing.assert_array_equal(draw(*sides, compared(), ridges=True), expected)
 
 
 def test_views_exclude_each_other(sides, compared):
     with pytest.raises(OutputError, match="exclude"):
         draw(*sides, compared(), ridges=True, side_by_side=True)
-
-
-def test_marks_of_an_examiner_are_where_they_were_set_and_dashed_on_the_other_print():
-    own = [ExaminerMark("A", "probe", 30, 40), ExaminerMark("B", "reference", 50, 60)]
-    onto = of_transform(Similarity(2.0, math.pi / 2, 300.0, 100.0))
-    drawn = examiner_marks(own, "reference", np.eye(3), onto, PANEL)
-    (circle,) = [item for item in drawn if isinstance(item, Circle)]
-    assert circle.centre == (50, 60)
-    assert [item.text for item in drawn if isinstance(item, Text)] == ["A", "B"]
-    arcs = np.array([point for item in drawn[:6] for point in item.points])
-    assert arcs.mean(axis=0) == pytest.approx((220, 160))
-    assert [item.text for item in examiner_marks(own, "probe", np.eye(3), None, PANEL)[-1:]] == [
-        "A"
-    ]
-    corner = [ExaminerMark("Z9", "probe", 599, 1), ExaminerMark("Y", "probe", 700, 1)]
-    (label,) = [
-        i for i in examiner_marks(corner, "probe", np.eye(3), None, PANEL) if isinstance(i, Text)
-    ]
-    assert label.anchor == "end"
-    assert label.y > 11
-
-
-def test_a_panel_has_neither_caption_nor_legend(sides, compared):
-    whole, panel = draw(*sides, compared()), panel_picture(*sides, compared(), View())
-    top = next(k for k in range(len(whole)) if np.array_equal(whole[k : k + 99], panel[:99]))
-    assert np.array_equal(whole[top : top + len(panel)], panel)
-    assert len(panel) < len(whole) - 100

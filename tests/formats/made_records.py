@@ -6,16 +6,17 @@ from pathlib import Path
 import numpy as np
 from hypothesis import strategies as st
 
+from fpmatch.errors import TemplateError
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
+from fpmatch.formats.registry import CODECS, codec_of_name, recognise
 from fpmatch.templates.minutiae import Minutiae, Template
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN = [codec.name for codec in CODECS if codec.encode]
-FMR = ["iso2005", "iso2011", "ansi2004", "ansi2009", "ansi2009am1"]
+FMR = ["iso2005", "iso2011", "ansi2004", "ansi2009"]
 ANGLE_STEP_DEG = {
     **dict.fromkeys(["iso2005", "iso2011"], 360 / 256),
-    **dict.fromkeys(["ansi2004", "ansi2009", "ansi2009am1", "xyt-m1"], 2.0),
+    **dict.fromkeys(["ansi2004", "ansi2009", "xyt-m1"], 2.0),
     **dict.fromkeys(["csv", "minutiae-csv"], 1e-4),
     **{"xyt": 1.0, "json": 0.0},
 }
@@ -23,7 +24,9 @@ ANGLE_STEP_DEG = {
 
 def read(data, *, file_format=None, **options):
     """Return the record in the bytes of a file, under the `ReadingOptions`."""
-    codec = codec_of_name(file_format) if file_format else codec_of_content(data)
+    codec = codec_of_name(file_format) if file_format else recognise(data)
+    if codec is None:
+        raise TemplateError("of no known format")
     return codec.decode(data, ReadingOptions(**options))
 
 

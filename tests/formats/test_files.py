@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
-from made_records import FORMATS, WRITTEN, only_view, record_of, sample_record, written
+from made_records import WRITTEN, only_view, record_of, sample_record, written
 
 from fpmatch.errors import OutputError, TemplateError
 from fpmatch.formats.files import (
@@ -18,15 +18,13 @@ from fpmatch.formats.files import (
     save_record,
     save_template,
 )
-from fpmatch.formats.record import ReadingOptions, ReadLimits
-from fpmatch.formats.registry import codec_of_content, codec_of_name
+from fpmatch.formats.registry import codec_of_name, recognise
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 from tests.matching.matching_prints import templates
 
 SUFFIXES = [codec_of_name(name).suffixes[0] for name in WRITTEN]
-LEADER = FORMATS.parent / "minutiae" / "leader" / "fvc2004" / "DB1_B" / "101_1.csv"
 
 
 # a field of no cells is not written
@@ -126,7 +124,7 @@ def test_plain_csv_is_a_table_with_one_header():
 
 def test_columns_of_plain_csv_have_any_order_and_others_are_read_past():
     data = b"Theta,score,y,X,type\r\n90,0.5,20,10,b\r\n\r\n-90,0.1,3,4,E\r\n"
-    assert codec_of_content(data).name == "minutiae-csv"
+    assert recognise(data).name == "minutiae-csv"
     view = only_view(data)
     minutiae = view.template.minutiae
     assert minutiae.xy.tolist() == [[10, 20], [4, 3]]
@@ -140,13 +138,6 @@ def test_columns_of_plain_csv_have_any_order_and_others_are_read_past():
     assert not len(only_view(b"x,y,theta,type,quality\n").template.minutiae)
     trailing = only_view(b"x,y,theta,,\n1,2,3\n").template.minutiae
     assert trailing.xy.tolist() == [[1, 2]]
-
-
-@pytest.mark.skipif(not LEADER.exists(), reason="the shared minutiae are not beside the project")
-def test_plain_csv_of_another_extractor_is_read():
-    template = only_view(LEADER.read_bytes(), size=(640, 480)).template
-    assert len(template.minutiae) == LEADER.read_text().count("\n") - 1
-    assert set(template.minutiae.kind.tolist()) <= {kind.value for kind in MinutiaKind}
 
 
 def test_saving_leaves_one_file_and_replaces_it_whole(tmp_path, template):
@@ -182,15 +173,6 @@ def test_a_format_may_be_named(tmp_path, template):
     assert load_record(path).format == "iso2011"
     with pytest.raises(TemplateError, match=r"print\.dat: "):
         load_record(path, file_format="iso2005")
-
-
-def test_limits_are_parameters(tmp_path, template):
-    path = tmp_path / "print.iso"
-    save_template(path, template)
-    with pytest.raises(TemplateError, match="more than 29 minutiae"):
-        load_record(path, options=ReadingOptions(limits=ReadLimits(max_minutiae=29)))
-    with pytest.raises(TemplateError, match="too large"):
-        load_record(path, options=ReadingOptions(limits=ReadLimits(max_bytes=10)))
 
 
 def test_a_folder_a_pipe_and_a_missing_file_are_no_templates(tmp_path):

@@ -1,7 +1,5 @@
 """Finger minutiae records: told apart, and read in spite of what writers got wrong."""
 
-import base64
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,11 +7,8 @@ from hypothesis import strategies as st
 from made_records import FMR, only_view, read, sample_record, written
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats import fmr
-from fpmatch.formats.files import load_record
-from fpmatch.formats.fmr import dpi_of, per_cm
+from fpmatch.formats.fmr_reader import WITHOUT_EXTENDED, dpi_of, per_cm
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 # Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
@@ -50,13 +45,6 @@ def test_a_record_by_hand_is_read_and_written(name):
     assert minutiae.angle[0] == pytest.approx(np.pi / 2)
     assert (minutiae.kind[0], minutiae.quality[0]) == (2, 77)
     assert written(name, record) == BY_HAND[name]
-
-
-def test_a_header_one_byte_short_is_that_of_the_draft_of_2007():
-    record = read(ANSI_2009[:16] + ANSI_2009[17:])
-    assert record.format == "ansi2009"
-    assert record.notes[0] == "the layout is that of the draft of 2007"
-    assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
 
 
 def test_a_producer_in_the_header_does_not_make_ansi_2009_iso_2011():
@@ -134,7 +122,7 @@ def test_a_record_may_end_without_the_length_of_extended_data(name):
     record = read(whole[:at] + bytes([length]) + whole[at + 1 : -2])
     assert record.format == name
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
-    assert record.notes == (fmr.WITHOUT_EXTENDED,)
+    assert record.notes == (WITHOUT_EXTENDED,)
     with pytest.raises(TemplateError, match="cut short"):  # by its length it has two bytes more
         read(whole[:-2])
 
@@ -148,7 +136,7 @@ def test_several_views_may_end_without_the_length_of_extended_data(fingers):
     assert record.format == "iso2005"
     assert tuple(view.finger for view in record.views) == fingers
     assert {view.template.minutiae.x.item() for view in record.views} == {100}
-    assert record.notes == (fmr.WITHOUT_EXTENDED,)
+    assert record.notes == (WITHOUT_EXTENDED,)
 
 
 @pytest.mark.parametrize("length", ["00000000", "00000001", "24000000", "00000fff"])
@@ -165,39 +153,6 @@ def test_ansi_records_with_a_wrong_length_are_read_with_a_note(length):
     assert record.format == "ansi2004"
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
     assert record.notes == (f"the header declares {int(length, 16)} bytes, the record has 38",)
-
-
-TEXTS = {
-    "base64": base64.b64encode,
-    "base64 in lines": base64.encodebytes,
-    "base64 for addresses": base64.urlsafe_b64encode,
-    "base64 without padding": lambda data: base64.b64encode(data).rstrip(b"="),
-    "base64 in quotes": lambda data: b'"' + base64.b64encode(data) + b'"\n',
-    "hex": lambda data: data.hex().encode(),
-    "hex in capitals": lambda data: data.hex(" ", 2).upper().encode() + b"\r\n",
-    "hex of a database": lambda data: b"\\x" + data.hex().encode(),
-    "hex with a mark": lambda data: b"\xef\xbb\xbf0x" + data.hex().encode(),
-}
-
-
-@pytest.mark.parametrize("form", TEXTS)
-@pytest.mark.parametrize("name", BY_HAND)
-def test_a_record_as_text_is_the_record(name, form, tmp_path):
-    data = sample_record(250)
-    path = tmp_path / "text"
-    for whole in (BY_HAND[name], written(name, data)):
-        path.write_bytes(TEXTS[form](whole))
-        assert content_of(path) == "template"
-        assert load_record(path) == read(whole)
-
-
-@pytest.mark.parametrize("form", ["base64", "hex"])
-def test_a_damaged_text_of_a_record_is_refused(form):
-    text = TEXTS[form](ISO_2005)
-    with pytest.raises(TemplateError, match="damaged text of a finger minutiae record"):
-        read(text[:20] + b"!?" + text[22:])
-    with pytest.raises(TemplateError, match="cut short"):
-        read(text[:-9])
 
 
 def test_different_resolutions_across_and_down_are_refused():

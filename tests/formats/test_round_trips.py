@@ -105,8 +105,7 @@ def test_what_does_not_fit_is_dropped_with_a_word_or_refused(name):
 @pytest.mark.parametrize("name", FMR)
 def test_extended_data_stay_in_their_format_and_nowhere_else(name):
     view = sample_record().views[0]
-    layout = "ansi2009" if name == "ansi2009am1" else name
-    own = replace(view, extended=ExtendedData(layout, b"\x01\x44\x00\x05\x97"))
+    own = replace(view, extended=ExtendedData(name, b"\x01\x44\x00\x05\x97"))
     again = read(written(name, TemplateRecord("", (own,)))).views[0]
     assert again.extended == own.extended
     foreign = replace(view, extended=ExtendedData("other", b"\x01\x44\x00\x05\x97"))

@@ -17,7 +17,7 @@ from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions
-from fpmatch.formats.registry import codec_of_content
+from fpmatch.formats.registry import recognise
 from fpmatch.templates.minutiae import Minutiae
 
 ROWS = [[10.0, 20.0, 0.5], [30.5, 40.0, 1.5], [50.0, 6.0, 3.0], [7.0, 8.0, 6.0]]
@@ -62,7 +62,7 @@ def test_every_form_of_the_same_table_is_read_with_a_convention(text):
         rows = [["?", *row, "a b"] for row in rows]
     table = "\n".join(delimiter.join(row) for row in rows)
     data = text.replace("{" + delimiter.replace(",", "") + "}", table).encode()
-    assert codec_of_content(data[:4096]).name == "minutiae-csv"
+    assert recognise(data[:4096]).name == "minutiae-csv"
     x, y, angle = np.array(ROWS).T
     assert decoded(data, "rad").views[0].template.minutiae == Minutiae(x, y, angle)
     with pytest.raises(TemplateError, match="--angles of verify"):

@@ -6,7 +6,7 @@ from made_records import only_view, read, record_of, sample_record, turn_deg, wr
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.formats.registry import codec_of_content
+from fpmatch.formats.registry import recognise
 from fpmatch.templates.minutiae import Minutiae, Template
 
 # One minutia of a print of 300 x 300 pixels as mindtct writes it in two ways: at (22, 284) from the
@@ -31,7 +31,7 @@ def test_two_conventions_say_the_same(name, data):
 
 @pytest.mark.parametrize("name", ["xyt", "xyt-m1"])
 def test_a_real_print_is_taken_for_what_it_was_written_as(name):
-    assert codec_of_content(written(name, sample_record())).name == name
+    assert recognise(written(name, sample_record())).name == name
 
 
 def test_without_a_size_only_the_shift_is_lost():

@@ -130,14 +130,6 @@ def test_a_folder_of_usual_prints_is_of_500_dpi(tmp_path, dpi):
     assert set(found) == {(500, 500)}
 
 
-def test_an_image_of_noise_decides_nothing_and_follows(tmp_path):
-    noise = np.random.default_rng(1).integers(0, 256, (300, 300), np.uint8)
-    images = resized(SAMPLES, 250)
-    images.insert(3, noise)
-    found = of_folder(folder_of(tmp_path, "a", images, dpi=None))
-    assert set(found) == {(250, 250)}
-
-
 def test_each_image_of_two_sensors_has_the_resolution_of_its_group(tmp_path):
     half = len(SAMPLES) // 2
     images = [*SAMPLES[:half], *resized(SAMPLES[half:], 1000)]

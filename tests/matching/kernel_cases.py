@@ -9,8 +9,7 @@ from fpmatch.matching.pipeline.parameters import USUAL
 def aligner_of(a, b):
     """Return an aligner that holds two prints, minutiae (4, N) and (4, M)."""
     aligner = make_aligner(a.shape[1], b.shape[1])
-    aligner.load_a(a, a.shape[1])
-    aligner.load_b(b, b.shape[1])
+    aligner.load(a, a.shape[1], b, b.shape[1])
     return aligner
 
 

@@ -33,13 +33,13 @@ REJECTING = (9.0, 1.0, 33.0)
 
 OF_RIDGES = [FEATURES.index(name) for name in RIDGE_FEATURES]
 
-MIDDLE = (-1.7, 0.85, 0.7, 0.7, 0.01, 0.08, 1.2, 0.65, 0.7, 0.35, 0.4, 4.9, 2.5)
-SPREAD = (2.3, 0.07, 0.1, 0.15, 0.05, 0.03, 0.9, 0.5, 0.2, 0.2, 0.15, 0.45, 2.0)
-WEIGHT = (3.0, 0.6, 0.8, 0.1, -0.1, -0.2, 0.5, -4.7, 1.0, 0.9, 4.0, 0.9, 0.8)
+MIDDLE = (-1.7, 0.85, 0.7, 0.7, 1.2, 0.65, 0.7, 0.35, 0.4, 4.9, 2.5)
+SPREAD = (2.3, 0.07, 0.1, 0.15, 0.9, 0.5, 0.2, 0.2, 0.15, 0.45, 2.0)
+WEIGHT = (3.0, 0.6, 0.8, 0.1, 0.5, -4.7, 1.0, 0.9, 4.0, 0.9, 0.8)
 QUANTILES = np.array([[-4.0, 60.0, -120.0, -2.5, -9.0], [-1.5, 60.0, -80.0, -2.9, -11.0]])
 """Under which little evidence must come to a greater sum."""
 
-IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.02, 0.1, 0.45, 1.1, 0.6, 0.15, 0.27, 4.8, 0.8)
+IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.45, 1.1, 0.6, 0.15, 0.27, 4.8, 0.8)
 
 
 def some_model(
@@ -51,7 +51,7 @@ def some_model(
     *,
     ridges=True,
 ):
-    """Return a model under which unpaired minutiae, turned triangles and strain lower the sum."""
+    """Return a model under which unpaired minutiae lower the sum."""
     standard = np.array([MIDDLE, SPREAD, WEIGHT, IMPOSTOR_MEAN])
     if not ridges:
         standard[:, OF_RIDGES] = [[0.0], [1.0], [0.0], [0.0]]
@@ -71,7 +71,7 @@ def some_weights(
     """Return the same thresholds for all models; the bias of each is `apart` less."""
     limits = prefilter, confident, relaxation
     models = (
-        some_model(refine, bias - k * apart, *limits, ridges=k in {0, 3})
+        some_model(refine, bias - k * apart, *limits, ridges=k in {0, 2})
         for k in range(len(MODELS))
     )
     return ScoreWeights(tuple(models), {"by": "hand"})

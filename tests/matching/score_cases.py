@@ -15,7 +15,7 @@ from fpmatch.matching.reference.neighbourhood import local_similarity
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 ENTRIES = (
     *("pairs", "local", "unpaired", "common", "overlap", "relaxed", "places", "weights"),
-    *("fullness", "turned", "strain", "fewest", "ridges", "cells", "area", "chance"),
+    *("fullness", "fewest", "ridges", "cells", "area", "chance"),
 )
 SHOWN = striped_field(side=25)
 NOT_SHOWN = replace(SHOWN, ridges=None)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import jittered, moved, seeds, similarity_of, spread_points
+from matching_prints import seeds, spread_points
 
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.pipeline.parameters import LocalParameters
@@ -63,10 +63,8 @@ def indexed_similarity(a, b, min_cosine, *, by_a, side=8.0):
     slack = 1.0 if by_a else WIDEST_PX / NARROWEST_PX
     cells = (side, 12, math.acos(min_cosine), slack, a[1].shape[2])
     index = kernel.NeighbourIndex(*(a if by_a else b), *cells)
-    if by_a:
-        index.to_prints_after(*b, len(b[0]), min_cosine, similarity)
-    else:
-        index.to_prints_before(*a, len(a[0]), min_cosine, similarity)
+    other = b if by_a else a
+    index.to_prints(*other, len(other[0]), min_cosine, similarity, not by_a)
     return similarity
 
 
@@ -105,29 +103,3 @@ def test_lost_and_spurious_neighbours_cost_their_own_weight_alone(lost):
     more = one_neighbourhood(np.concatenate([extra, places]))
     expected = math.sqrt(n / (n + lost))
     assert local_similarity(whole, more).item() == pytest.approx(expected, abs=1e-6)
-
-
-@given(seeds)
-def test_similarity_is_symmetric_where_the_tolerance_is(seed):
-    """With one tolerance for all, and neighbours too far apart for a choice, sides are equal."""
-    rng = np.random.default_rng(seed)
-    p = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.0)
-    points = spread_points(rng, MOST, spacing=20.0)
-    a = neighbourhoods(points, p)
-    b = neighbourhoods(jittered(rng, points, 1.0, 0.1)[:, ::-1][:, 3:].copy(), p)
-    assert local_similarity(a, b) == pytest.approx(local_similarity(b, a).T, abs=1e-5)
-
-
-def test_impressions_of_one_finger_are_most_similar_where_they_are_the_same():
-    rng = np.random.default_rng(8)
-    points = spread_points(rng, 40)
-    similarity = similarity_of(points, moved(jittered(rng, points, 1.5, 0.08), 0.7, 30 + 5j))
-    assert (similarity.argmax(axis=1) == np.arange(40)).mean() > 0.95
-
-
-@pytest.mark.parametrize(("n", "m"), [(0, 0), (0, 5), (5, 0), (1, 1), (2, 5)])
-def test_few_minutiae_or_none(n, m):
-    rng = np.random.default_rng(4)
-    similarity = similarity_of(*(spread_points(rng, k) for k in (n, m)))
-    assert similarity.shape == (n, m)
-    assert ((similarity >= 0) & (similarity <= 0.5)).all()  # one neighbour of four is the most here

@@ -21,7 +21,7 @@ from matching_weights import (
 
 from fpmatch.matching import reference
 from fpmatch.matching.constants.comparison import MAX_STRETCH, MIN_PAIRS_FOR_SCALE
-from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline._kernels import _pipeline_kernel
 from fpmatch.matching.pipeline.match import (
     LEAST_CAPACITY,
@@ -85,12 +85,6 @@ def test_a_thread_has_one_workspace_until_a_larger_print_comes_or_other_weights(
     assert workspace_for(10) is larger
     with scored_by(some_weights()):
         assert workspace_for(10) is not larger
-
-
-def test_every_thread_has_a_workspace_of_its_own():
-    with ThreadPoolExecutor(1) as pool:
-        other = pool.submit(workspace_for, 10).result()
-    assert other is not workspace_for(10)
 
 
 def test_threads_compare_as_one_does():
@@ -174,26 +168,3 @@ def test_match_agrees_with_the_reference(seed, refine, confident, relaxation):
         assert found[0].partner.tolist() == expected[0].partner.tolist()
         assert complex(*found[0].transform[:2]) == pytest.approx(expected[0].move[0], rel=1e-9)
         assert found[1].total == pytest.approx(expected[1].total, rel=1e-9)
-
-
-def test_the_cases_to_align_are_of_every_kind():
-    """The first hypothesis is not always the best, nor the first whose sum is confident."""
-    same = []
-    for seed in range(30):
-        a, b = doubled_prints(seed)
-        scorers = (
-            evidence_scorer(max(len(a), len(b)), some_weights(relaxation=weak, confident=sure))
-            for weak, sure in ((-1.0, math.inf), (math.inf, math.inf), (-1.0, 0.0))
-        )
-        every, *others = (match(a, b, scorer)[0].partner.tolist() for scorer in scorers)
-        same.append([one == every for one in others])
-    assert (np.sum(same, axis=0) > 0).all()
-    assert (np.sum(same, axis=0) < len(same)).all()
-
-
-@pytest.mark.parametrize("hypotheses", [1, 16, 17, 32])
-def test_any_number_of_hypotheses_can_be_asked_for(hypotheses):
-    a, b = doubled_prints(2)
-    room, parameters = max(len(a), len(b)), UnitCircleMatcher(hypotheses=hypotheses).parameters
-    _, evidence = match(a, b, evidence_scorer(room, some_weights()), parameters)
-    assert evidence.pairs

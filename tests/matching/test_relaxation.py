@@ -10,7 +10,6 @@ from matching_prints import (
     any_points,
     seeds,
     similarity_of,
-    spread_points,
     two_impressions,
 )
 
@@ -130,19 +129,3 @@ def test_used_and_fresh_relaxations_agree_to_the_last_bit(seed):
     fresh = relaxation_of(a, b, similarity, room=0)
     n = a.shape[1]
     assert all_of(used, n) == all_of(fresh, n)
-
-
-@pytest.mark.parametrize("n", range(5))
-@pytest.mark.parametrize("m", range(5))
-@pytest.mark.parametrize("value", [0.0, 1.0])
-def test_few_minutiae_or_none(n, m, value):
-    rng = np.random.default_rng(6)
-    a, b = spread_points(rng, n), spread_points(rng, m)
-    relaxation = relaxation_of(a, b, np.full((n, m), value, np.float32), room=0)
-    found = result_of(relaxation)
-    assert found.first == found.second == list(range(min(n, m) if value else 0))
-    # the seed is a pair, whatever else is
-    pairs, partner, weight = next_hypothesis(relaxation, n, whole=True)
-    assert pairs == sum(j >= 0 for j in partner)
-    assert (pairs > 0) == (len(found.first) > 0) == (found.strength > 0)
-    assert max(weight, default=0.0) == (1.0 if pairs else 0.0)

@@ -104,22 +104,6 @@ def test_single_minutia_and_the_ridges_round_it_are_a_match(whole):
     assert abs(found.transform.tx) + abs(found.transform.ty) < 1e-6
 
 
-@pytest.mark.parametrize("size", [0, 1])
-def test_prints_of_hardly_anything(size):
-    rng = np.random.default_rng(3)
-    few = some_print(rng, size, 2)
-    assert searched(few, few)[: 1 - size] == []
-    empty = prepare(template_of(spread_points(rng, 0), field=None))
-    assert searched(few, empty) == searched(empty, few) == []
-
-
-def test_fewest_parameters_are_taken_for_one():
-    rng = np.random.default_rng(3)
-    a, b = some_print(rng, 5, 5), some_print(rng, 8, 8)
-    least = RidgeSearchParameters(ridge_trials=0, ridge_starts=0, least_flow=-1.0)
-    assert len(searched(a, b, least)) <= 1
-
-
 def relaxed(a, b):
     """Return an aligner whose local matches are relaxed, and the number of candidates."""
     aligner = aligner_of(a.points, b.points)
@@ -146,13 +130,3 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed):
     assert [pair[:2] for pair in pairs_of(search, count)] == expected
     # and what was searched before leaves no trace
     assert pairs_of(search, search.search(*sides, correlator)) == searched(a, b, p)
-
-
-def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole):
-    """The mesh grows from it, to the pairs that the whole print has with itself."""
-    print_ = prepare(whole)
-    aligner, _ = relaxed(print_, print_)
-    for k in range(0, len(print_), 5):
-        assert aligner.start_from(k, k, 0) > 0.8 * len(print_)
-        assert (np.asarray(aligner.partner)[: len(print_)] >= 0).mean() > 0.8
-        assert np.hypot(aligner.x, aligner.y) < 5

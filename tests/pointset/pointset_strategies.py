@@ -7,7 +7,6 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.frames import MAX_EXPONENT, UnitFrame
 from fpmatch.pointset.geometry.points import sort_into_cells
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -42,18 +41,6 @@ def similarities(change, shift):
         tx=st.floats(-shift, shift),
         ty=st.floats(-shift, shift),
     )
-
-
-def affine_transforms(anisotropy, *, mirrored=False):
-    """Return maps that stretch one direction up to so many times more than another."""
-
-    def turned(stretch, scale, first, then):
-        wide, high = scale * math.sqrt(stretch), scale / math.sqrt(stretch)
-        move = AffineTransform.of_parts(wide, high, rotation=then, tx=20.0, mirrored=mirrored)
-        return move.after(AffineTransform.of_parts(rotation=first))
-
-    angles = st.floats(-math.pi, math.pi)
-    return st.builds(turned, st.floats(1, anisotropy), st.floats(0.1, 10), angles, angles)
 
 
 def as_move(transform):

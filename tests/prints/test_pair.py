@@ -107,11 +107,6 @@ def test_all_kinds_of_tries_together_have_the_stated_rate(verified, monkeypatch)
     assert sum(10 ** (-lowered / 10) for lowered, _ in verified) == pytest.approx(1.0)
 
 
-def test_one_try_has_the_whole_rate(verified):
-    verify_given(stated("101_1.tif", 500), stated("102_1.tif", 500))
-    assert [lowered for lowered, _ in verified] == [0.0]
-
-
 @pytest.mark.parametrize("dpi", [500, 363])
 def test_templates_of_unknown_resolution_are_compared_once_and_keep_that(verified, dpi):
     sides = [

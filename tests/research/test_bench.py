@@ -1,13 +1,14 @@
-"""The benchmarks: results become ratios and numbers, and an ablation replaces what it names."""
+"""The benchmarks: results become ratios and numbers, and an ablation counts what is lost."""
 
 import re
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
-from ablation import VARIANTS
+from ablation import Pairs, rows_of
 
-from fpmatch.matching.pipeline.score_model import FEATURES
+from research.tables import FORMS
 
 ROOT = Path(__file__).resolve().parents[2]
 SPEED = ROOT / "research" / "benchmarks" / "speed"
@@ -56,12 +57,14 @@ def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure():
     assert sorted(groups) == sorted(measure.name for measure in MEASURES)
 
 
-@pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)
-def test_what_a_variant_replaces_stands_in_the_source_once(variant):
-    for file, old, new in variant.replaced:
-        assert (ROOT / file).read_text(encoding="utf-8").count(old) == 1
-        assert new != old
-    assert set(variant.without) <= set(FEATURES)
-    names = [one.name for one in VARIANTS]
-    assert names[0] == "base"
-    assert names.count(variant.name) == 1
+def test_the_losses_are_those_against_the_first_scores():
+    genuine = np.arange(2000) < 10
+    right = np.where(genuine, 5.0, 0.0) + 1e-6 * np.arange(2000)
+    lost = np.where(np.arange(2000) < 3, -1.0, right)
+    pairs = [dict.fromkeys(FORMS, Pairs(genuine, *(genuine,) * 5))]
+    every = [[dict.fromkeys(FORMS, scores)] for scores in (right, lost)]
+    first, second = rows_of(["all", "without"], every, pairs)
+    for form in FORMS:
+        assert first[form]["lost"] == {"eer": 0.0, "fmr1000": 0.0}
+        assert second[form]["lost"]["fmr1000"] == pytest.approx(3)
+        assert (first[form]["fmr1000"], second[form]["fmr1000"]) == (0.0, 0.3)

@@ -9,12 +9,12 @@ import pytest
 
 from fpmatch.gallery.index.loss import loss_table
 from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
-from fpmatch.image.quality.measures import LinearWeights, QualityMeasures
+from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import (
     FEATURES,
-    WEIGHTS_FILE,
     quality_features,
     quality_score,
+    shipped_weights,
 )
 from fpmatch.lab.synthesis.master import MasterParameters, make_master
 from fpmatch.lab.synthesis.sensor import Sensor
@@ -53,7 +53,7 @@ def test_no_examples_make_less_of_a_print_better(rng):
 
 
 def test_the_weights_of_the_package_praise_no_fault():
-    weight = LinearWeights.load(WEIGHTS_FILE, FEATURES).weight
+    weight = shipped_weights().weight
     assert all(w >= 0 if better else w <= 0 for w, better in zip(weight, BETTER, strict=True))
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.drawing.overlay.page import Print, panel_of
 from fpmatch.drawing.overlay.superposed import superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
 from fpmatch.errors import ImageError, OutputError, check_type
@@ -17,12 +16,9 @@ from fpmatch.matching.verification import Verification
 # The pages that few calls draw are imported where they are drawn.
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.overlay.marks import ExaminerMark
     from fpmatch.drawing.scene.items import Scene
 
 NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
@@ -30,24 +26,23 @@ NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"
 SUFFIXES: Final = (".png", ".svg")
 
 
-@dataclass(frozen=True, slots=True)
-class View:
-    """The picture that `draw` draws; the options exclude each other."""
+View: TypeAlias = Literal["superposed", "side-by-side", "ridges"]
 
-    side_by_side: bool = False
-    ridges: bool = False
 
-    def __post_init__(self) -> None:
-        if self.side_by_side and self.ridges:
-            raise OutputError("side by side and ridges exclude each other")
+def view_of(*, side_by_side: bool, ridges: bool) -> View:
+    """Return the view that two options choose; raises OutputError where both are set."""
+    if side_by_side and ridges:
+        raise OutputError("side by side and ridges exclude each other")
+    return "side-by-side" if side_by_side else "ridges" if ridges else "superposed"
 
-    def missing(self, verification: Verification) -> str:
-        """Return why another picture is drawn instead, in one line; "" where it is not."""
-        if self.side_by_side:
-            return ""
-        if verification.transform is None:
-            return NO_TRANSFORM
-        return NO_RIDGES if self.ridges and verification.ridge_map is None else ""
+
+def missing(view: View, verification: Verification) -> str:
+    """Return why another picture is drawn instead of a view, in one line; "" where it is not."""
+    if view == "side-by-side":
+        return ""
+    if verification.transform is None:
+        return NO_TRANSFORM
+    return NO_RIDGES if view == "ridges" and verification.ridge_map is None else ""
 
 
 def draw(
@@ -99,7 +94,7 @@ def draw(
     >>> draw(image, image, nothing).shape[2]
     3
     """
-    view = View(side_by_side, ridges)
+    view = view_of(side_by_side=side_by_side, ridges=ridges)
     return paint(overlay_scene(probe_image, reference_image, verification, view))
 
 
@@ -128,70 +123,53 @@ def save_overlay(
     OutputError
         If the ending is another, or the file cannot be written.
     """
-    check_overlay(path)  # before the picture is drawn
-    view = View(side_by_side, ridges)
+    check_writable(path, what="an overlay", suffixes=SUFFIXES)  # before the picture is drawn
+    view = view_of(side_by_side=side_by_side, ridges=ridges)
     save_scene(path, overlay_scene(probe_image, reference_image, verification, view))
 
 
-def check_overlay(path: str | os.PathLike[str]) -> None:
-    """Raise an OutputError for an overlay that could not be written, before it is drawn."""
+def save_scene(path: str | os.PathLike[str], scene: Scene) -> None:
+    """Write a scene as `save_overlay` does."""
     check_writable(path, what="an overlay", suffixes=SUFFIXES)
+    atomic_write_bytes(path, scene_bytes(Path(path).suffix.lower(), scene))
 
 
-def save_scene(
-    path: str | os.PathLike[str], scene: Scene, painted: NDArray[np.uint8] | None = None
-) -> None:
-    """Write a scene, which may be painted already; errors are raised as by `check_overlay`."""
-    check_overlay(path)
-    atomic_write_bytes(path, _content(Path(path).suffix.lower(), scene, painted))
-
-
-def overlay_file(
-    suffix: str, probe: Any, reference: Any, verification: Verification, view: View
-) -> bytes:
-    """Return the content of the file that `save_overlay` writes, for one of `SUFFIXES`."""
-    return _content(suffix, overlay_scene(probe, reference, verification, view))
-
-
-def _content(suffix: str, scene: Scene, painted: NDArray[np.uint8] | None = None) -> bytes:
+def scene_bytes(suffix: str, scene: Scene) -> bytes:
+    """Return the content of a file with a scene, by its ending, one of `SUFFIXES`."""
     if suffix == ".png":
-        return png_bytes(paint(scene) if painted is None else painted)
+        return png_bytes(paint(scene))
     from fpmatch.drawing.scene.svg import svg_text  # noqa: PLC0415
 
     return svg_text(scene).encode()
 
 
-def panel_picture(
-    probe: Any,
-    reference: Any,
-    verification: Verification,
-    view: View,
-    own: Sequence[ExaminerMark] = (),
-) -> NDArray[np.uint8]:
-    """Draw what `draw` draws, without caption and legend, and the marks of an examiner."""
-    scene = overlay_scene(probe, reference, verification, view, own)
-    panel = panel_of(scene)
-    return paint(scene)[math.ceil(panel.y) : math.floor(panel.bottom)]
-
-
 def overlay_scene(
-    probe: Any,
-    reference: Any,
-    verification: Verification,
-    view: View,
-    own: Sequence[ExaminerMark] = (),
+    probe: Any, reference: Any, verification: Verification, view: View = "superposed"
 ) -> Scene:
     """Return what `draw` paints, which can also be written as SVG; its errors are raised."""
-    check_type(verification, Verification, "what is drawn is a Verification", ImageError)
-    ours = Print.of("probe image", probe, verification.probe)
-    theirs = Print.of("reference image", reference, verification.reference)
-    transform = verification.transform
-    if view.side_by_side or transform is None:
+    v = verification
+    check_type(v, Verification, "what is drawn is a Verification", ImageError)
+    images = []
+    for side, image, t in (("probe", probe, v.probe), ("reference", reference, v.reference)):
+        pixels = np.asarray(getattr(image, "pixels", image))
+        if pixels.dtype != np.uint8 or pixels.ndim != 2 or pixels.size == 0:
+            raise ImageError(
+                f"{side} image: expected a grey image of 8 bits, shape (H, W), "
+                f"not {pixels.dtype} of shape {pixels.shape}"
+            )
+        if pixels.shape != (t.height, t.width):
+            raise ImageError(
+                f"{side} image: the image is {pixels.shape[1]} x {pixels.shape[0]} pixels, "
+                f"but its template is of one of {t.width} x {t.height}"
+            )
+        images.append(pixels)
+    ours, theirs = images
+    if view == "side-by-side" or v.transform is None:
         from fpmatch.drawing.overlay.side_by_side import side_by_side_page  # noqa: PLC0415
 
-        return side_by_side_page(ours, theirs, verification, own)
-    if view.ridges and verification.ridge_map is not None:
+        return side_by_side_page((ours, theirs), v)
+    if view == "ridges" and v.ridge_map is not None:
         from fpmatch.drawing.overlay.ridge_page import ridge_page  # noqa: PLC0415
 
-        return ridge_page(theirs, verification, verification.ridge_map, own)
-    return superposed_page(ours, theirs, verification, transform, own)
+        return ridge_page(theirs, v, v.ridge_map)
+    return superposed_page((ours, theirs), v, v.transform)

@@ -1,23 +1,19 @@
-"""Minutiae as marks: the shape shows the kind, a tick the direction, the weight the pairing.
-
-Marks that an examiner set are crosses in circles, each with its letter.
-"""
+"""Minutiae as marks: the shape shows the kind, a tick the direction, the weight the pairing."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, Text, direction_on_page, moved
+from fpmatch.drawing.overlay.page import SAMPLE_WIDTH
+from fpmatch.drawing.scene.items import Box, Circle, Path, Pen, directions, moved
 from fpmatch.drawing.scene.palette import (
-    EXAMINER_MARK,
     PAIR_LINK,
     PROBE_FAINT,
     PROBE_MARK,
     REFERENCE_FAINT,
     REFERENCE_MARK,
+    TEXT_MUTED,
     Colour,
 )
 from fpmatch.templates.minutiae import MinutiaKind
@@ -25,40 +21,32 @@ from fpmatch.templates.minutiae import MinutiaKind
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fpmatch.drawing.scene.items import Anchor, Item, Point
+    from fpmatch.drawing.overlay.page import Entry
+    from fpmatch.drawing.scene.items import Matrix, Point
     from fpmatch.templates.minutiae import Minutiae
 
 _SQUARE_SHARE: Final = math.sqrt(math.pi) / 2  # half the side of a square as large as the circle
 _KIND_NAMES: Final = ("minutia", "ending", "bifurcation")  # by the values of MinutiaKind
 
 
-@dataclass(frozen=True, slots=True)
-class MarkStyle:
+class MarkStyle(NamedTuple):
     """The style of the minutiae of one side; lengths in page pixels."""
 
-    colour: Colour  # of the shape's outline and of the tick
+    pen: Pen  # of the shape's outline and of the tick
     radius: float  # of an ending's circle; squares and diamonds have about the same area
     tick_px: float  # beyond the shape
-    width: float  # of the lines
-    halo: float  # of white around them
     role: str  # the SVG class
-
-    @property
-    def pen(self) -> Pen:
-        """The pen that draws the shape."""
-        return Pen(self.colour, width=self.width, halo=self.halo)
 
 
 PAIRED: Final = {
-    "reference": MarkStyle(REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, "reference paired"),
-    "probe": MarkStyle(PROBE_MARK, 4.0, 12.0, 2.2, 0.8, "probe paired"),
+    "reference": MarkStyle(Pen(REFERENCE_MARK, width=2.2, halo=1.4), 7.5, 11.0, "reference paired"),
+    "probe": MarkStyle(Pen(PROBE_MARK, width=2.2, halo=0.8), 4.0, 12.0, "probe paired"),
 }
 UNPAIRED: Final = {
-    "reference": MarkStyle(REFERENCE_FAINT, 5.0, 8.0, 1.3, 1.0, "reference unpaired"),
-    "probe": MarkStyle(PROBE_FAINT, 3.4, 8.0, 1.3, 1.0, "probe unpaired"),
+    "reference": MarkStyle(
+        Pen(REFERENCE_FAINT, width=1.3, halo=1.0), 5.0, 8.0, "reference unpaired"
+    ),
+    "probe": MarkStyle(Pen(PROBE_FAINT, width=1.3, halo=1.0), 3.4, 8.0, "probe unpaired"),
 }
 PAIR_PEN: Final = Pen(PAIR_LINK, width=2.0, halo=1.2)
 EDGES: Final = {
@@ -66,24 +54,11 @@ EDGES: Final = {
     "probe": Pen(PROBE_FAINT, width=1.6, dash=(9.0, 6.0)),
 }
 BESIDE_PAIRED: Final = {
-    role: replace(style, radius=6.0, tick_px=10.0, width=2.2, halo=1.4)
-    for role, style in PAIRED.items()
+    side: MarkStyle(Pen(colour, width=2.2, halo=1.4), 6.0, 10.0, f"{side} paired")
+    for side, colour in (("reference", REFERENCE_MARK), ("probe", PROBE_MARK))
 }
-BESIDE_UNPAIRED: Final = {role: replace(style, radius=4.5) for role, style in UNPAIRED.items()}
-_EXAMINER_PEN: Final = Pen(EXAMINER_MARK, width=2.2, halo=1.4)
-_EXAMINER_RADIUS, _LETTER_SIZE = 11.0, 22.0
-_ARCS: Final = 6  # of a dashed circle
-_ARC_ANGLES: Final = (-0.3, -0.1, 0.1, 0.3)  # radians, of the points of an arc about its middle
-
-
-@dataclass(frozen=True, slots=True)
-class ExaminerMark:
-    """A mark that an examiner set: its letter, and its place on one side, in pixels."""
-
-    letter: str
-    side: str
-    x: float
-    y: float
+BESIDE_UNPAIRED: Final = {side: style._replace(radius=4.5) for side, style in UNPAIRED.items()}
+_SAMPLE: Final = MarkStyle(Pen(TEXT_MUTED, width=2.2, halo=1.4), 6.0, 10.0, "sample")
 
 
 def mark(
@@ -112,68 +87,20 @@ def mark(
 def marks(
     minutiae: Minutiae,
     index: Iterable[int],
-    matrix: NDArray[np.float64],
+    matrix: Matrix,
     style: MarkStyle,
-    panel: Box,
     titles: dict[int, str] | None = None,
 ) -> list[Path | Circle]:
-    """Draw the minutiae at `index` whose place, under `matrix`, is in `panel`."""
-    points = moved(matrix, minutiae.xy)
+    """Draw the minutiae at `index`, whose pixels `matrix` maps to the page.
+
+    A title, which is that of `described` by default, is shown on hovering.
+    """
+    points, ways = moved(matrix, minutiae.xy), directions(matrix, minutiae.angle)
     drawn: list[Path | Circle] = []
     for i in index:
-        if panel.contains(points[i]):
-            direction = direction_on_page(matrix, float(minutiae.angle[i]))
-            title = (titles or {}).get(i, described(minutiae, i))
-            drawn += mark(points[i], direction, int(minutiae.kind[i]), style, title)
+        title = described(minutiae, i) if titles is None else titles[i]
+        drawn += mark(points[i], ways[i], int(minutiae.kind[i]), style, title)
     return drawn
-
-
-def examiner_marks(
-    own: Iterable[ExaminerMark],
-    side: str,
-    here: NDArray[np.float64],
-    there: NDArray[np.float64] | None,
-    panel: Box,
-) -> list[Item]:
-    """Draw the marks of an examiner on the print of a `side`, whose pixels `here` maps to the page.
-
-    Those of the other side are drawn where `there` maps them, dashed and without the cross.
-    """
-    drawn: list[Item] = []
-    for mark_ in own:
-        matrix = here if mark_.side == side else there
-        if matrix is not None:
-            (point,) = moved(matrix, [(mark_.x, mark_.y)])
-            if panel.contains(point):
-                drawn += _examiner_mark(point, mark_.letter, panel, dashed=mark_.side != side)
-    return drawn
-
-
-def _examiner_mark(point: Point, letter: str, panel: Box, *, dashed: bool) -> list[Item]:
-    (x, y), r = point, _EXAMINER_RADIUS
-    if dashed:
-        middles = (2 * math.pi * k / _ARCS for k in range(_ARCS))
-        angles = [[middle + angle for angle in _ARC_ANGLES] for middle in middles]
-        lines = [tuple((x + r * math.cos(a), y + r * math.sin(a)) for a in arc) for arc in angles]
-    else:
-        lines = [((x - r, y), (x + r, y)), ((x, y - r), (x, y + r))]
-    title = f"mark {letter}"
-    circle = () if dashed else (Circle(point, r, _EXAMINER_PEN, "examiner", title),)
-    left = x + r + 2 + text_width(letter, _LETTER_SIZE) > panel.right
-    below = y - r - _LETTER_SIZE < panel.y
-    baseline = y + r + 0.7 * _LETTER_SIZE if below else y - r + 4
-    anchor: Anchor = "end" if left else "start"
-    start = x - r - 2 if left else x + r + 2
-    return [
-        *circle,
-        *(Path(line, _EXAMINER_PEN, role="examiner", title=title) for line in lines),
-        Text(start, baseline, letter, _LETTER_SIZE, EXAMINER_MARK, anchor, 0.8, 2.5, "examiner"),
-    ]
-
-
-def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:
-    """Return the indices of all minutiae but the paired ones."""
-    return sorted(set(range(len(minutiae))) - set(paired))
 
 
 def described(minutiae: Minutiae, i: int) -> str:
@@ -184,3 +111,25 @@ def described(minutiae: Minutiae, i: int) -> str:
         f"{kind} at ({minutiae.x[i]:.0f}, {minutiae.y[i]:.0f}), "
         f"direction {degrees:.0f}°, quality {minutiae.quality[i]}"
     )
+
+
+def ridge_sample(meaning: str, ink: Colour) -> Entry:
+    """Return the entry of a legend for ridges in an ink."""
+    right, pen = SAMPLE_WIDTH - 2, Pen(ink, width=3.4)
+    return meaning, [Path(((2, rise), (right, rise)), pen) for rise in (-6.5, 0.0, 6.5)]
+
+
+def mark_sample(
+    meaning: str,
+    style: MarkStyle = _SAMPLE,
+    kind: MinutiaKind = MinutiaKind.ENDING,
+    at: Point = (12.0, 0.0),
+) -> Entry:
+    """Return the entry of a legend for minutiae."""
+    return meaning, mark(at, (1.0, 0.0), kind, style)
+
+
+KIND_SAMPLES: Final = (
+    mark_sample("ending, with direction"),
+    mark_sample("bifurcation", kind=MinutiaKind.BIFURCATION),
+)

@@ -1,73 +1,30 @@
-"""The parts that every page shares: limits, prints as inks, and header, panel and legend."""
+"""The parts that every page shares: magnification, the frame of a panel, and the legend."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
-from fpmatch.drawing.overlay.caption import MARGIN, header
-from fpmatch.drawing.scene.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
-from fpmatch.drawing.scene.items import (
-    Box,
-    Group,
-    Ink,
-    Item,
-    Path,
-    Pen,
-    Scene,
-    magnification,
-    zoomed,
-)
-from fpmatch.drawing.scene.palette import PANEL_EDGE
-from fpmatch.errors import ImageError
+from fpmatch.drawing.overlay.caption import MARGIN
+from fpmatch.drawing.scene.fonts import text_width
+from fpmatch.drawing.scene.items import Box, Circle, Group, Item, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.palette import PANEL_EDGE, TEXT
 from fpmatch.printable import count
 from fpmatch.prints.report import odds, outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterable
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fpmatch.drawing.scene.palette import Colour
+    from fpmatch.drawing.scene.items import Placed
     from fpmatch.matching.verification import Verification
-    from fpmatch.templates.minutiae import Template
 
-_LEAST_PAGE_WIDTH: Final = 800.0
+Entry: TypeAlias = "tuple[str, Iterable[Path | Circle]]"
+"""A meaning, and its sample in a box 34 wide whose middle of the left side is (0, 0)."""
+
 _LARGEST_ZOOM: Final = 3.0
 LARGEST_PANEL_SIDE: Final = 2000.0  # page pixels
-_LARGEST_INK_SIDE: Final = 4000  # pixels of a print; a larger one is shrunk first
-_FRAME_PEN: Final = Pen(PANEL_EDGE, width=1.0)
-_MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pixel: not drawn
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Print:
-    """One side of a comparison: its pixels (uint8, (H, W)) and its template."""
-
-    pixels: NDArray[np.uint8]
-    template: Template
-
-    @property
-    def box(self) -> Box:
-        """The image as a box in its own pixels."""
-        return Box(-0.5, -0.5, self.template.width, self.template.height)
-
-    @classmethod
-    def of(cls, name: str, image: Any, template: Template) -> Print:
-        """Check that `image` is a grey image of its template's size, or raise an `ImageError`.
-
-        Its message begins with `name`.
-        """
-        pixels = grey_pixels(name, image)
-        height, width = pixels.shape
-        if (width, height) != (template.width, template.height):
-            raise ImageError(
-                f"{name}: the image is {width} x {height} pixels, "
-                f"but its template is of one of {template.width} x {template.height}"
-            )
-        return cls(pixels, template)
+FRAME_PEN: Final = Pen(PANEL_EDGE, width=1.0)
+LEGEND_SIZE, _ROW, SAMPLE_WIDTH, _GAP = 14.0, 30.0, 34.0, 24.0
 
 
 def comfortable_zoom(side: float, comfortable: float) -> float:
@@ -80,58 +37,42 @@ def comfortable_zoom(side: float, comfortable: float) -> float:
     return min(zoom, LARGEST_PANEL_SIDE / side)
 
 
-def ink_of(side: Print, matrix: NDArray[np.float64], colour: Colour, role: str) -> Ink | None:
-    """Return a print as an ink placed by `matrix`, or None where it is too small or too large."""
-    enlarged = magnification(matrix)
-    low, high = _MAGNIFICATIONS
-    if not low <= enlarged <= high:
-        return None
-    factor = min(enlarged, 1.0, _LARGEST_INK_SIDE / max(side.pixels.shape))
-    coverage = ink_coverage(shrunk(side.pixels, factor), side.template.dpi * factor)
-    if side.template.field is not None:
-        coverage = thinned_off_print(coverage, side.template.field, factor)
-    to_print = zoomed(1 / factor, (-0.5, -0.5), (-0.5, -0.5))
-    return Ink(coverage, colour, matrix @ to_print, role)
+def frame(panel: Box) -> Path:
+    """Draw the line around a panel, just outside it."""
+    return Path(panel.grown(0.5).corners, FRAME_PEN, closed=True)
 
 
 def page(
     verification: Verification,
-    panel_size: tuple[float, float],
-    panel: Callable[[Box], list[Item]],
-    legend: Callable[[float, float], tuple[list[Item], float]],
+    caption: Group,
+    panel: Iterable[Item],
+    entries: Iterable[Entry],
+    bottom: float,
+    placed: tuple[Placed, ...],
 ) -> Scene:
-    """Compose a page: a header, a panel of `panel_size` (width, height) pixels, and a legend.
+    """Compose a page: a `caption`, the items of a panel, and a legend below `bottom`.
 
-    `panel` returns the panel's items, given its place; `legend` returns the legend's items and its
-    height, given the page's width and the legend's top.
+    The panel's prints are `placed`.
     """
-    v = verification
-    panel_width, panel_height = panel_size
-    width = max(_LEAST_PAGE_WIDTH, panel_width + 2 * MARGIN)
-    head, head_height = header(v, width)
-    place = Box((width - panel_width) // 2, math.ceil(head_height + 16), panel_width, panel_height)
-    foot, foot_height = legend(width, place.bottom + 10)
-    height = math.ceil(place.bottom + 10 + foot_height + 12)
-    items: tuple[Item, ...] = (
-        Group(tuple(head), Box(0, 0, width, head_height), "caption"),
-        *panel(place),
-        Group(tuple(foot), Box(0, place.bottom, width, height - place.bottom), "legend"),
-    )
+    v, width = verification, caption.clip.width
+    x, y = MARGIN, bottom + 10 + _ROW / 2
+    legend: list[Item] = []
+    for meaning, sample in entries:
+        needed = SAMPLE_WIDTH + 8 + text_width(meaning, LEGEND_SIZE)
+        if x > MARGIN and x + needed > width - MARGIN:
+            x, y = MARGIN, y + _ROW
+        for shape in sample:
+            if isinstance(shape, Circle):
+                legend.append(shape._replace(centre=(x + shape.centre[0], y + shape.centre[1])))
+            else:
+                legend.append(shape._replace(points=tuple((x + a, y + b) for a, b in shape.points)))
+        legend.append(Text(x + SAMPLE_WIDTH + 8, y + 5, meaning, LEGEND_SIZE, TEXT))
+        x += needed + _GAP
+    height = math.ceil(y + _ROW / 2 + 12)
+    items = caption, *panel, Group(tuple(legend), Box(0, bottom, width, height - bottom), "legend")
     rate = f"false match rate {odds(v.fmr)}, " if v.identical is None else ""
     description = (
         f"{outcome(v)}: score {v.score:.1f}, threshold {v.threshold:.1f}, {rate}"
         f"{count(len(v.pairs), 'pair')} of minutiae"
     )
-    return Scene(math.ceil(width), height, items, description)
-
-
-def panel_of(scene: Scene) -> Box:
-    """Return the part of a page between caption and legend, the line around the panel included."""
-    parts = {item.role: item.clip for item in scene.items if isinstance(item, Group)}
-    top = parts["caption"].bottom
-    return Box(0, top, scene.width, parts["legend"].y + 2 * _FRAME_PEN.width - top)
-
-
-def frame(panel: Box) -> Path:
-    """Draw the line around a panel, just outside it."""
-    return Path(panel.grown(0.5).corners, _FRAME_PEN, closed=True)
+    return Scene(math.ceil(width), height, items, description, placed)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.caption import MARGIN
-from fpmatch.drawing.overlay.legend import TEXT_SIZE, Entry, legend_rows, mark_sample, ridge_sample
-from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, described, examiner_marks, marks
-from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
+from fpmatch.drawing.overlay.caption import MARGIN, header
+from fpmatch.drawing.overlay.marks import (
+    BESIDE_PAIRED,
+    described,
+    mark_sample,
+    marks,
+    ridge_sample,
+)
+from fpmatch.drawing.overlay.page import LEGEND_SIZE, comfortable_zoom, frame, page
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.fonts import text_width
+from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
     Box,
     Group,
@@ -30,11 +34,9 @@ from fpmatch.drawing.scene.items import (
 from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.overlay.marks import ExaminerMark
+    from fpmatch.drawing.overlay.page import Entry
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.verification import Verification
@@ -56,85 +58,70 @@ AGREEMENT: Final[tuple[Colour, ...]] = (
 )
 
 
-def ridge_page(
-    reference: Print, verification: Verification, ridges: RidgeMap, own: Sequence[ExaminerMark] = ()
-) -> Scene:
-    """Compose the page of the reference with the cells of `ridges` and an examiner's marks."""
-    t = reference.template
-    shown = np.vstack([reference.box.corners, ridges.corners.reshape(-1, 2)])
+_NOT_COMPARED: Final = Path(
+    Box(8, -8, 16, 16).corners, Pen(palette.PANEL_EDGE, palette.PAPER), closed=True
+)
+_LEGEND: Final[tuple[Entry, ...]] = (
+    ridge_sample("reference ridges", palette.NEUTRAL_INK),
+    mark_sample("paired minutia of reference", BESIDE_PAIRED["reference"]),
+    ("not compared", (_NOT_COMPARED,)),
+)
+
+
+def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: RidgeMap) -> Scene:
+    """Compose the page of the `image` of the reference with the cells of `ridges`."""
+    v, t = verification, verification.reference
+    own = Box(-0.5, -0.5, t.width, t.height)
+    shown = np.vstack([own.corners, ridges.corners.reshape(-1, 2)])
     view = bounds(moved(np.eye(3), shown)).grown(_BORDER_PX)
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
-
-    def panel(place: Box) -> list[Item]:
-        to_page = zoomed(zoom, (view.x, view.y), (place.x, place.y))
-        ink = ink_of(reference, to_page, _INK, "reference ridges")
-        j = verification.pairs.reshape(-1, 2)[:, 1].tolist()
-        titles = {
-            b: f"pair {n}: reference {described(t.minutiae, b)}" for n, b in enumerate(j, start=1)
-        }
-        transform = verification.transform
-        there = None if transform is None else to_page @ of_transform(transform)
-        inside: tuple[Item, ...] = (
-            *_cells(ridges, to_page),
-            *((ink,) if ink else ()),
-            *marks(t.minutiae, j, to_page, BESIDE_PAIRED["reference"], place, titles),
-            *examiner_marks(own, "reference", to_page, there, place),
-        )
-        return [Group(inside, place, "ridge agreement"), frame(place)]
-
-    size = (round(view.width * zoom), round(view.height * zoom))
-    area = 0.0 if verification.compared is None else verification.compared.ridge_area_mm2
-    legend = partial(_legend, mean=ridges.mean, area_mm2=area)
-    return page(verification, size, panel, legend)
-
-
-def _cells(ridges: RidgeMap, to_page: NDArray[np.float64]) -> list[Item]:
+    caption, place = header(v, (round(view.width * zoom), round(view.height * zoom)))
+    to_page = zoomed(zoom, (view.x, view.y), (place.x, place.y))
     values = ridges.correlation[ridges.compared].tolist()
-    items: list[Item] = []
-    for corner, value in zip(ridges.corners, values, strict=True):
-        colour = agreement(value)
-        points = tuple(moved(to_page, corner))
-        title = f"ridge agreement {value:.2f}"
-        items.append(Path(points, Pen(colour, colour), True, "cell", title))
-    return items
+    pens = [Pen(agreement(value), agreement(value)) for value in values]
+    j = v.pairs.reshape(-1, 2)[:, 1].tolist()
+    titles = {
+        b: f"pair {n}: reference {described(t.minutiae, b)}" for n, b in enumerate(j, start=1)
+    }
+    inside: tuple[Item, ...] = (
+        *(
+            Path(tuple(moved(to_page, corners)), pen, True, "cell", f"ridge agreement {value:.2f}")
+            for corners, pen, value in zip(ridges.corners, pens, values, strict=True)
+        ),
+        *ink_of(image, t, to_page, _INK, "reference ridges"),
+        *marks(t.minutiae, j, to_page, BESIDE_PAIRED["reference"], titles),
+    )
+    area = 0.0 if v.compared is None else v.compared.ridge_area_mm2
+    scale, bottom = _scale(caption.clip.width, place.bottom + 10, ridges.mean, area)
+    panel = [Group(inside, place, "ridge agreement"), frame(place), *scale]
+    there = None if v.transform is None else to_page @ of_transform(v.transform)
+    return page(v, caption, panel, _LEGEND, bottom, (("reference", to_page, there, place),))
 
 
-def _legend(width: float, top: float, *, mean: float, area_mm2: float) -> tuple[list[Item], float]:
-    """Compose the scale of colours of the ridge agreement; returns its items and its height."""
+def _scale(width: float, top: float, mean: float, area_mm2: float) -> tuple[list[Item], float]:
+    """Compose the scale of colours from `top` down; returns its items and the end of its height."""
     bar = Box(MARGIN + 70, top + 30, width - 2 * MARGIN - 140, 16)
-    steps = [bar.x + bar.width * k / _STEPS for k in range(_STEPS + 1)]
     items: list[Item] = []
-    for k, (left, right) in enumerate(pairwise(steps)):
+    for k in range(_STEPS):
         colour = agreement((k + 0.5) / _STEPS)
-        box = Box(left, bar.y, right - left, bar.height)
+        box = Box(bar.x + bar.width * k / _STEPS, bar.y, bar.width / _STEPS, bar.height)
         items.append(Path(box.corners, Pen(colour, colour), closed=True))
     items.append(Path(bar.corners, Pen(palette.TEXT_MUTED), closed=True))
     above = f"agreement of the ridges of this comparison: {mean:.2f} on {area_mm2:.0f} mm²"
     items += _tick(bar, mean, above, bar.y - 12, palette.TEXT)
     for value, words in _AGREEMENTS:
         items += _tick(bar, value, words, bar.bottom + 22, palette.TEXT_MUTED)
-    entries: list[Entry] = [
-        ("reference ridges", partial(ridge_sample, ink=palette.NEUTRAL_INK)),
-        ("paired minutia of reference", partial(mark_sample, style=BESIDE_PAIRED["reference"])),
-        ("not compared", partial(_not_compared)),
-    ]
-    rows, height = legend_rows(entries, width, bar.bottom + 32)
-    return [*items, *rows], bar.bottom + 32 + height - top
-
-
-def _not_compared(x: float, y: float) -> list[Item]:
-    box = Box(x + 8, y - 8, 16, 16)
-    return [Path(box.corners, Pen(palette.PANEL_EDGE, palette.PAPER), closed=True)]
+    return items, bar.bottom + 22
 
 
 def _tick(bar: Box, value: float, words: str, baseline: float, colour: Colour) -> list[Item]:
     """Mark a value of a scale of 0 to 1, with words above or below it."""
     x = bar.x + bar.width * min(max(value, 0.0), 1.0)
-    half = text_width(words, TEXT_SIZE) / 2
+    half = text_width(words, LEGEND_SIZE) / 2
     middle = min(max(x, MARGIN + half), bar.right + 70 - half)
     ends = (bar.y - 8, bar.bottom) if baseline < bar.y else (bar.y, bar.bottom + 6)
     line = Path(((x, ends[0]), (x, ends[1])), Pen(palette.TEXT, width=2.0))
-    return [line, Text(middle, baseline, words, TEXT_SIZE, colour, "middle")]
+    return [line, Text(middle, baseline, words, LEGEND_SIZE, colour, "middle")]
 
 
 def agreement(value: float) -> Colour:

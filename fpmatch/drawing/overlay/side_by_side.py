@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.caption import MARGIN
-from fpmatch.drawing.overlay.legend import side_by_side_legend
+from fpmatch.drawing.overlay.caption import MARGIN, header
 from fpmatch.drawing.overlay.marks import (
     BESIDE_PAIRED,
     BESIDE_UNPAIRED,
-    examiner_marks,
+    KIND_SAMPLES,
+    mark_sample,
     marks,
-    unpaired,
+    ridge_sample,
 )
-from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
+from fpmatch.drawing.overlay.page import comfortable_zoom, frame, page
 from fpmatch.drawing.scene.fonts import text_width
+from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
     Box,
     Group,
@@ -29,7 +28,7 @@ from fpmatch.drawing.scene.items import (
     Point,
     Scene,
     Text,
-    direction_on_page,
+    directions,
     moved,
     of_transform,
     zoomed,
@@ -43,9 +42,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.overlay.marks import ExaminerMark
+    from fpmatch.drawing.scene.items import Matrix
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.verification import Verification
+    from fpmatch.templates.minutiae import Template
 
 _COMFORTABLE_SIDE: Final = 760.0  # page pixels of each print
 _LEAST_SIDE: Final = 360.0
@@ -62,99 +62,77 @@ _TICK_COST: Final = 6.0  # page pixels of overlap that equal a place in the tick
 _OUTSIDE_COST: Final = 4.0  # of leaving the panel, in costs of covering something
 
 
-@dataclass(frozen=True, slots=True)
-class _Side:
-    """One print of the page, its role, and the indices of its paired minutiae."""
-
-    role: str
-    print_: Print
-    indices: list[int]
-
-    @property
-    def size_at_500_dpi(self) -> tuple[float, float]:
-        """Width and height; both prints are shown at the same resolution."""
-        t = self.print_.template
-        return t.width * STANDARD_DPI / t.dpi, t.height * STANDARD_DPI / t.dpi
-
-    def placed(self, zoom: float, panel: Box) -> NDArray[np.float64]:
-        """Return the matrix that centres the print in its panel."""
-        t = self.print_.template
-        middle = (panel.x + panel.width / 2, panel.y + panel.height / 2)
-        own = zoom * STANDARD_DPI / t.dpi
-        return zoomed(own, ((t.width - 1) / 2, (t.height - 1) / 2), middle)
-
-
 def side_by_side_page(
-    probe: Print, reference: Print, verification: Verification, own: Sequence[ExaminerMark] = ()
+    images: tuple[NDArray[np.uint8], NDArray[np.uint8]], verification: Verification
 ) -> Scene:
-    """Compose the page; the pairs of `verification` are numbered in their order, from 1.
+    """Compose the page of `images`, probe and reference, at the same resolution.
 
-    Marks that an examiner set, `own`, are drawn on both prints where the transform is known.
+    The pairs of `verification` are numbered in their order, from 1.
     """
-    pairs = verification.pairs.reshape(-1, 2)
-    i, j = pairs.T.tolist()
-    sides = _Side("probe", probe, i), _Side("reference", reference, j)
-    longest = max(length for side in sides for length in side.size_at_500_dpi)
-    zoom = comfortable_zoom(longest, _COMFORTABLE_SIDE)
-    widths = [_panel_side(zoom * side.size_at_500_dpi[0]) for side in sides]
-    height = max(_panel_side(zoom * side.size_at_500_dpi[1]) for side in sides)
-
-    def panel(place: Box) -> list[Item]:
-        lefts, top = (place.x, place.right - widths[1]), place.y + _TITLE_HEIGHT
-        boxes = [Box(x, top, w, height) for x, w in zip(lefts, widths, strict=True)]
-        placed = [(s, s.placed(zoom, box), box) for s, box in zip(sides, boxes, strict=True)]
-        starts, ends = (moved(m, side.print_.template.minutiae.xy) for side, m, _ in placed)
-        ours, theirs = (matrix for _, matrix, _ in placed)
-        transform = verification.transform
-        onto = None if transform is None else of_transform(transform)
-        others = (None, None) if onto is None else (ours @ np.linalg.inv(onto), theirs @ onto)
-        return [
-            *(item for side in placed for item in _ground(*side)),
-            *(
-                Path((starts[a], ends[b]), _LINK_PEN, role="pair", title=f"pair {n}")
-                for n, (a, b) in enumerate(zip(i, j, strict=True), start=1)
-            ),
-            *(item for side in placed for item in _minutiae(*side)),
-            *(
-                item
-                for (side, matrix, box), other in zip(placed, others, strict=True)
-                for item in examiner_marks(own, side.role, matrix, other, box)
-            ),
-        ]
-
-    size = (widths[0] + MARGIN + widths[1], height + _TITLE_HEIGHT)
-    return page(verification, size, panel, partial(side_by_side_legend, paired=bool(len(pairs))))
-
-
-def _panel_side(length: float) -> float:
-    return max(round(length + 2 * _BORDER), _LEAST_SIDE)
-
-
-def _ground(side: _Side, matrix: NDArray[np.float64], panel: Box) -> list[Item]:
-    """Draw the title, the ridges and the frame of one print."""
-    t = side.print_.template
-    size = f"{t.width} x {t.height} px, {t.dpi:g} dpi"
-    title = f"{side.role.title()}: {count(len(t.minutiae), 'minutia', 'minutiae')}, {size}"
-    ink = ink_of(side.print_, matrix, NEUTRAL_INK, f"{side.role} ridges")
-    return [
-        Text(panel.x, panel.y - 9, title, _TITLE_SIZE, BESIDE_PAIRED[side.role].colour),
-        Group((ink,) if ink else (), panel, side.role),
-        frame(panel),
+    v, names = verification, ("probe", "reference")
+    prints, indices = (v.probe, v.reference), v.pairs.reshape(-1, 2).T.tolist()
+    sizes = [(t.width * STANDARD_DPI / t.dpi, t.height * STANDARD_DPI / t.dpi) for t in prints]
+    zoom = comfortable_zoom(max(map(max, sizes)), _COMFORTABLE_SIDE)
+    widths, heights = (
+        [max(round(zoom * size[k] + 2 * _BORDER), _LEAST_SIDE) for size in sizes] for k in range(2)
+    )
+    size = (widths[0] + MARGIN + widths[1], max(heights) + _TITLE_HEIGHT)
+    caption, place = header(v, size)
+    panels = [
+        Box(x, place.y + _TITLE_HEIGHT, w, max(heights))
+        for x, w in zip((place.x, place.right - widths[1]), widths, strict=True)
     ]
+    ours, theirs = (_placed(t, zoom, box) for t, box in zip(prints, panels, strict=True))
+    sides = list(zip(names, prints, (ours, theirs), panels, indices, strict=True))
+    starts, ends = (moved(matrix, t.minutiae.xy) for _, t, matrix, *_ in sides)
+    items: list[Item] = []
+    for (name, t, matrix, panel, _), image in zip(sides, images, strict=True):
+        minutiae = count(len(t.minutiae), "minutia", "minutiae")
+        title = f"{name.title()}: {minutiae}, {t.width} x {t.height} px, {t.dpi:g} dpi"
+        colour = BESIDE_PAIRED[name].pen.stroke or TEXT
+        ink = ink_of(image, t, matrix, NEUTRAL_INK, f"{name} ridges")
+        items += [
+            Text(panel.x, panel.y - 9, title, _TITLE_SIZE, colour),
+            Group(ink, panel, name),
+            frame(panel),
+        ]
+    items += [
+        Path((starts[a], ends[b]), _LINK_PEN, role="pair", title=f"pair {n}")
+        for n, (a, b) in enumerate(zip(*indices, strict=True), start=1)
+    ]
+    for side in sides:
+        items += _minutiae(*side)
+    entries = [ridge_sample("ridges", NEUTRAL_INK)]
+    if len(v.pairs):
+        entries.append(mark_sample("paired, numbered, joined", BESIDE_PAIRED["probe"]))
+        entries.append(mark_sample("unpaired", BESIDE_UNPAIRED["probe"]))
+    onto = None if v.transform is None else of_transform(v.transform)
+    placed = (
+        ("probe", ours, None if onto is None else ours @ np.linalg.inv(onto), panels[0]),
+        ("reference", theirs, None if onto is None else theirs @ onto, panels[1]),
+    )
+    return page(v, caption, items, [*entries, *KIND_SAMPLES], place.bottom, placed)
 
 
-def _minutiae(side: _Side, matrix: NDArray[np.float64], panel: Box) -> list[Item]:
+def _placed(t: Template, zoom: float, panel: Box) -> Matrix:
+    """Return the matrix that centres a print in its panel."""
+    middle = (panel.x + panel.width / 2, panel.y + panel.height / 2)
+    return zoomed(zoom * STANDARD_DPI / t.dpi, ((t.width - 1) / 2, (t.height - 1) / 2), middle)
+
+
+def _minutiae(
+    side: str, template: Template, matrix: Matrix, panel: Box, paired: list[int]
+) -> list[Item]:
     """Draw the minutiae of one print, and the numbers of the paired ones."""
-    minutiae, paired, style = side.print_.template.minutiae, side.indices, BESIDE_PAIRED[side.role]
-    places = moved(matrix, minutiae.xy)
-    directions = [direction_on_page(matrix, float(angle)) for angle in minutiae.angle]
+    minutiae, style = template.minutiae, BESIDE_PAIRED[side]
+    places, ways = moved(matrix, minutiae.xy), directions(matrix, minutiae.angle)
     obstacles = [Box(*place, 0, 0).grown(_MARK_REACH) for place in places]
-    marked = [(places[i], directions[i]) for i in paired]
-    rest = BESIDE_UNPAIRED[side.role] if paired else style
+    marked = [(places[i], ways[i]) for i in paired]
+    rest = BESIDE_UNPAIRED[side] if paired else style
     return [
-        *marks(minutiae, unpaired(minutiae, paired), matrix, rest, panel),
-        *marks(minutiae, paired, matrix, style, panel),
-        *place_numbers(marked, obstacles, panel, style.colour),
+        *marks(minutiae, sorted({*range(len(minutiae))}.difference(paired)), matrix, rest),
+        *marks(minutiae, paired, matrix, style),
+        *place_numbers(marked, obstacles, panel, style.pen.stroke or TEXT),
     ]
 
 

@@ -17,28 +17,26 @@ _SQUARED_SIZE, _SQUARED_RISE = 0.6, 0.36  # of the size of the text
 
 
 @lru_cache(maxsize=32)
-def font(size: float) -> FreeTypeFont:
-    """Return the font at `size` pixels."""
+def _font(size: float) -> FreeTypeFont:
     from PIL import ImageFont  # noqa: PLC0415
 
     return cast("FreeTypeFont", ImageFont.load_default(size))
 
 
-def printable(text: str) -> str:
-    """Return `text` on one line, with characters that the font lacks spelled out where possible."""
-    return " ".join(text.translate(_SPELLINGS).split())
+def parts(text: str, size: float) -> list[tuple[str, FreeTypeFont, float]]:
+    """Return `text` on one line in parts, as (letters, font, rise in pixels).
+
+    Characters that the font lacks are spelled out where possible; ² is a raised 2.
+    """
+    line = " ".join(text.translate(_SPELLINGS).split())
+    squared = ("2", _font(_SQUARED_SIZE * size), _SQUARED_RISE * size)
+    pieces = filter(None, re.split("(²)", line))
+    return [squared if letters == "²" else (letters, _font(size), 0.0) for letters in pieces]
 
 
 def text_width(text: str, size: float) -> float:
     """Return the width of `text` in pixels at `size`."""
-    return sum(float(font(own).getlength(letters)) for letters, own, _ in parts(text, size))
-
-
-def parts(text: str, size: float) -> list[tuple[str, float, float]]:
-    """Return `text` in parts, as (letters, size, rise): ², which the font lacks, is a raised 2."""
-    split = filter(None, re.split("(²)", printable(text)))
-    squared = ("2", _SQUARED_SIZE * size, _SQUARED_RISE * size)
-    return [squared if letters == "²" else (letters, size, 0.0) for letters in split]
+    return sum(float(font.getlength(letters)) for letters, font, _ in parts(text, size))
 
 
 def wrapped(text: str, size: float, width: float) -> list[str]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.errors import ImageError
+from fpmatch.drawing.scene.items import Ink, zoomed
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.ridge_field import CELL_BITS, RidgeField
+from fpmatch.templates.ridge_field import CELL_BITS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.drawing.scene.items import Matrix
+    from fpmatch.drawing.scene.palette import Colour
     from fpmatch.templates.minutiae import Template
 
     Pixels = NDArray[np.uint8]
@@ -29,29 +32,19 @@ _BARE_BELOW, _FULL_ABOVE = 0.15, 0.40  # shares of that contrast: bare paper, an
 _LEAST_CONTRAST: Final = 3.0  # grey levels; less is noise of the sensor
 _RIDGE, _PAPER = 40, 255  # grey values of a template's ridges
 _OFF_PRINT: Final = 0.2  # share of the ink that is left outside the print's own mask
-
-
-def grey_pixels(name: str, image: Any) -> Pixels:
-    """Return the pixels of an array, or of an object with ``pixels``; they are not copied.
-
-    An `ImageError`, which begins with `name`, is raised if they are not uint8 of shape (H, W).
-    """
-    pixels = np.asarray(getattr(image, "pixels", image))
-    if pixels.dtype != np.uint8 or pixels.ndim != 2 or pixels.size == 0:
-        raise ImageError(
-            f"{name}: expected a grey image of 8 bits, shape (H, W), "
-            f"not {pixels.dtype} of shape {pixels.shape}"
-        )
-    return pixels
+_LARGEST_SIDE: Final = 4000  # pixels of a print; a larger one is shrunk first
+_MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pixel: not drawn
 
 
 def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
     """Convert a grey print (H, W), ridges dark, to an ink's coverage: 0 bare to 255 full."""
     scale = dpi / STANDARD_DPI
     grey = pixels.astype(np.float32)
-    mean = _blurred(grey, _MEAN_PX * scale)
-    deviation = np.sqrt(np.maximum(_blurred((grey - mean) ** 2, _CONTRAST_PX * scale), 0))
-    darkness = (mean - _blurred(grey, _SMOOTHING_PX * scale)) / np.maximum(deviation, 1e-3)
+    mean = cv2.GaussianBlur(grey, (0, 0), _MEAN_PX * scale)
+    variance = cv2.GaussianBlur((grey - mean) ** 2, (0, 0), _CONTRAST_PX * scale)
+    deviation = np.sqrt(np.maximum(variance, 0))
+    smooth = cv2.GaussianBlur(grey, (0, 0), _SMOOTHING_PX * scale)
+    darkness = (mean - smooth) / np.maximum(deviation, 1e-3)
     tone = np.clip(darkness / _FULL_DARKNESS, 0, 1)
     place = int(_TYPICAL_SHARE * (deviation.size - 1))
     typical = max(float(np.partition(deviation, place, axis=None)[place]), 2 * _LEAST_CONTRAST)
@@ -61,19 +54,46 @@ def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
     return np.asarray(np.rint(255 * tone * printed), dtype=np.uint8)
 
 
-def thinned_off_print(coverage: Pixels, field: RidgeField, factor: float = 1.0) -> Pixels:
-    """Lighten an ink (H, W) outside the ridges of a print, so that dirt and frames do not distract.
+def ink_of(
+    pixels: Pixels, template: Template, matrix: Matrix, colour: Colour, role: str
+) -> tuple[Ink, ...]:
+    """Return a print as an ink on a page, thinned where it has no ridges.
 
-    `coverage` is the ink of a print shrunk by `factor`; one cell is added on every side of the
-    field's mask of ridges. The ink is unchanged where the mask is empty.
+    Dirt and frames distract less so. The mask of ridges of the template is extended by one cell on
+    every side; without a mask the ink is nowhere thinned.
+
+    Parameters
+    ----------
+    pixels : ndarray of uint8, shape (H, W)
+        The grey image, ridges dark.
+    template : Template
+        Its template: resolution and mask of ridges.
+    matrix : ndarray of float64, shape (3, 3)
+        Maps the pixels to the page.
+    colour, role : Colour, str
+        Of the ink.
+
+    Returns
+    -------
+    tuple of Ink
+        One ink; none where the print would be too small or too large to be drawn.
     """
-    if not field.mask.any():
-        return coverage
-    cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
-    start = (0.5 / factor - 0.5) / field.step - 0.5
-    beyond = cv2.BORDER_REPLICATE
-    on_print = at_pixels(cells, 1 / (factor * field.step), start, coverage.shape, beyond)
-    return np.rint(coverage * (_OFF_PRINT + (1 - _OFF_PRINT) * on_print)).astype(np.uint8)
+    magnification = math.hypot(matrix[0, 0], matrix[1, 0])
+    low, high = _MAGNIFICATIONS
+    if not low <= magnification <= high:
+        return ()
+    factor = min(magnification, 1.0, _LARGEST_SIDE / max(pixels.shape))
+    coverage = ink_coverage(shrunk(pixels, factor), template.dpi * factor)
+    field = template.field
+    if field is not None and field.mask.any():
+        cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
+        start = (0.5 / factor - 0.5) / field.step - 0.5
+        scale = 1 / (factor * field.step)
+        on_print = at_pixels(cells, scale, start, coverage.shape, cv2.BORDER_REPLICATE)
+        thinned = coverage * (_OFF_PRINT + (1 - _OFF_PRINT) * on_print)
+        coverage = np.rint(thinned).astype(np.uint8)
+    to_print = zoomed(1 / factor, (-0.5, -0.5), (-0.5, -0.5))
+    return (Ink(coverage, colour, matrix @ to_print, role),)
 
 
 def ridge_picture(template: Template) -> Pixels:
@@ -100,11 +120,6 @@ def at_pixels(
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     sampled = cv2.warpAffine(cells, to_cells, shape[::-1], flags=flags, borderMode=beyond)
     return np.asarray(sampled, dtype=np.float32)
-
-
-def _blurred(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
-    blurred = cv2.GaussianBlur(values, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
-    return np.asarray(blurred, dtype=np.float32)
 
 
 def shrunk(pixels: Pixels, factor: float) -> Pixels:

@@ -10,7 +10,6 @@ coordinates.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
@@ -58,20 +57,11 @@ class Box(NamedTuple):
         width, height = self.width + 2 * margin, self.height + 2 * margin
         return Box(self.x - margin, self.y - margin, width, height)
 
-    def intersection(self, other: Box) -> Box:
-        """Return the part that both boxes cover; of size 0 where there is none."""
-        x, y = max(self.x, other.x), max(self.y, other.y)
-        right, bottom = min(self.right, other.right), min(self.bottom, other.bottom)
-        return Box(x, y, max(right - x, 0.0), max(bottom - y, 0.0))
-
     def overlap(self, other: Box) -> float:
         """Return the area that both boxes cover."""
-        both = self.intersection(other)
-        return float(both.width * both.height)
-
-    def contains(self, point: Point) -> bool:
-        """Return whether `point` is in the box."""
-        return self.x <= point[0] <= self.right and self.y <= point[1] <= self.bottom
+        width = min(self.right, other.right) - max(self.x, other.x)
+        height = min(self.bottom, other.bottom) - max(self.y, other.y)
+        return max(width, 0.0) * max(height, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +113,7 @@ class Text(NamedTuple):
 class Ink(NamedTuple):
     """Multiply the page beneath by `colour`, as a printing ink does.
 
+    Where two inks cover, their colours mix to a dark one.
     `coverage` (uint8, shape (H, W)) is 0 where the paper stays bare and 255 where the ink is full;
     `matrix` (shape (3, 3)) maps its pixels, counted at their centres, to page coordinates.
     """
@@ -133,20 +124,6 @@ class Ink(NamedTuple):
     role: str = ""
 
 
-class Overprint(NamedTuple):
-    """Print two inks over each other; where both cover, their colours mix to a dark one."""
-
-    lower: Ink
-    upper: Ink
-
-
-def mixed(colours: tuple[Colour, ...]) -> Colour:
-    """Return the colour of inks printed over each other on white paper."""
-    levels = zip(*colours, strict=True)
-    red, green, blue = (round(255 * math.prod(c / 255 for c in channel)) for channel in levels)
-    return red, green, blue
-
-
 class Group(NamedTuple):
     """Draw `items` in order, and only inside `clip`."""
 
@@ -155,19 +132,24 @@ class Group(NamedTuple):
     role: str = ""
 
 
-Item: TypeAlias = Path | Circle | Text | Ink | Overprint | Group
+Item: TypeAlias = Path | Circle | Text | Ink | Group
+
+
+Placed: TypeAlias = "tuple[str, Matrix, Matrix | None, Box]"
+"""A print on a page: its side, the matrix of its pixels, that of the other side's, its panel."""
 
 
 class Scene(NamedTuple):
     """A whole page: its size in pixels, its items in the order of drawing, its description.
 
-    Pixels have the texts over everything else.
+    Pixels have the texts over everything else. `placed` states where prints are.
     """
 
     width: int
     height: int
     items: tuple[Item, ...]
     description: str = ""
+    placed: tuple[Placed, ...] = ()
 
 
 def zoomed(zoom: float, origin: Point, to: Point) -> Matrix:
@@ -190,16 +172,11 @@ def moved(matrix: Matrix, points: ArrayLike) -> list[Point]:
     return [(x, y) for x, y in q.tolist()]
 
 
-def magnification(matrix: Matrix) -> float:
-    """Return by how much `matrix` enlarges lengths."""
-    return math.hypot(matrix[0, 0], matrix[1, 0])
-
-
-def direction_on_page(matrix: Matrix, angle: float) -> Point:
-    """Return the unit vector on the page of a minutia's direction, y down."""
-    linear = matrix[:2, :2] / magnification(matrix)
-    x, y = linear @ (math.cos(angle), -math.sin(angle))
-    return float(x), float(y)
+def directions(matrix: Matrix, angles: NDArray[np.floating]) -> list[Point]:
+    """Return the unit vectors on the page of directions of minutiae, in radians, y up."""
+    turned = np.column_stack([np.cos(angles), -np.sin(angles)]) @ matrix[:2, :2].T
+    turned /= np.hypot(turned[:, :1], turned[:, 1:])
+    return [(x, y) for x, y in turned.tolist()]
 
 
 def bounds(points: list[Point]) -> Box:

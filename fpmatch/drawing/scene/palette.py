@@ -21,6 +21,7 @@ TEXT_MUTED: Final[Colour] = (99, 106, 115)
 
 PROBE_INK: Final[Colour] = (66, 142, 244)
 REFERENCE_INK: Final[Colour] = (255, 150, 38)
+BOTH_INKS: Final[Colour] = (66, 84, 36)  # the two printed over each other
 NEUTRAL_INK: Final[Colour] = (120, 122, 126)
 
 PROBE_MARK: Final[Colour] = (0, 62, 150)

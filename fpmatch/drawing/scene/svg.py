@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Path, Text, mixed
+from fpmatch.drawing.scene.items import Circle, Group, Ink, Text
 from fpmatch.drawing.scene.palette import PAPER, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from xml.etree.ElementTree import Element
 
-    from fpmatch.drawing.scene.items import Item, Scene
+    from fpmatch.drawing.scene.items import Item, Path, Scene
 
 _FONTS: Final = "Aileron, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -28,7 +28,7 @@ _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U001
 def svg_text(scene: Scene) -> str:
     """Write `scene` as the text of an SVG file.
 
-    Not every viewer can multiply colours, so the area that two overprinted inks share becomes a
+    Not every viewer can multiply colours, so the area that two successive inks share becomes a
     third picture above them.
     """
     size = {"width": str(scene.width), "height": str(scene.height)}
@@ -41,18 +41,17 @@ def svg_text(scene: Scene) -> str:
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def shared_ink(print_: Overprint) -> Ink:
-    """Return the area where both inks of an overprint cover, in their mixed colour.
+def shared_ink(lower: Ink, upper: Ink) -> Ink:
+    """Return the area where two inks cover, in their mixed colour.
 
     Its coverage, in the pixels of the upper ink, is the product of both coverages.
     """
-    lower, upper = print_.lower, print_.upper
-    height, width = upper.coverage.shape
     lower_to_upper = (np.linalg.inv(upper.matrix) @ lower.matrix)[:2]
-    flags, size = cv2.INTER_CUBIC, (width, height)
-    beneath = cv2.warpAffine(lower.coverage, lower_to_upper, size, flags=flags, borderValue=0)
+    size = upper.coverage.shape[::-1]
+    beneath = cv2.warpAffine(lower.coverage, lower_to_upper, size, flags=cv2.INTER_CUBIC)
     both = np.rint(beneath.astype(np.float32) * upper.coverage / 255).astype(np.uint8)
-    return Ink(both, mixed((lower.colour, upper.colour)), upper.matrix, "agreement")
+    red, green, blue = (round(a * b / 255) for a, b in zip(lower.colour, upper.colour, strict=True))
+    return Ink(both, (red, green, blue), upper.matrix, "agreement")
 
 
 def _add(parent: Element, tag: str, **attributes: Any) -> Element:
@@ -66,6 +65,7 @@ def _add(parent: Element, tag: str, **attributes: Any) -> Element:
 
 
 def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int]) -> None:
+    beneath: Item | None = None
     for item in items:
         if isinstance(item, Group):
             name, box = f"clip-{next(numbers)}", item.clip
@@ -73,15 +73,15 @@ def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int])
             _add(clip, "rect", x=box.x, y=box.y, width=box.width, height=box.height)
             group = _add(parent, "g", clip_path=f"url(#{name})", class_=item.role)
             _add_items(group, item.items, numbers)
-        elif isinstance(item, Overprint):
-            for ink in (item.lower, item.upper, shared_ink(item)):
-                _add_ink(parent, ink)
         elif isinstance(item, Ink):
             _add_ink(parent, item)
+            if isinstance(beneath, Ink):
+                _add_ink(parent, shared_ink(beneath, item))
         elif isinstance(item, Text):
             _add_text(parent, item)
         else:
             _add_shape(parent, item)
+        beneath = item
 
 
 def _add_ink(parent: Element, ink: Ink) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 from fpmatch.base.folders import write_files
 from fpmatch.drawing.overlay.marks import MarkStyle, marks
 from fpmatch.drawing.scene.ink import shrunk
-from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text, zoomed
+from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Scene, Text, zoomed
 from fpmatch.drawing.scene.palette import PANEL_EDGE, PROBE_MARK, REFERENCE_MARK, TEXT, TEXT_MUTED
-from fpmatch.drawing.scene.raster import paint_over, png_bytes
+from fpmatch.drawing.scene.raster import paint, png_bytes
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 
@@ -40,8 +40,8 @@ _NEEDLE: Final = Pen((20, 20, 20), width=1.3)
 _NEEDLE_HALF: Final = 4.5  # of their length
 _HUES: Final = 180  # OpenCV's full circle of hue
 _PALE: Final = 95  # saturation, of 255, of an orientation's colour
-_ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, "ending")
-_BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, "bifurcation")
+_ENDING: Final = MarkStyle(Pen(REFERENCE_MARK, width=2.4, halo=1.4), 7.0, 11.0, "ending")
+_BIFURCATION: Final = MarkStyle(Pen(PROBE_MARK, width=2.4, halo=1.4), 7.0, 11.0, "bifurcation")
 
 
 def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:
@@ -170,7 +170,7 @@ def _orientation(values: NDArray[Any], beneath: Picture | None) -> Picture:
         dx, dy = math.cos(angle[y, x]) * _NEEDLE_HALF, -math.sin(angle[y, x]) * _NEEDLE_HALF
         ends = ((x + 0.5 - dx, y + 0.5 - dy), (x + 0.5 + dx, y + 0.5 + dy))
         needles.append(Path(ends, _NEEDLE))
-    return paint_over(picture, tuple(needles))
+    return paint(Scene(values.shape[1], values.shape[0], tuple(needles)), picture)
 
 
 def _minutiae(minutiae: Minutiae, backdrop: Picture | None) -> Picture:
@@ -182,10 +182,9 @@ def _minutiae(minutiae: Minutiae, backdrop: Picture | None) -> Picture:
     large = cv2.resize(_faded(backdrop), (width, height), interpolation=cv2.INTER_CUBIC)
     matrix = zoomed(_MARK_ZOOM, (-0.5, -0.5), (0.0, 0.0))
     forked = minutiae.kind == MinutiaKind.BIFURCATION
-    panel = Box(0, 0, width, height)
-    endings = marks(minutiae, np.flatnonzero(~forked).tolist(), matrix, _ENDING, panel)
-    forks = marks(minutiae, np.flatnonzero(forked).tolist(), matrix, _BIFURCATION, panel)
-    return paint_over(np.asarray(large, dtype=np.uint8), (*endings, *forks))
+    endings = marks(minutiae, np.flatnonzero(~forked).tolist(), matrix, _ENDING)
+    forks = marks(minutiae, np.flatnonzero(forked).tolist(), matrix, _BIFURCATION)
+    return paint(Scene(width, height, (*endings, *forks)), np.asarray(large, dtype=np.uint8))
 
 
 _PICTURES: Final[dict[str, Callable[[NDArray[Any], Picture | None], Picture]]] = {
@@ -260,7 +259,7 @@ def _sheet(stages: Mapping[str, NDArray[Any]], pictures: dict[str, Picture]) -> 
             Text(x + tile_width, y - 9, values, _DETAIL_SIZE, TEXT_MUTED, "end"),
             Path(edge.corners, _EDGE, closed=True),
         ]
-    return paint_over(sheet, tuple(items))
+    return paint(Scene(size[1], size[0], tuple(items)), sheet)
 
 
 def _columns(count: int, cell_width: float, cell_height: float) -> int:

@@ -29,7 +29,7 @@ import numpy as np
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, ImageReadError, TemplateError
 from fpmatch.formats.codec import LARGEST
-from fpmatch.formats.fmr import span
+from fpmatch.formats.fmr_reader import span
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
 from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
@@ -51,7 +51,6 @@ MAX_RECORDS: Final = 2000
 MAX_FIELDS: Final = 1000  # of one record
 _START: Final = re.compile(rb"1\.0?01:(\d{1,9})\x1d")
 _RECORD_START: Final = re.compile(rb"(\d{1,2})\.0?01:(\d{1,9})\x1d")
-_IMAGE_AGAIN: Final = re.compile(rb"\d{1,2}\.999:")
 _TAG: Final = re.compile(rb"(\d{1,2})\.(\d{2,4}):")
 _COMPRESSION: Final = (UNCOMPRESSED, "WSQ20", "JPEGB", "JPEGL", "JP2", "JP2L", "PNG")  # of type 4
 _STANDARD_PPI: Final = 500.0
@@ -94,15 +93,6 @@ class Record(NamedTuple):
                 break
             at = end + 1
         return by_number
-
-    def images(self) -> list[bytes]:
-        """Return the images of a text record, none if it has no image field.
-
-        The standard allows one, which reaches to the end of the record. Where software has written
-        the field again, each is returned, without those that are empty.
-        """
-        again = rb"[\x1c\x1d]0?%d\.%d:" % (self.type, IMAGE_FIELD)
-        return [image for image in re.split(again, self.fields().get(IMAGE_FIELD, b"")) if image]
 
 
 def table(value: bytes) -> list[list[bytes]]:
@@ -157,8 +147,6 @@ def _length(reader: ByteReader, kind: int, error: Callable[[str], FpmatchError])
         length = int.from_bytes(reader.data[reader.at : reader.at + 4], "big")
     else:
         start = _RECORD_START.match(reader.data, reader.at)
-        if again := _IMAGE_AGAIN.match(reader.data, reader.at):
-            raise error(f"a second field {again[0][:-1].decode()} lies outside its record's length")
         if start is None or int(start[1]) != kind:
             raise error(f"no record of type {kind} at byte {reader.at}, where one is listed")
         length = int(start[2])
@@ -207,7 +195,7 @@ def _damaged(reason: str) -> ImageReadError:
 def _has_image(record: Record) -> bool:
     if record.type == GREY_FINGER:
         return len(record.data) > 18  # bytes of the header
-    return bool(record.images())
+    return bool(record.fields().get(IMAGE_FIELD))
 
 
 def _binary_image(record: Record, first: Record) -> StoredImage:
@@ -222,18 +210,12 @@ def _binary_image(record: Record, first: Record) -> StoredImage:
 
 
 def _tagged_image(record: Record) -> StoredImage:
-    fields, images = record.fields(), record.images()
+    fields = record.fields()
     width, height, units, across, down = (_whole(fields.get(n, b"0")) for n in range(6, 11))
     name = fields.get(11, b"NONE").decode("latin-1").strip().upper()
-    data, note = images[0], ""
-    if name == UNCOMPRESSED and len(fields[IMAGE_FIELD]) == width * height:
-        data = fields[IMAGE_FIELD]
-    elif len(images) > 1:
-        same = "the same" if len(set(images)) == 1 else "different ones: the first was read"
-        note = f"its record has {len(images)} images in fields {record.type}.{IMAGE_FIELD}, {same}"
     depth = _whole(fields.get(12, b"8"))
     across, down = across or down, down or across
-    return StoredImage(data, name, width, height, units, across, down, depth, note)
+    return StoredImage(fields[IMAGE_FIELD], name, width, height, units, across, down, depth)
 
 
 def _whole(text: bytes) -> int:

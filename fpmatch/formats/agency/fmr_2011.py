@@ -5,7 +5,7 @@ Both begin alike. Each view has its own size and resolution; 254 and 255 are an 
 ISO's views have a length, the time of their capture, and any number of qualities and certificates;
 angles have 256 steps of a turn, and minutiae without quality take five bytes. ANSI's angles have
 180 steps of two degrees. Its amendment 1 of 2010 differs in its version and in more finger codes,
-and a draft of 2007, which is read as well, has a header one byte shorter.
+and is read as well.
 """
 
 from __future__ import annotations
@@ -16,7 +16,15 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.plugins import FMR_SIGNATURE
 from fpmatch.formats import fmr
-from fpmatch.formats.fmr import Frame, product_fields
+from fpmatch.formats.fmr import product_fields
+from fpmatch.formats.fmr_reader import (
+    ANSI_STEPS,
+    ISO_STEPS,
+    Frame,
+    Layout,
+    RecordReader,
+    fills,
+)
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
@@ -24,23 +32,21 @@ if TYPE_CHECKING:
 
 VERSION: Final = b"030\x00"
 AMENDED: Final = b"035\x00"
-AMENDED_NAME: Final = "ansi2009am1"
 ISO_HEADER_BYTES: Final = 15
 ANSI_HEADER_BYTES: Final = 21
-DRAFT_HEADER_BYTES: Final = 20
 ANSI_VIEW_BYTES: Final = 17  # before the minutiae
 MOST_ISO_VIEWS: Final = 176  # sixteen of each finger code
 FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
 NO_DATE: Final = b"\xff" * 9
 QUALITY_BLOCK_BYTES: Final = 5
 CERTIFICATE_BYTES: Final = 3
-ISO: Final = fmr.Layout("iso2011", fmr.ISO_STEPS, is_older=False)
-ANSI: Final = fmr.Layout("ansi2009", fmr.ANSI_STEPS, product_bytes=7, is_older=False)
+ISO: Final = Layout("iso2011", ISO_STEPS, is_older=False)
+ANSI: Final = Layout("ansi2009", ANSI_STEPS, product_bytes=7, is_older=False)
 
 
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in a record, or raise TemplateError."""
-    reader = fmr.RecordReader(data, options, ISO, VERSION)
+    reader = RecordReader(data, options, ISO, VERSION)
     declared, count, certified = reader.numbers("IHB")
     return reader.record(
         ISO.name, declared, count, lambda: _read_iso_view(reader, certified=certified != 0)
@@ -62,14 +68,13 @@ def _is_ansi(data: bytes) -> bool:
     The layout of the former fills `data`, or the first view would be shorter than any of the
     latter, or longer than the record.
     """
-    headers = ANSI_HEADER_BYTES, DRAFT_HEADER_BYTES
-    if any(fmr.fills(data, header, ANSI_VIEW_BYTES) for header in headers):
+    if data[4:8] == AMENDED or fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES):
         return True
     declared, length = (int.from_bytes(data[at : at + 4], "big") for at in (8, ISO_HEADER_BYTES))
     return not FEWEST_VIEW_BYTES <= length <= declared - ISO_HEADER_BYTES
 
 
-def _read_iso_view(reader: fmr.RecordReader, *, certified: bool) -> View:
+def _read_iso_view(reader: RecordReader, *, certified: bool) -> View:
     start = reader.at
     length, year, month, day, technology, vendor, device = reader.numbers("IHBB5xBHH")
     qualities = [reader.take(QUALITY_BLOCK_BYTES)[0] for _ in range(reader.number())]
@@ -114,21 +119,13 @@ def _write_iso_view(view: View, notes: list[str]) -> bytes:
 
 
 def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
-    """Return the prints in a record of the standard or the draft, or raise TemplateError."""
-    reader = fmr.RecordReader(data, options, ANSI, VERSION, AMENDED)
-    draft = not fmr.fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES) and fmr.fills(
-        data, DRAFT_HEADER_BYTES, ANSI_VIEW_BYTES
-    )
+    """Return the prints in a record of the standard or its amendment, or raise TemplateError."""
+    reader = RecordReader(data, options, ANSI, VERSION, AMENDED)
     declared = reader.number(4)
-    fields = product_fields(reader, certification=0 if draft else 1)
-    if draft:
-        reader.notes.append("the layout is that of the draft of 2007")
-    name = AMENDED_NAME if data[4:8] == AMENDED else ANSI.name
-    return fmr.decode_views(reader, declared, fields, name)
+    return fmr.decode_views(reader, declared, product_fields(reader, certification=1))
 
 
 CODECS: Final = {
     ISO.name: (lambda data: not _is_ansi(data), decode_iso, encode_iso),
     ANSI.name: (_is_ansi, decode_ansi, partial(fmr.encode, layout=ANSI, version=VERSION)),
-    AMENDED_NAME: (bool, decode_ansi, partial(fmr.encode, layout=ANSI, version=AMENDED)),
 }

@@ -30,7 +30,6 @@ _LEAST_LIKENESS: Final = 0.5  # correlation of the rows of an image with the nex
 _BITS: Final = (8, 4, 2, 1)  # of a pixel in a file without a header
 _ROWS: Final = ("bottom-up", "mirrored")
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
-LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
 _LEAST_USED: Final = 0.25  # of the range of a type; what uses less of it is stretched
 _FEW_PERCENT: Final = 0.1  # of the samples, darker and brighter than the range that is used
@@ -249,18 +248,17 @@ def _used_range(values: NDArray[Any], low: float, high: float) -> tuple[float, f
 
 
 def _over(colours: Grey, ground: int) -> Grey:
-    """Return the brightness of grey, RGB or RGBA pixels, shape (H, W, 1, 3 or 4), over `ground`."""
+    """Return the brightness of pixels (H, W, 1, 3 or 4) over a black (0) or white (255) ground."""
     if colours.shape[2] == 1:
         return colours[..., 0]
-    luma = np.empty(colours.shape[:2], np.uint8)
-    for rows in _bands(colours.shape):
-        band = colours[rows]
-        grey = band[..., :3].astype(np.float32) @ np.array(LUMA, dtype=np.float32)
-        if colours.shape[2] == 4:
-            opacity = band[..., 3].astype(np.float32) / 255.0
-            grey = grey * opacity + ground * (1.0 - opacity)
-        luma[rows] = np.rint(grey)
-    return luma
+    import cv2  # noqa: PLC0415
+
+    grey = cv2.cvtColor(np.ascontiguousarray(colours[..., :3]), cv2.COLOR_RGB2GRAY)
+    if colours.shape[2] == 4:
+        opacity = np.ascontiguousarray(colours[..., 3])
+        grey = cv2.multiply(grey, opacity, scale=1 / 255)
+        grey = cv2.add(grey, 255 - opacity) if ground else grey
+    return np.asarray(grey, np.uint8)
 
 
 def _bands(shape: tuple[int, ...]) -> list[slice]:

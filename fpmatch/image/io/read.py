@@ -172,9 +172,10 @@ def _decode(
     for size in raw_sizes:
         if size.bits(len(data)):
             return decode_raw(data, size, limits)
-    reader, kind = sniff(data), other_kind(data)
+    reader = sniff(data)
     if reader is not None:
         return reader.decode(data, limits, *((record,) if reader.holds_several else ()))
+    kind = other_kind(data)
     why = "not an image of a known format" + (f" ({kind})" if kind else "")
     if raw_sizes:
         sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)

@@ -46,7 +46,6 @@ class StoredImage(NamedTuple):
     across: float  # pixels a unit, 0 if unknown
     down: float
     depth: int = _DEPTH  # bits of a pixel
-    note: str = ""
 
 
 def _agency(module: str, function: str, *given: Any) -> GreyImage:
@@ -124,7 +123,7 @@ def decode_stored(image: StoredImage, record: str, limits: ImageLimits) -> GreyI
         opened = reader.decode(image.data, limits)
         decoded = replace(opened, format=f"{record}, {opened.format}")
     height, width = decoded.pixels.shape
-    notes = (*decoded.notes, image.note) if image.note else decoded.notes
+    notes = decoded.notes
     if (height, width) != (image.height, image.width):
         given = f"its record gives a size of {image.width} x {image.height} pixels"
         notes += (f"{given}, but its image has {width} x {height}",)

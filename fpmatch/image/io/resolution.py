@@ -10,7 +10,6 @@ from fpmatch.templates.minutiae import (
     CM_PER_INCH,
     MAX_DPI,
     MIN_DPI,
-    MM_PER_INCH,
     dpi_of_per_cm,
 )
 
@@ -82,7 +81,7 @@ def tagged_axes(
     It is taken across and down from the format's own tag, else from Exif, else from a comment such
     as NIST's ``PPI 500``; `head` is the beginning of the file.
     """
-    for unit, horizontal, vertical in _pairs(image, head):
+    for unit, horizontal, vertical in _pairs(image):
         axes = usable_axes(horizontal, vertical)
         if axes is not None:
             return axes, (ASSUMED_UNIT,) if unit == _NO_UNIT else ()
@@ -98,7 +97,7 @@ def _rounded(value: object) -> float | None:
         return None
 
 
-def _pairs(image: Image.Image, head: bytes) -> Iterator[tuple[int, Any, Any]]:
+def _pairs(image: Image.Image) -> Iterator[tuple[int, Any, Any]]:
     """Yield the unit (1 for none) and both resolutions of every tag that has them, per inch."""
     for unit, key in ((0, "dpi"), (_NO_UNIT, "resolution")):
         pair = image.info.get(key)
@@ -112,15 +111,6 @@ def _pairs(image: Image.Image, head: bytes) -> Iterator[tuple[int, Any, Any]]:
             yield _NO_UNIT if scale == _NO_UNIT else 0, across * per_inch, down * per_inch
     except UNREADABLE:
         pass
-    if (box := head.find(b"resd")) >= 0:  # JPEG 2000's display resolution
-        try:
-            numbers = struct.unpack_from(">4H2b", head, box + 4)
-            down, down_over, across, across_over, down_ten, across_ten = numbers
-            per_inch = MM_PER_INCH / 1000
-            across = across / across_over * 10.0**across_ten * per_inch
-            yield 0, across, down / down_over * 10.0**down_ten * per_inch
-        except UNREADABLE:
-            pass
 
 
 def _comments(image: Image.Image, head: bytes) -> Iterator[str]:

@@ -1,21 +1,15 @@
-"""Physical quality measures of a whole print, and the linear models that weigh features of images.
-
-The measures are taken on the stages of an extraction.
-"""
+"""Physical quality measures of a whole print, on the stages of its extraction."""
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
-from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
-from fpmatch.base.parsing import parse_json
-from fpmatch.errors import FpmatchError
 from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.image.preprocess.foreground import ridge_contrast, stretch_contrast
 from fpmatch.image.quality.ridge_scale import clear_period_px
@@ -23,14 +17,12 @@ from fpmatch.templates.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from fpmatch.image.preprocess.arrays import Doubles, Floats, Mask
 
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
-MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
 _GRAIN_SIGMA: Final = 0.8  # smoothing of single pixels before ridges are separated from valleys
@@ -65,7 +57,7 @@ class QualityMeasures:
 
 
 def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasures:
-    """Measure a print on the recorded stages `MEASURED_STAGES` of its extraction."""
+    """Measure a print on the stages of its extraction that `QualityRecorder` keeps."""
     shown = np.asarray(stages["input"], np.uint8)
     mask = stages["mask"].astype(bool)
     stretched = stretch_contrast(shown) if mask.any() else shown
@@ -131,47 +123,3 @@ def _rings(rows: int, columns: int) -> tuple[NDArray[np.intp], Doubles]:
     weight[:, 0] = 1.0
     size = np.bincount(ring.ravel(), weight.ravel(), _RINGS + 1)[:_RINGS]
     return ring.ravel(), np.maximum(size, 1.0)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LinearWeights:
-    """Name, middle, spread and weight of each feature, the bias, and their provenance."""
-
-    names: tuple[str, ...]
-    middle: Doubles
-    spread: Doubles
-    weight: Doubles
-    bias: float
-    provenance: Mapping[str, Any]
-
-    def standardized(self, features: Doubles) -> Doubles:
-        """Return features (..., N) in units of their spread about their middle."""
-        return np.asarray((features - self.middle) / self.spread)
-
-    def as_json(self) -> str:
-        """Return the weights as the text of a JSON file."""
-        numbers = np.column_stack([self.middle, self.spread, self.weight]).tolist()
-        features = [
-            {"name": name, "middle": middle, "spread": spread, "weight": weight}
-            for name, (middle, spread, weight) in zip(self.names, numbers, strict=True)
-        ]
-        document = {"provenance": self.provenance, "bias": self.bias, "features": features}
-        return f"{json.dumps(document, indent=1)}\n"
-
-    @classmethod
-    @cache
-    def load(cls, path: Path, names: tuple[str, ...]) -> LinearWeights:
-        """Read a file; raise FpmatchError unless it has weights of `names`."""
-        try:
-            document = parse_json(path.read_bytes())
-            rows = document["features"]
-            if tuple(row["name"] for row in rows) != names:
-                raise FpmatchError(
-                    "weights of other features than those of this version", path=path
-                )
-            keys = ("middle", "spread", "weight")
-            middle, spread, weight = (np.array([float(row[k]) for row in rows]) for k in keys)
-            bias, provenance = float(document["bias"]), document["provenance"]
-        except (LookupError, TypeError, ValueError) as error:
-            raise FpmatchError("not a file of weights", path=path) from error
-        return cls(names, middle, spread, weight, bias, provenance)

@@ -7,15 +7,18 @@ of the similarity among the good ones. It was learned from synthetic prints by
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.image.preprocess.foreground import FAINT_CONTRAST
-from fpmatch.image.quality.measures import MM_PER_PX, LinearWeights
+from fpmatch.image.quality.measures import MM_PER_PX
+from fpmatch.image.quality.ridge_scale import PERIODS_PX
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -30,7 +33,6 @@ FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "perio
 # Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
 MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
 MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
-PERIODS_PX: Final = (6.0, 12.3)  # range of the median ridge periods of people
 CLEAR_CONTRAST: Final = 13  # grey levels, of lines too close to be found as ridges
 MIN_DETAIL: Final = 0.003  # energy finer than ridges
 BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the period
@@ -99,9 +101,28 @@ def quality_features(measures: QualityMeasures) -> Doubles:
     return np.array([*amounts, measures.ridge_spread, measures.valley_spread, off, blur])
 
 
-def quality_score(features: Doubles, weights: LinearWeights) -> Doubles:
+class QualityWeights(NamedTuple):
+    """Middle, spread and weight of each of `FEATURES`, and the bias of the sum."""
+
+    middle: Doubles
+    spread: Doubles
+    weight: Doubles
+    bias: float
+
+
+@cache
+def shipped_weights() -> QualityWeights:
+    """Return the weights that belong to the package."""
+    document = json.loads(WEIGHTS_FILE.read_bytes())
+    numbers = np.array([list(row.values())[1:] for row in document["features"]])
+    middle, spread, weight = numbers.T
+    return QualityWeights(middle, spread, weight, document["bias"])
+
+
+def quality_score(features: Doubles, weights: QualityWeights) -> Doubles:
     """Return the scores, 0 to 100, of features of shape (..., 6)."""
-    total = weights.bias + weights.standardized(features) @ weights.weight
+    standardized = (features - weights.middle) / weights.spread
+    total = weights.bias + standardized @ weights.weight
     return np.asarray(50.0 * (1.0 + np.tanh(total / 2)))
 
 
@@ -111,8 +132,7 @@ def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
     needed = (measures.ridge_spread, measures.valley_spread, measures.detail)
     if measures.ridges_mm2 <= 0 or not all(map(math.isfinite, needed)):
         return PrintQuality(0, reasons)
-    weights = LinearWeights.load(WEIGHTS_FILE, FEATURES)
-    score = quality_score(quality_features(measures), weights)
+    score = quality_score(quality_features(measures), shipped_weights())
     return PrintQuality(round(float(score)), reasons)
 
 

@@ -10,8 +10,7 @@ none, it is 500 dpi unless that puts the median period of the prints outside wha
 from __future__ import annotations
 
 import math
-from functools import cache
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -22,12 +21,13 @@ from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH, STANDARD_D
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from fpmatch.image.preprocess.arrays import Floats, Grey
 
 PERIODS_MM: Final = (0.26, 0.7)
 """Least and largest median period of a print that is believed: a child's, a large hand's."""
+
+PERIODS_PX: Final = (6.0, 12.3)
+"""Range of the median ridge periods of people, in pixels at 500 dpi."""
 
 UNQUESTIONED_DPI: Final = (450.0, 600.0)
 """Resolutions of live scanners and scanned cards, which are not questioned."""
@@ -59,7 +59,7 @@ MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
 _WINDOW_PX: Final = 64
 _SPECTRUM_PX: Final = 64
-_PERIODS_PX: Final = (2.6, 30.0)
+_MEASURED_PX: Final = (2.6, 30.0)
 _LONG_PX: Final = 20.0  # period of too few ridges in a window
 _MAX_WINDOWS: Final = 128
 _MAX_CLEAR: Final = 32  # windows that are looked at
@@ -70,13 +70,16 @@ _LEAST_WINDOWS: Final = 4
 _MOST_SPREAD: Final = 1.4  # ratio of the 80th to the 20th percentile of the periods
 
 
-class _Waves(NamedTuple):
-    """The spectrum's plane: radius in cycles a pixel, weights, and the disc about a peak."""
-
-    radius: Floats
-    weight: Floats  # flattens the spectrum of anything but ridges; 0 outside the periods
-    taper: Floats  # of a window
-    disc: NDArray[np.intp]  # rows and columns from its middle
+# The spectrum's plane: radius in cycles a pixel, weights that flatten the spectrum of anything but
+# ridges (0 outside the periods), taper of a window, and rows and columns of the disc about a peak.
+_X: Final = np.fft.rfftfreq(_SPECTRUM_PX)[: int(_SPECTRUM_PX / _MEASURED_PX[0]) + 2]
+_RADIUS: Final = np.hypot(np.fft.fftfreq(_SPECTRUM_PX)[:, None], _X).astype(np.float32)
+_INSIDE: Final = (1.0 / _MEASURED_PX[1] < _RADIUS) & (1.0 / _MEASURED_PX[0] > _RADIUS)
+_WEIGHT: Final = np.where(_INSIDE, _RADIUS**2, 0)
+_TAPER: Final = np.outer(*2 * [np.hanning(_WINDOW_PX + 2)[1:-1].astype(np.float32)])
+_REACH: Final = int(_PEAK_RADIUS * _SPECTRUM_PX)
+_AROUND: Final = np.indices(2 * (2 * _REACH + 1,)).reshape(2, -1) - _REACH
+_DISC: Final = _AROUND[:, np.hypot(*_AROUND) < _PEAK_RADIUS * _SPECTRUM_PX]
 
 
 def contradiction(pixels: Grey, dpi: float) -> str:
@@ -218,41 +221,26 @@ def _windows(pixels: Grey) -> Grey:
 
 def _periods(windows: Grey) -> Floats:
     """Return the periods of the windows in which one wave has much of the energy."""
-    waves = _waves()
     values = windows - windows.mean(axis=(1, 2), keepdims=True, dtype=np.float32)
-    values *= waves.taper
+    values *= _TAPER
     values -= values.mean(axis=(1, 2), keepdims=True)
     padded = np.zeros((_SPECTRUM_PX, _SPECTRUM_PX), np.float32)
-    energy = np.empty((len(values), *waves.weight.shape), np.float32)
+    energy = np.empty((len(values), *_WEIGHT.shape), np.float32)
     for window, spectrum in zip(values, energy, strict=True):
         padded[:_WINDOW_PX, :_WINDOW_PX] = window
         wave = cv2.dft(padded, flags=cv2.DFT_COMPLEX_OUTPUT, nonzeroRows=_WINDOW_PX)
         np.einsum("ijk,ijk->ij", *(2 * [wave[:, : spectrum.shape[1]]]), out=spectrum)
-    energy *= waves.weight
+    energy *= _WEIGHT
     flat = energy.reshape(len(energy), -1)
     y, x = np.divmod(flat.argmax(axis=1)[:, None], energy.shape[2])
-    rows, columns = (y + waves.disc[0]) % _SPECTRUM_PX, x + waves.disc[1]
+    rows, columns = (y + _DISC[0]) % _SPECTRUM_PX, x + _DISC[1]
     inside = (columns >= 0) & (columns < energy.shape[2])
     columns = np.where(inside, columns, 0)
     near = energy[np.arange(len(energy))[:, None], rows, columns] * inside
     clear = near.sum(axis=1) > _LEAST_SHARE * flat.sum(axis=1)
-    period = 1.0 / np.maximum(waves.radius[rows, columns][clear], 1.0 / _SPECTRUM_PX)
+    period = 1.0 / np.maximum(_RADIUS[rows, columns][clear], 1.0 / _SPECTRUM_PX)
     near = near[clear] * period
     return np.asarray((near * period).sum(axis=1) / near.sum(axis=1))
-
-
-@cache
-def _waves() -> _Waves:
-    highest = int(_SPECTRUM_PX / _PERIODS_PX[0]) + 1
-    x = np.fft.rfftfreq(_SPECTRUM_PX)[: highest + 1]
-    radius = np.hypot(np.fft.fftfreq(_SPECTRUM_PX)[:, None], x).astype(np.float32)
-    inside = (radius > 1.0 / _PERIODS_PX[1]) & (radius < 1.0 / _PERIODS_PX[0])
-    taper = np.hanning(_WINDOW_PX + 2)[1:-1].astype(np.float32)
-    reach = int(_PEAK_RADIUS * _SPECTRUM_PX)
-    rows, columns = np.indices((2 * reach + 1, 2 * reach + 1)).reshape(2, -1) - reach
-    near = np.hypot(rows, columns) < _PEAK_RADIUS * _SPECTRUM_PX
-    disc = np.stack([rows[near], columns[near]])
-    return _Waves(radius, np.where(inside, radius**2, 0), np.outer(taper, taper), disc)
 
 
 def _within(value: float, span: tuple[float, float]) -> bool:

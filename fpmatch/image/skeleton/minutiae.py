@@ -118,19 +118,11 @@ def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
     """
     known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
     forked = nodes.crossing_number >= 3
-    near = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
-    bridged = (near & forked[:, None] & forked[np.maximum(nodes.target, 0)]).any(axis=1)
+    short = (nodes.target >= 0) & (nodes.steps <= MAX_BRIDGE_PX)
+    bridged = (short & forked[:, None] & forked[np.maximum(nodes.target, 0)]).any(axis=1)
     keep: Mask = known & ~bridged
     here = np.flatnonzero(keep)
-    here = here[_inside(nodes.x[here], nodes.y[here], mask)]
-    keep[:] = False
-    keep[here] = ~_crowded(nodes, angle, here)
-    return keep
-
-
-def _inside(x: Ints, y: Ints, mask: Mask) -> Mask:
-    """Return which pixels are far enough from the borders of the mask and of the image."""
-    height, width = mask.shape
+    x, y, (height, width) = nodes.x[here], nodes.y[here], mask.shape
     edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
     reach = math.ceil(MIN_MASK_DISTANCE_PX)
     others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
@@ -139,7 +131,10 @@ def _inside(x: Ints, y: Ints, mask: Mask) -> Mask:
     dy, dx = (axis - reach for axis in near.nonzero())
     rows = np.clip(y[:, None] + dy, 0, height - 1)
     columns = np.clip(x[:, None] + dx, 0, width - 1)
-    return np.asarray(mask[rows, columns].all(axis=1) & (edge >= MIN_BORDER_DISTANCE_PX))
+    here = here[mask[rows, columns].all(axis=1) & (edge >= MIN_BORDER_DISTANCE_PX)]
+    keep[:] = False
+    keep[here] = ~_crowded(nodes, angle, here)
+    return keep
 
 
 def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Mask:

@@ -7,7 +7,7 @@ import io
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 import numpy as np
@@ -16,11 +16,11 @@ from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.base.parameters import Parameter, parameters_of, read_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show
-from fpmatch.cli.options import Name, file_option, json_option
+from fpmatch.cli.options import file_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import PointSetError, did_you_mean, unknown_name
 from fpmatch.lab.plots.style import match_facts
-from fpmatch.lab.points.match import TRANSFORM_MODELS, TransformModel, match_points, wider_maps
+from fpmatch.lab.points.match import match_points, mirrored_matches
 from fpmatch.lab.points.points_csv import XY
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from fpmatch.printable import json_text, printable
@@ -36,10 +36,7 @@ if TYPE_CHECKING:
 STDIN: Final = Path("-")
 STDIN_NAME: Final = "standard input"
 _CSV: Final = click.Path(path_type=Path, allow_dash=True)
-_TRANSFORM: Final[Mapping[TransformModel, tuple[str, ...]]] = {
-    "similarity": ("scale", "rotation_deg", "tx", "ty"),
-    "affine": ("scale_x", "scale_y", "shear", "rotation_deg", "tx", "ty"),
-}
+_TRANSFORM: Final = ("scale", "rotation_deg", "tx", "ty")
 _RHO: Final = {"rho": Parameter("rho", DEFAULT_RHO, "share of points paired", "", 0, 1)}
 _AREAS: Final = "area_tolerance"
 _PARAMETERS: Final[Mapping[str, Mapping[str, Parameter]]] = {
@@ -59,18 +56,6 @@ class _NamedPoints:
     points: NDArray[np.float64]
 
 
-class _Maps(NamedTuple):
-    """The maps to seek."""
-
-    reflect: bool
-    model: TransformModel
-
-    @property
-    def asked(self) -> bool:
-        """Whether they are others than by default."""
-        return self.reflect or self.model != "similarity"
-
-
 def _column_names(text: str) -> tuple[str, str]:
     """Return the two names of columns that a text on the command line means."""
     x, _, y = (part.strip() for part in text.partition(","))
@@ -84,27 +69,26 @@ def _column_names(text: str) -> tuple[str, str]:
     details="""
 Both files are tables with columns x and y, among others, or two columns of numbers without a
 header; separated by comma, semicolon or tab. The rotation counts from the x axis towards the y
-axis. After no match by the matcher triangles, short searches try whether --reflect or --model
-affine would find one, and the reason names them.
+axis. After no match by the matcher triangles, a short search tries whether --reflect would find
+one, and the reason names it.
 
 \b
 JSON:
   match          whether a transform was found
-  transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null. With --model
-                 affine scale_x, scale_y and shear in place of scale. With either of --model affine
-                 and --reflect also mirrored: whether y was turned to -y before all else
+  transform      scale, rotation_deg, tx, ty, and the 2 x 3 matrix of them; or null. With
+                 --reflect also mirrored: whether y was turned to -y before all else
   pairs          [row of P, row of Q] each, counted from 0 without the header
   matched_share  pairs over points of the smaller set
   rms            root mean square distance of the pairs, in the units of Q; or null
   chance         matches as good expected between independent sets; or null
   local_matches  how many local matches the search followed
-  reason         why there is no match, whether the search ended at its limit, and which options
-                 find a match; empty where there is one
+  reason         why there is no match, whether the search ended at its limit, and whether
+                 --reflect finds a match; empty where there is one
   equal_maps     how many maps were found that fit equally well, where there are several, as of a
                  regular grid; there is no match then; else 1
   points         how many points P and Q have
   matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
-  reflect, model: where one of them is given
+  reflect: where it is given
 
 \b
 Matchers:
@@ -115,12 +99,6 @@ Matchers:
                  experiments); area_tolerance, which the paper does not give, is the largest
                  difference in area of similar rings on the unit circle (default 0.1)
   van-wamelen    the paper's baseline; matches where a share rho of P is paired (default 0.6)
-
-\b
-Models:
-  similarity     rotation, one scale for all directions, shift
-  affine         any linear map and shift: other scales along other directions, and shear; found
-                 by the matcher triangles alone
 """,
     epilog="""\b
 Examples:
@@ -130,7 +108,6 @@ Examples:
   fpmatch points stars.csv catalogue.csv --columns ra,dec
   fpmatch points stars.csv catalogue.csv --matcher paper:rho=0.9
   fpmatch points negative.csv catalogue.csv --reflect
-  fpmatch points oblique.csv map.csv --model affine --plot match.png
   cut -f 2,3 stars.tsv | fpmatch points - catalogue.csv
 
 Exit status: 0 match, 1 no match, 2 input that cannot be used.
@@ -144,7 +121,6 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used.
     default="triangles",
     help="Matcher to use, perhaps with parameters, see below.",
 )
-@click.option("--model", type=Name(TRANSFORM_MODELS), default="similarity", help="Maps to seek.")
 @click.option(
     "--reflect", is_flag=True, help="Seek mirrored maps too, as of a plate seen from behind."
 )
@@ -173,7 +149,6 @@ def points(
     p: Path,
     q: Path,
     matcher: str,
-    model: TransformModel,
     reflect: bool,
     tolerance: float | None,
     columns: tuple[tuple[str, str], ...],
@@ -184,8 +159,7 @@ def points(
     """Find the scale, rotation and shift that map the points of P.csv to points of Q.csv.
 
     Both are tables with columns x and y, or --columns, or two columns of numbers. A dash (-)
-    reads standard input. Not every point needs a partner. --model affine also finds other
-    scales along other directions, and shear.
+    reads standard input. Not every point needs a partner.
     """
     from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
 
@@ -200,11 +174,10 @@ def points(
     given = _chosen(matcher, tolerance)
     named = columns or (XY,)
     ours, theirs = _read(p, named[0]), _read(q, named[-1])
-    maps = _Maps(reflect, model)
     with ProgressBars({"search": "searching"}) as bars:
-        match = _match(ours, theirs, maps, given, bars)
+        match = _match(ours, theirs, reflect, given, bars)
     if as_json:
-        show(_as_json(ours, theirs, match, given, maps))
+        show(_as_json(ours, theirs, match, given, reflect=reflect))
     else:
         show(_as_text(ours, theirs, match))
     # after the decision, which no file that cannot be written is to cost
@@ -234,28 +207,25 @@ def _chosen(text: str, tolerance: float | None) -> dict[str, Any]:
 
 
 def _match(
-    p: _NamedPoints, q: _NamedPoints, maps: _Maps, given: Mapping[str, Any], bars: ProgressBars
+    p: _NamedPoints, q: _NamedPoints, reflect: bool, given: Mapping[str, Any], bars: ProgressBars
 ) -> PointMatch:
-    """Match two sets; where they do not, name in the reason the options with which they do."""
+    """Match two sets; where they do not, state in the reason whether they do with --reflect."""
 
     def progress(tried: int, most: int) -> None:
         bars.show("search", tried, most, f"{tried:,} transforms")
 
-    how = {**maps._asdict(), "progress": progress}
     try:
-        match = match_points(p.points, q.points, **given, **how)
+        match = match_points(p.points, q.points, **given, reflect=reflect, progress=progress)
     except PointSetError as error:  # which may be of a set, by its letter
         letter, colon, why = str(error).partition(": ")
         name = {"p": p.name, "q": q.name}.get(letter, letter)
         raise PointSetError(f"{name}{colon}{why}") from error
     if match.transform is not None or match.equal_maps > 1 or given["matcher"] != "triangles":
         return match
-    wider = wider_maps(p.points, q.points, tolerance=given["tolerance"], **how)
-    if wider is None:
+    how = {"tolerance": given["tolerance"], "progress": progress}
+    if reflect or not mirrored_matches(p.points, q.points, **how):
         return match
-    reflect, model = wider
-    options = ["--model affine"] * (model != maps.model) + ["--reflect"] * (reflect > maps.reflect)
-    return replace(match, reason=f"{match.reason}; {' '.join(options)} finds a match")
+    return replace(match, reason=f"{match.reason}; --reflect finds a match")
 
 
 def _read(path: Path, columns: tuple[str, str]) -> _NamedPoints:
@@ -280,14 +250,15 @@ def _as_json(
     q: _NamedPoints,
     match: PointMatch,
     given: Mapping[str, str | float | None],
-    maps: _Maps,
+    *,
+    reflect: bool,
 ) -> str:
     """Return a match as one JSON object, a member a line; what does not exist is null.
 
-    Members of mirrored and affine maps are left out unless --reflect or --model affine is given.
+    Members of mirrored maps are left out unless `reflect` is set.
     """
     t = match.transform
-    names = _TRANSFORM[maps.model] + ("mirrored",) * maps.asked
+    names = (*_TRANSFORM, "mirrored") if reflect else _TRANSFORM
     transform = {} if t is None else {name: getattr(t, name) for name in names}
     document: dict[str, Any] = {
         "match": t is not None,
@@ -301,7 +272,7 @@ def _as_json(
         "equal_maps": match.equal_maps,
         "points": {"p": len(p.points), "q": len(q.points)},
         **given,
-        **(maps._asdict() if maps.asked else {}),
+        **({"reflect": True} if reflect else {}),
         "p": str(p.path),
         "q": str(q.path),
     }

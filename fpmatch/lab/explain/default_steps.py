@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.draw import View
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Path, Pen
 from fpmatch.lab.explain import panels as draw
@@ -17,7 +16,6 @@ from fpmatch.lab.explain.steps import Step, chosen_pair
 from fpmatch.lab.plots.style import degrees, number
 from fpmatch.matching.constants.comparison import FRAME
 from fpmatch.matching.matchers.unit_circle import UNLIKE
-from fpmatch.matching.reference.triangulation import cross
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -39,10 +37,6 @@ RELAX: Final = (
     "½ <i>r<sub>k</sub></i> + ½ Σ<sub><i>l</i></sub> <i>c<sub>kl</sub></i> <i>r<sub>l</sub></i> "
     "/ (<i>K</i> − 1)"
 )
-MESH: Final = (
-    "(<i>q</i><sub>2</sub> − <i>q</i><sub>1</sub>) × (<i>q</i><sub>3</sub> − "
-    "<i>q</i><sub>1</sub>) ≤ 0 where a triangle is turned over"
-)
 PREDICT: Final = "<i>p̂</i> = Σ<sub><i>k</i></sub> λ<sub><i>k</i></sub> <i>q<sub>k</sub></i>"
 RIDGES: Final = (
     "<i>r</i> = mean<sub><i>c</i></sub> max<sub>shift</sub> corr(bits<sub><i>P</i></sub>"
@@ -56,7 +50,7 @@ KEPT: Final = Pen(palette.MATCH, width=2.0)
 LEFT_OUT: Final = Pen(palette.NO_MATCH, width=1.2, opacity=0.6, dash=(5.0, 5.0))
 LINK: Final = Pen(palette.PAIR_LINK, width=2.0)
 EVIDENCE: Final = (
-    *("pairs", "local", "relaxed", "places", "weights", "fullness", "turned", "strain"),
+    *("pairs", "local", "relaxed", "places", "weights", "fullness"),
     *("unpaired", "overlap", "ridges", "cells", "total", "minus_log_fmr"),
 )
 IN_FRAME: Final = 0.44  # of a panel: how far from its middle the farthest neighbour is
@@ -86,7 +80,7 @@ def explain_prints(
             "Eight bits of each cell of the ridges, moved by the mesh of pairs, are compared with "
             "the bits there, under small shifts; the mean over the cells is scored."
         )
-        picture = shared.overlay_picture(pair, View(ridges=True))
+        picture = shared.overlay_picture(pair, "ridges")
         made.append(Step("ridges", "Ridges", words, RIDGES, picture))
     if m.matched is not None:
         made.append(_evidence(m.matched))
@@ -198,8 +192,6 @@ def _local(m: DefaultMethod) -> list[Step]:
 def _mesh(m: DefaultMethod, mesh: PairedMesh) -> Step:
     """Show the mesh of pairs in both prints."""
     inner = mesh.triangles[(mesh.triangles >= FRAME).all(axis=1)]
-    p, q, r = mesh.image[inner.T]
-    over = cross(q - p, r - p) <= 0.0
     items: list[Item] = []
     vertices = m.as_pq(mesh.vertex, mesh.image)
     for panel, vertex, paired in zip(
@@ -207,11 +199,9 @@ def _mesh(m: DefaultMethod, mesh: PairedMesh) -> Step:
     ):
         side, at, spots = panel.side, panel.at(vertex), panel.at(panel.side.z[paired])
         corners = [tuple(at[k] for k in triangle) for triangle in inner.tolist()]
-        fills = [palette.NO_MATCH if bad else side.ink for bad in over]
-        filled = zip(corners, fills, strict=True)
         alone, middle = np.delete(side.z, paired), np.mean(spots, axis=0)
         drawn: list[Item] = [
-            *(Path(three, Pen(fill=fill, opacity=0.2), closed=True) for three, fill in filled),
+            *(Path(three, Pen(fill=side.ink, opacity=0.2), closed=True) for three in corners),
             *(Path(three, Pen(side.mark, width=1.3), closed=True) for three in corners),
             *draw.dots(panel, alone, 3.0, hollow=True),
             *draw.dots(panel, side.z[paired]),
@@ -223,10 +213,9 @@ def _mesh(m: DefaultMethod, mesh: PairedMesh) -> Step:
     words = (
         f"The {count(len(m.paired[0]), 'pair')} {how}, numbered, make one mesh in both prints, so "
         "that a ring has as many points in P as in Q; eight frame points round the print, not "
-        f"drawn, close it. Turned over (red): {int(over.sum()) or 'none'} of {len(inner)} "
-        "triangles between pairs."
+        "drawn, close it."
     )
-    return Step("mesh_of_pairs", "Mesh of pairs", words, MESH, draw.picture(items, words))
+    return Step("mesh_of_pairs", "Mesh of pairs", words, picture=draw.picture(items, words))
 
 
 def _ring(m: DefaultMethod, mesh: PairedMesh, chosen: int | None) -> list[Step]:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.page import frame, ink_of
+from fpmatch.drawing.overlay.page import frame
 from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
     Box,
     Circle,
@@ -78,9 +79,10 @@ class Panel:
     def drawn(self, title: str, items: Iterable[Item], colour: Colour = PALE) -> list[Item]:
         """Draw the print beneath `items`, a frame around them, and a title above."""
         print_ = self.side.print_
-        ink = None if print_ is None else ink_of(print_, self.matrix, colour, "ridges")
-        inside = (*([ink] if ink else []), *items)
-        return framed(self.place, title, inside, self.side.mark)
+        ink: tuple[Item, ...] = ()
+        if print_ is not None:
+            ink = ink_of(print_.pixels, print_.template, self.matrix, colour, "ridges")
+        return framed(self.place, title, (*ink, *items), self.side.mark)
 
 
 def around(side: Side, z: Plane, room: float) -> Box:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.draw import View, overlay_file
+from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
 from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, marks
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Path, Pen
@@ -53,7 +53,7 @@ def points_step(sides: Sides) -> Step:
         if side.print_ is not None:
             style = BESIDE_PAIRED["probe" if side.letter == "P" else "reference"]
             which = side.print_.template.minutiae, side.index.tolist()
-            drawn = list(marks(*which, panel.matrix, style, panel.place))
+            drawn = list(marks(*which, panel.matrix, style))
         title = f"{side.letter}: {count(len(side.z), side.noun, side.nouns)}"
         items += panel.drawn(title, drawn, palette.NEUTRAL_INK)
     words = "The points as the files give them."
@@ -163,12 +163,13 @@ def transform_step(pair: ComparedPair) -> Step:
         words = "No transform was found: the prints are shown side by side."
     elif not v.match:
         words += " The prints do not match: this is the best transform there is."
-    return Step("transform", "Transform, eq. (1)", words, TRANSFORM, overlay_picture(pair, View()))
+    return Step("transform", "Transform, eq. (1)", words, TRANSFORM, overlay_picture(pair))
 
 
-def overlay_picture(pair: ComparedPair, view: View) -> bytes:
+def overlay_picture(pair: ComparedPair, view: View = "superposed") -> bytes:
     """Return the picture that ``verify --overlay`` draws, as SVG."""
-    return overlay_file(".svg", pair.probe.pixels, pair.reference.pixels, pair.verification, view)
+    images = pair.probe.pixels, pair.reference.pixels
+    return scene_bytes(".svg", overlay_scene(*images, pair.verification, view))
 
 
 def numbers_of(sides: Sides) -> dict[str, Any]:

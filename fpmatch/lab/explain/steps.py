@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from fpmatch.drawing.overlay.page import Print
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Box, bounds
 from fpmatch.errors import FpmatchError
@@ -52,14 +51,14 @@ class Side:
     index: NDArray[np.intp]  # (N,): places among the minutiae of the template, rows of the file
     unit: float = 1.0  # length shown of one of the matcher's units
     up: bool = True  # whether y of the matcher's points up
-    print_: Print | None = None
+    print_: GivenPrint | None = None
 
     @classmethod
     def of_prepared(cls, letter: Letter, given: GivenPrint, prepared: PreparedTemplate) -> Side:
         """Take a print as the default matcher prepares it."""
         z = prepared.points[0] + 1j * prepared.points[1]
-        index, print_ = prepared.index.astype(np.intp), Print(given.pixels, given.template)
-        return cls(letter, Path(given.name).name, z, index, 1.0 / prepared.to_500dpi, True, print_)
+        index = prepared.index.astype(np.intp)
+        return cls(letter, Path(given.name).name, z, index, 1.0 / prepared.to_500dpi, True, given)
 
     @classmethod
     def of_points(
@@ -70,8 +69,8 @@ class Side:
         every = np.arange(len(z))
         if given is None:
             return cls(letter, Path(name).name, z, every)
-        unit, print_ = given.template.dpi / 500.0, Print(given.pixels, given.template)
-        return cls(letter, Path(name).name, z, every, unit, False, print_)
+        unit = given.template.dpi / 500.0
+        return cls(letter, Path(name).name, z, every, unit, False, given)
 
     @property
     def mark(self) -> Colour:
@@ -124,7 +123,9 @@ class Side:
             corners += [(float(column.min()), float(row.min()))]
             corners += [(float(column.max() + field.step), float(row.max() + field.step))]
         if self.print_ is not None:
-            return bounds(corners or list(self.print_.box.corners)).grown(PRINT_MARGIN_PX)
+            t = self.print_.template
+            image = Box(-0.5, -0.5, t.width, t.height)
+            return bounds(corners or [*image.corners]).grown(PRINT_MARGIN_PX)
         box = bounds(corners or [(0.0, 0.0)])
         return box.grown(SET_MARGIN * max(box.width, box.height) or 1.0)
 

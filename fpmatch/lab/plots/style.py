@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from fpmatch.base.output import check_writable
 from fpmatch.errors import OutputError
-from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     import os
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from fpmatch.pointset.geometry.affine_transform import AffineTransform
     from fpmatch.pointset.geometry.point_match import PointMatch
+    from fpmatch.pointset.geometry.similarity import Similarity
 
 
 PLOT_FORMATS: Final = (".png", ".svg", ".pdf")
@@ -93,11 +92,9 @@ def match_facts(match: PointMatch) -> list[tuple[str, str]]:
     t = match.transform
     if t is None:
         return []
-    stretch, movement = _transform_in_words(t)
     facts = [
         ("Pairs", f"{len(match.pairs):,}, {match.matched_share:.1%} of the smaller set"),
-        *([("Stretch", stretch)] if stretch else []),
-        ("Transform", movement),
+        ("Transform", _transform_in_words(t)),
         ("Residual", f"{match.rms:.4g} rms"),
     ]
     if match.chance is not None:
@@ -106,14 +103,11 @@ def match_facts(match: PointMatch) -> list[tuple[str, str]]:
     return facts
 
 
-def _transform_in_words(t: Similarity | AffineTransform) -> tuple[str, str]:
-    """Describe what a transform stretches, if anything, and the rest of it, in their order."""
+def _transform_in_words(t: Similarity) -> str:
+    """Describe a transform, in the order in which its parts are applied."""
     turn = round(t.rotation_deg, 3)  # the sense holds wherever y points
     sense = "" if turn == 0 else " from x to y" if turn > 0 else " from y to x"
     x, y = (round(value, 12) + 0.0 for value in (t.tx, t.ty))  # errors of rounding are 0
     mirror = "mirrored (y to -y), " if t.mirrored else ""
     movement = f"rotation {abs(turn):.3f}°{sense}, shift {x:+.6g}, {y:+.6g}"
-    if isinstance(t, Similarity) or t.is_similarity:
-        return "", f"{mirror}scale {t.scale:.6g}, {movement}"
-    scales = f"scale {t.scale_x:.6g} along x and {t.scale_y:.6g} along y"
-    return f"{mirror}{scales}, shear {t.shear:.6g}", movement
+    return f"{mirror}scale {t.scale:.6g}, {movement}"

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 import numpy as np
 
 from fpmatch.errors import PointSetError, unknown_name
-from fpmatch.lab.points.affine.matcher import AffineParameters, match_affine
 from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.lab.points.triangles.matcher import (
     MIN_POINTS_TO_MATCH,
@@ -18,7 +17,6 @@ from fpmatch.lab.points.triangles.matcher import (
 )
 from fpmatch.lab.points.triangles.search import MAX_CHANCE
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
-from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, too_few
 from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.paper.matcher import (
@@ -29,7 +27,7 @@ from fpmatch.pointset.paper.matcher import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -37,7 +35,6 @@ if TYPE_CHECKING:
 TRIALS: Final = 2
 """A search of the set and one of its mirror image: chance has twice the opportunity."""
 
-_MIRROR: Final = AffineTransform.of_parts(mirrored=True)
 _FLIP: Final = np.array([1.0, -1.0])
 
 
@@ -53,8 +50,7 @@ def match_either_way(
     plain, flipped = search(as_points(p, "p")), search(mirror_image(p))
     best = flipped if _order(flipped) < _order(plain) else plain
     if best is flipped and flipped.transform is not None:
-        transform = AffineTransform.of_matrix(flipped.transform.matrix).after(_MIRROR)
-        best = replace(flipped, transform=transform)
+        best = replace(flipped, transform=replace(flipped.transform, mirrored=True))
     local_matches = plain.local_matches + flipped.local_matches
     chance = None if best.chance is None else TRIALS * best.chance
     reason = best.reason
@@ -79,14 +75,7 @@ def _order(match: PointMatch) -> tuple[bool, float, int, float]:
 PointMatcher = Literal["triangles", "paper", "van-wamelen"]
 POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
 
-TransformModel = Literal["similarity", "affine"]
-TRANSFORM_MODELS: Final[tuple[TransformModel, ...]] = get_args(TransformModel)
-
-_SHORT: Final[Mapping[TransformModel, Mapping[str, int]]] = {
-    "similarity": {"proposals_per_point": 10},
-    "affine": {"proposals": 500_000, "proposals_per_point": 10},
-}
-_MOST_POINTS_OF_SHORT_AFFINE: Final = 100_000
+_SHORT: Final = 10  # proposals a point of a short search
 
 DEFAULT_LAMBDA: Final = 0.61
 """λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
@@ -101,7 +90,6 @@ def match_points(
     rho: float | None = None,
     area_tolerance: float | None = None,
     reflect: bool = False,
-    model: TransformModel = "similarity",
     progress: Callable[[int, int], None] | None = None,
 ) -> PointMatch:
     """Find the transform that maps points of P onto points of Q, if there is one.
@@ -125,9 +113,6 @@ def match_points(
     reflect : bool
         Whether to seek mirrored maps too. Both the set and its mirror image are tried, and what
         is less expected by chance is the result (more pairs, for "paper" and "van-wamelen").
-    model : {"similarity", "affine"}
-        The maps to seek: rotation, uniform scale and shift, or any linear map and shift, which
-        the matcher "triangles" alone can find.
     progress : callable, optional
         Called by the matcher "triangles" with the number of transforms tried so far, and the limit
         at which the search ends, while a search goes on. With `reflect` there are two searches.
@@ -138,15 +123,13 @@ def match_points(
         Transform, pairs, matched share, rms distance, and the expected number of matches as good
         by chance; no transform where there is no match, but a reason, which says so where the
         search ended at its limit or where several maps, `equal_maps`, fit equally well.
-        The transform is a `Similarity`, or an `AffineTransform` where
-        it is mirrored or the model is affine.
 
     Raises
     ------
     PointSetError
         If a set is malformed, has fewer than three points or all of them on one line, the
-        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher or model is
-        unknown, or the matcher has no such parameter.
+        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher is unknown,
+        or it has no such parameter.
 
     Examples
     --------
@@ -163,27 +146,16 @@ def match_points(
     >>> mirrored = match_points(points * [-1, 1], moved, reflect=True)
     >>> mirrored.transform.mirrored, round(mirrored.transform.scale, 6)
     (True, 2.0)
-    >>> sheared = match_points(points, moved @ [[1.0, 0.0], [0.4, 1.5]], model="affine")
-    >>> round(sheared.transform.determinant, 6)
-    6.0
     """
     if matcher not in POINT_MATCHERS:
         raise PointSetError(unknown_name("matcher", matcher, POINT_MATCHERS))
-    if model not in TRANSFORM_MODELS:
-        raise PointSetError(unknown_name("model", model, TRANSFORM_MODELS))
-    if model == "affine" and matcher != "triangles":
-        raise PointSetError(
-            f"the affine model needs the matcher triangles: {matcher} compares shapes, which such "
-            "maps change"
-        )
     if rho is not None and matcher == "triangles":
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
     if area_tolerance is not None and matcher != "paper":
         raise PointSetError("area tolerance is a parameter of the matcher paper")
     search: Callable[[NDArray[np.float64]], PointMatch]
     if matcher == "triangles":
-        how = {"max_chance": _max_chance(reflect), "progress": progress}
-        search = _search_by_chance(q, tolerance, model, **how)
+        search = _search_by_chance(q, tolerance, reflect, progress=progress)
     else:
         search = _search_by_share(p, q, tolerance, matcher, rho, area_tolerance)
     match = match_either_way(search, p) if reflect else search(p)
@@ -191,54 +163,29 @@ def match_points(
     return decided(match, share) if matcher == "paper" else match
 
 
-def wider_maps(
+def mirrored_matches(
     p: NDArray[np.float64],
     q: NDArray[np.float64],
     *,
     tolerance: float | None = None,
-    reflect: bool = False,
-    model: TransformModel = "similarity",
     progress: Callable[[int, int], None] | None = None,
-) -> tuple[bool, TransformModel] | None:
-    """Return `reflect` and `model` of the first wider maps with which two sets match.
+) -> bool:
+    """Return whether a short search finds that two sets match with `reflect`.
 
-    The arguments are those of a call of `match_points` without a match. The searches are short: at
-    most 200,000 proposals, 500,000 of affine maps, or 10 for each point of the larger set. So None
-    does not rule out a match. An affine map is sought in sets of up to 100,000 points.
+    At most 200,000 transforms are proposed, or 10 for each point of the larger set. So False does
+    not rule out a match.
     """
-    for wider in TRANSFORM_MODELS[TRANSFORM_MODELS.index(model) :]:
-        if wider == "affine" and max(len(p), len(q)) > _MOST_POINTS_OF_SHORT_AFFINE:
-            break
-        for mirrored in (False, True):
-            if wider == model and mirrored <= reflect:
-                continue
-            both = reflect or mirrored
-            how = {"max_chance": _max_chance(both), "progress": progress, **_SHORT[wider]}
-            try:
-                match = _search_by_chance(q, tolerance, wider, **how)(
-                    mirror_image(p) if mirrored else p
-                )
-            except PointSetError:  # the affine model refuses sets that are next to collinear
-                break
-            if match.transform is not None:
-                return both, wider
-    return None
-
-
-def _max_chance(reflect: bool) -> float:
-    """Return the chance under which a match is accepted, one of two searches with `reflect`."""
-    return MAX_CHANCE / TRIALS if reflect else MAX_CHANCE
+    how = {"proposals_per_point": _SHORT, "progress": progress}
+    return _search_by_chance(q, tolerance, True, **how)(mirror_image(p)).transform is not None
 
 
 def _search_by_chance(
-    q: ArrayLike, tolerance: float | None, model: TransformModel, **how: Any
+    q: ArrayLike, tolerance: float | None, reflect: bool, **how: Any
 ) -> Callable[[ArrayLike], PointMatch]:
-    """Return the search of the matcher "triangles" with some of its parameters."""
-    if model == "affine":
-        affine = AffineParameters(**how)
-        return partial(match_affine, q=q, tolerance=tolerance, parameters=affine)
-    similar = TriangleParameters(**how)
-    return partial(match_by_triangles, q=q, tolerance=tolerance, parameters=similar)
+    """Return the search of the matcher "triangles"; with `reflect` it is one of two."""
+    chance = MAX_CHANCE / TRIALS if reflect else MAX_CHANCE
+    parameters = TriangleParameters(max_chance=chance, **how)
+    return partial(match_by_triangles, q=q, tolerance=tolerance, parameters=parameters)
 
 
 def _search_by_share(

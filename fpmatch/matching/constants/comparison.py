@@ -30,7 +30,6 @@ FRAME: Final = 8  # frame points: the first vertices
 ROUNDING: Final = 1e-9  # px²: a minutia this near a circle lies on it
 FAR_AWAY: Final = 1e6  # farther than any minutia
 NEAR2: Final = 1e-3  # px²: keeps the weight of a coincident vertex finite
-STRAIN_PX: Final = 8.0  # added to lengths: short edges prove no strain
 
 # Ridges. The samples of a cell are rows and columns: every other row, of which every fourth bit, by
 # turns; where a print is small, also the others of every other bit, by turns.

@@ -252,16 +252,7 @@ def _comparison(
     turn = 0.0 - math.atan2(s, c)  # y points down
     fit_pairs(*prints, alignment.partner, alignment.weight, turn, *limits, swapped, pairs, fitted)
     *transform, rms = fitted.tolist()
-    return Comparison(
-        similarity=evidence.similarity,
-        transform=Similarity(*transform),
-        pairs=pairs,
-        rms_px=rms,
-        agreement=evidence.agreement,
-        overlap=evidence.overlap,
-        reason=score.main_reason(evidence),
-        detail=matched,
-    )
+    return _result(Similarity(*transform), pairs, rms, matched)
 
 
 def _comparison_by_reference(
@@ -270,22 +261,26 @@ def _comparison_by_reference(
     """Return the same of a pairing of the reference."""
     from fpmatch.matching.reference import transform_of  # noqa: PLC0415  (scipy)
 
-    pairing, evidence = matched
+    pairing, _evidence = matched
     transform, rms = transform_of(a, b, pairing)
     i = np.flatnonzero(pairing.partner >= 0)
     pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
     if swapped:
         transform, rms = transform.inverse(), rms / transform.scale
         pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
+    return _result(transform, pairs, rms, matched)
+
+
+def _result(
+    transform: Similarity,
+    pairs: NDArray[np.int32],
+    rms_px: float,
+    matched: tuple[Alignment | Pairing, Evidence],
+) -> Comparison:
+    evidence, reason = matched[1], score.main_reason(matched[1])
+    shares = evidence.agreement, evidence.overlap
     return Comparison(
-        similarity=evidence.similarity,
-        transform=transform,
-        pairs=pairs,
-        rms_px=rms,
-        agreement=evidence.agreement,
-        overlap=evidence.overlap,
-        reason=score.main_reason(evidence),
-        detail=matched,
+        evidence.similarity, transform, pairs, rms_px, *shares, reason, detail=matched
     )
 
 

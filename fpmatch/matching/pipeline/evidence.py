@@ -6,8 +6,7 @@ m pairs, of local similarity L in all, and U the unpaired minutiae, its features
 - of the relaxed local matches: the logarithm of the sum over the pairs;
 - of the mesh of pairs (see `_pair_mesh_kernel`), over the number of pairs and one: how well the
   places on the unit circle agree (eq. 3), how well the shape-preserving weights predict the partner
-  (eq. 4), how full the rings are of pairs, and how many triangles are turned over; the strain of
-  its edges;
+  (eq. 4), and how full the rings are of pairs;
 - of the neighbourhoods: ``log(1 + L)``;
 - ``√(U / (m + 2))``: minutiae that should be paired and are not, each by the square of its quality,
   raised where the mean of these squares in a print is below 0.25;
@@ -16,13 +15,12 @@ m pairs, of local similarity L in all, and U the unpaired minutiae, its features
 - the correlation of the ridges, the logarithm of the area where they could be compared, and by how
   many standard errors, nearly, the correlation is above that of different fingers.
 
-There are three sets of weights: one for two prints that have ridge images; one for minutiae alone,
-in which the weights of the ridges are 0; and one for two prints with ridges where the smaller has
-an area of at most 77 mm². Where only one of the prints has ridges, the second set is used, with
-quantiles (see below) of its own: the area of such a print is the area of its mask, not of the
-convex hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine and
-impostor prints, then weighted. Where the ridges were not compared, because the minutiae decide in
-coarse alignment, their features are the mean of impostor prints.
+There are three models: one for two prints that have ridge images; one for minutiae alone, in which
+the weights of the ridges are 0, and by which a print with ridges and one without are compared, too;
+and one for two prints with ridges where the smaller has an area of at most 77 mm². Each feature is
+standardised, so that 0 lies midway between genuine and impostor prints, then weighted. Where the
+ridges were not compared, because the minutiae decide in coarse alignment, their features are the
+mean of impostor prints.
 
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
 easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the geometric
@@ -76,7 +74,7 @@ WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json
 class Evidence:
     """The evidence in an alignment of two prints; areas are in square pixels at 500 dpi.
 
-    The common region is where both prints lie. The first sixteen entries are the kernel's.
+    The common region is where both prints lie. The first fourteen entries are the kernel's.
     """
 
     pairs: int
@@ -88,8 +86,6 @@ class Evidence:
     places: float  # sum over the pairs, 0 to 1 each: agreement of places on the unit circle
     weights: float  # the same of the agreement with the prediction by the weights of the ring
     fullness: float  # sum over the pairs of the share of their ring, by weight, made of pairs
-    turned: int  # triangles at pairs that are turned over in the other print
-    strain: float  # mean relative change of length of the edges of the mesh of pairs
     fewest: int  # minutiae of the smaller print
     ridges: float  # mean correlation of the ridges, see `pipeline.ridge_map`
     cells: int  # cells whose ridges were compared; 0 where they were not

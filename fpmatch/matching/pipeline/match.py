@@ -61,9 +61,9 @@ class Workspace:
         self.capacity = capacity
         self.weights = score.load_weights()
         self.scorer = evidence_scorer(capacity, None, p.score) if scorer is None else scorer
-        before, after = (make_aligner(capacity, capacity, p) for _ in range(2))
         tables, search = prefilter(p.prefilter), RidgeSearch(p.ridges)
-        self._kernel: Any = Pipeline(capacity, tables, before, after, self.scorer, search, p.local)
+        steps = make_aligner(capacity, capacity, p), self.scorer, search
+        self._kernel: Any = Pipeline(capacity, tables, *steps, p.local)
         self._probe: PreparedTemplate | None = None
 
     def load(self, probe: PreparedTemplate) -> None:
@@ -90,11 +90,10 @@ class Workspace:
         total = pipeline.match_with(view_of(reference), reference_first)
         if pipeline.best < 0:
             return None
-        aligner = pipeline.before if reference_first else pipeline.after
-        n = aligner.size_a
+        n = pipeline.aligner.size_a
         alignment = Alignment(np.empty(4), np.empty(n, np.int32), np.empty(n))
         arrays = alignment.transform, alignment.partner, alignment.weight
-        aligner.copy_kept(pipeline.best, *arrays)
+        pipeline.aligner.copy_kept(pipeline.best, *arrays)
         return alignment, evidence_of(self.scorer, total)
 
 

@@ -34,8 +34,6 @@ FEATURES: Final = (
     "places on the circle",
     "weights in the ring",
     "fullness of the rings",
-    "triangles turned over",
-    "strain",
     "local similarity",
     "unpaired",
     "overlap",
@@ -70,11 +68,10 @@ AMOUNTS: Final = (
 
 RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
 
-MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with ridges")
+MODELS: Final = ("with ridges", "minutiae alone", "small with ridges")
 """The models, in the order in which the kernel has them."""
 
-WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = MODELS
-MODELS_BY_SHOWN: Final = (MINUTIAE_ALONE, ONE_WITH_RIDGES, WITH_RIDGES)  # by how many of the two
+WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = MODELS
 FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
 
 
@@ -88,7 +85,7 @@ class ScoreModel:
     comparisons reach, where the amount is that of the smaller print.
     """
 
-    standard: NDArray[np.float64]  # (4, 13): the rows are those of `STANDARD`
+    standard: NDArray[np.float64]  # (4, 11): the rows are those of `STANDARD`
     bias: float  # added to the sum
     prefilter: tuple[float, float, float]  # base, growth, limit
     relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried
@@ -133,7 +130,7 @@ class ScoreModel:
         return cls(standard, bias, *limits, quantiles, median)
 
     def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the weighted sums of features, shape (..., 13), as the kernel makes them."""
+        """Return the weighted sums of features, shape (..., 11), as the kernel makes them."""
         middle, spread, weight, _ = self.standard
         return np.asarray(self.bias + (features - middle) / spread @ weight)
 
@@ -165,6 +162,10 @@ def amount_of_print(minutiae: float, area: float, *, shown: bool) -> NDArray[np.
     return np.array([minutiae, area, shown, x, y])
 
 
+def _both_have_ridges(a: PreparedTemplate, b: PreparedTemplate) -> bool:
+    return a.region.ridges is not None and b.region.ridges is not None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreWeights:
     """The models of `MODELS`, and from what they were learned."""
@@ -174,14 +175,12 @@ class ScoreWeights:
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""
-        shown = (a.region.ridges is not None) + (b.region.ridges is not None)
-        name = SMALL_WITH_RIDGES if self.is_small(a, b) else MODELS_BY_SHOWN[shown]
-        return self.models[MODELS.index(name)]
+        name = WITH_RIDGES if _both_have_ridges(a, b) else MINUTIAE_ALONE
+        return self.models[MODELS.index(SMALL_WITH_RIDGES if self.is_small(a, b) else name)]
 
     def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
         """Return whether two prints show their ridges, and the smaller one is small."""
-        shown = a.region.ridges is not None and b.region.ridges is not None
-        return shown and min(a.region.area, b.region.area) <= SMALL_AREA_PX2
+        return _both_have_ridges(a, b) and min(a.region.area, b.region.area) <= SMALL_AREA_PX2
 
     def typical(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]
@@ -193,16 +192,15 @@ class ScoreWeights:
         bounds the result.
         """
         minutiae, area = np.moveaxis(np.minimum(probe[..., :2], references[..., :2]), -1, 0)
-        shown = (probe[..., 2] + references[..., 2]).astype(np.intp)
+        both = np.minimum(probe[..., 2], references[..., 2]) > 0.0  # with ridges
         x = np.maximum(probe[..., 3], references[..., 3])
         y = np.minimum(probe[..., 4], references[..., 4])
         terms = np.stack([np.ones_like(x), x, x * x, y, x * y], axis=-1)
         by_model = {
             name: terms @ one.genuine_median for name, one in zip(MODELS, self.models, strict=True)
         }
-        typical = np.choose(shown, [by_model[name] for name in MODELS_BY_SHOWN])
+        typical = np.where(both, by_model[WITH_RIDGES], by_model[MINUTIAE_ALONE])
         small = by_model[SMALL_WITH_RIDGES]
-        both = shown == len(MODELS_BY_SHOWN) - 1
         typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
         return np.asarray(np.where(both & (area <= SMALL_AREA_PX2), small, typical))
 

@@ -181,20 +181,19 @@ def qualities(
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return the index of the nearest of `ROOT_WEIGHTS` for each square root of a weight."""
-    step = np.rint(root_weight.astype(np.float64) * 100.0)
+    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to."""
+    step = np.rint(root_weight * np.float64(100.0))
     return np.minimum(step, len(ROOT_WEIGHTS) - 1.0).astype(np.uint8)
 
 
 def rounded(given: Neighbourhoods) -> Neighbourhoods:
-    """Return neighbourhoods whose weights are rounded so that a byte keeps each of them.
+    """Round the weights of neighbourhoods so that a byte keeps each of them.
 
-    They are rounded when a print is prepared, so that comparisons of two prints and of one with
-    many use the same values.
+    They are rounded when a print is prepared, not when it is put into arrays: so all comparisons,
+    of two prints or of one with many, are of the same values.
     """
-    frame = given.frame.copy()
-    frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
-    return Neighbourhoods(given.count, given.neighbour, frame)
+    given.frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(given.frame[:, 5])]
+    return given
 
 
 def content_key(

@@ -118,9 +118,5 @@ def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) ->
 
 def _box(mask: NDArray[Any]) -> tuple[tuple[slice, slice], tuple[int, int]]:
     """Return the part of a mask without empty rows and columns around it, and where it begins."""
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    top, bottom, left, right = (0, 0, 0, 0)
-    if len(rows):
-        top, bottom, left, right = (int(of[k]) for of in (rows, columns) for k in (0, -1))
-        bottom, right = bottom + 1, right + 1
-    return (slice(top, bottom), slice(left, right)), (top, left)
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8)) if mask.size else (0, 0, 0, 0)
+    return (slice(top, top + height), slice(left, left + width)), (top, left)

@@ -173,14 +173,18 @@ def competing_pairs(
     other = similarity.copy()
     paired = np.flatnonzero(best.partner >= 0)
     other[paired, best.partner[paired]] = 0.0
+
+    def is_elsewhere(pairing: Pairing) -> bool:
+        linear, shift = (x - y for x, y in zip(pairing.move, best.move, strict=True))
+        return bool(abs(linear * places + shift).mean() > apart_px)
+
     most = 0
     for matches in (similarity, other):
         candidates = relax(a.points, b.points, matches, parameters.relaxation)
-        for coarse in coarse_pairings(a.points, b.points, candidates, parameters):
-            pairing = grow(coarse, p.rounds - p.coarse_rounds, settled=True)
-            linear, shift = (x - y for x, y in zip(pairing.move, best.move, strict=True))
-            if pairing.pairs > most and abs(linear * places + shift).mean() > apart_px:
-                most = pairing.pairs
+        coarse = coarse_pairings(a.points, b.points, candidates, parameters)
+        for pairing in filter(is_elsewhere, coarse):
+            grown = grow(pairing, p.rounds - p.coarse_rounds, settled=True)
+            most = max(most, grown.pairs if is_elsewhere(grown) else 0)
     return most
 
 

@@ -135,8 +135,7 @@ def _features(model: ScoreModel, e: dict[str, Any], p: ScoreParameters) -> Float
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [
         math.log(LEAST_RELAXED + e["relaxed"]),
-        *(e[name] * per_pair for name in ("places", "weights", "fullness", "turned")),
-        e["strain"],
+        *(e[name] * per_pair for name in ("places", "weights", "fullness")),
         math.log1p(e["local"]),
         math.sqrt(e["unpaired"] / (e["pairs"] + p.doubt_pairs)),
         e["overlap"],

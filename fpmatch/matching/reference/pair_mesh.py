@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import FAR_AWAY, FRAME, NEAR2, ROUNDING, STRAIN_PX
+from fpmatch.matching.constants.comparison import FAR_AWAY, FRAME, NEAR2, ROUNDING
 from fpmatch.matching.pipeline.parameters import USUAL
 from fpmatch.matching.reference.triangulation import chain, cross, ring_of, triangulate
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
@@ -117,24 +117,16 @@ def predict(
 def measure(
     mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane, p: PairMeshParameters = USUAL.mesh
 ) -> dict[str, float]:
-    """Measure the pairs on their rings: sums over the pairs, each of the first three 0 to 1."""
-    features = dict.fromkeys(("places", "weights", "fullness", "turned", "strain"), 0.0)
-    edges = 0
+    """Measure the pairs on their rings: sums over the pairs, each 0 to 1."""
+    features = dict.fromkeys(("places", "weights", "fullness"), 0.0)
     for i, ring in by_degree(mesh.rings, mesh.owner[FRAME:]):
         spokes_a = mesh.vertex[ring] - mesh.at[i, None]
-        spokes_b = mesh.image[ring] - b[partner[i], None]
-        length_a, length_b = abs(spokes_a), abs(spokes_b)
         weight = ring_weights(spokes_a)
         of_pairs = ring >= FRAME
         features["fullness"] += float(weight[of_pairs].sum())
         off = abs(predicted[i] - b[partner[i]])
-        off /= p.residual_px + p.residual_per_px * (weight * length_a).sum(axis=1)
+        off /= p.residual_px + p.residual_per_px * (weight * abs(spokes_a)).sum(axis=1)
         features["weights"] += float(np.exp(-0.5 * off**2).sum())
         apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])  # eq. (3)
         features["places"] += float(np.exp(-0.5 * apart.var(axis=1) / p.place_tolerance**2).sum())
-        features["turned"] += int((cross(spokes_b, np.roll(spokes_b, -1, axis=1)) <= 0.0).sum())
-        strain = 2.0 * abs(length_a - length_b) / (length_a + length_b + 2.0 * STRAIN_PX)
-        features["strain"] += float(strain[of_pairs].sum())
-        edges += int(of_pairs.sum())
-    features["strain"] /= max(edges, 1)
     return features

@@ -13,7 +13,6 @@ from fpmatch.errors import PointSetError, number_text
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.geometry.affine_transform import AffineTransform
     from fpmatch.pointset.geometry.similarity import Similarity
 
 
@@ -23,9 +22,8 @@ class PointMatch:
 
     Parameters
     ----------
-    transform : Similarity, AffineTransform or None
-        Maps P onto Q; None where there is no match. It is an `AffineTransform` where it is mirrored
-        or the model is affine.
+    transform : Similarity or None
+        Maps P onto Q; None where there is no match.
     pairs : ndarray of int32, shape (K, 2)
         Indices (into P, into Q), one-to-one, sorted by the first.
     matched_share : float
@@ -45,7 +43,7 @@ class PointMatch:
         no match then, since nothing shows which of them is the true one.
     """
 
-    transform: Similarity | AffineTransform | None
+    transform: Similarity | None
     pairs: NDArray[np.int32]
     matched_share: float
     rms: float
@@ -67,7 +65,7 @@ class PointMatch:
         return cls(None, empty, 0.0, 0.0, local_matches, reason=reason)
 
     def inverse(self) -> PointMatch:
-        """Return the match of Q with P; of an affine one the rms distance is an estimate."""
+        """Return the match of Q with P."""
         if self.transform is None:
             return self
         pairs = np.ascontiguousarray(self.pairs[self.pairs[:, 1].argsort(), ::-1])

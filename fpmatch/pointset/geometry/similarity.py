@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, overload
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from fpmatch.pointset.geometry.points import as_points, is_finite
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-    from fpmatch.pointset.geometry.affine_transform import AffineTransform
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +30,8 @@ class Similarity:
         Angle θ in radians.
     tx, ty : float
         Shift t, in the units of the target points.
+    mirrored : bool
+        Whether y is turned to -y before all else.
 
     Raises
     ------
@@ -51,6 +51,7 @@ class Similarity:
     rotation: float = 0.0
     tx: float = 0.0
     ty: float = 0.0
+    mirrored: bool = field(default=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         values = (self.scale, self.rotation, self.tx, self.ty)
@@ -128,11 +129,6 @@ class Similarity:
         return cls(math.hypot(a, b), math.atan2(b, a), tx, ty)
 
     @property
-    def mirrored(self) -> bool:
-        """Whether the map exchanges clockwise and counter-clockwise: never."""
-        return False
-
-    @property
     def rotation_deg(self) -> float:
         """Rotation in degrees, in (-180, 180]."""
         degrees = math.degrees(math.remainder(self.rotation, 2 * math.pi))
@@ -140,34 +136,33 @@ class Similarity:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """The matrix ``[s·R | t]``, shape (2, 3), as ``cv2.warpAffine`` takes it."""
+        """The matrix ``[A | t]``, shape (2, 3), as ``cv2.warpAffine`` takes it."""
         linear = self.scale * _rotation_matrix(self.rotation)
+        if self.mirrored:
+            linear = linear * (1.0, -1.0)
         return np.column_stack([linear, [self.tx, self.ty]])
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Map `points` (array_like, shape (N, 2)); returns float64 of the same shape."""
-        p = as_points(points)
-        linear = self.scale * _rotation_matrix(self.rotation)
-        return np.asarray(p @ linear.T + (self.tx, self.ty))
+        matrix = self.matrix
+        return np.asarray(as_points(points) @ matrix[:, :2].T + matrix[:, 2])
 
     def inverse(self) -> Similarity:
         """Return the transform that undoes this one."""
         scale = 1.0 / self.scale
         with np.errstate(over="ignore", invalid="ignore"):
             t = -scale * (_rotation_matrix(-self.rotation) @ (self.tx, self.ty))
+        if self.mirrored:  # which exchanges the senses of rotation
+            return Similarity(scale, self.rotation, float(t[0]), -float(t[1]), mirrored=True)
         return Similarity(scale, -self.rotation, float(t[0]), float(t[1]))
 
-    @overload
-    def after(self, first: Similarity) -> Similarity: ...
-    @overload
-    def after(self, first: AffineTransform) -> AffineTransform: ...
-    def after(self, first: Similarity | AffineTransform) -> Similarity | AffineTransform:
+    def after(self, first: Similarity) -> Similarity:
         """Return the composition that applies `first`, then this transform."""
-        if not isinstance(first, Similarity):
-            return first.of_matrix(self.matrix).after(first)
         tx, ty = self.apply([[first.tx, first.ty]])[0].tolist()
-        rotation = math.remainder(self.rotation + first.rotation, 2 * math.pi)
-        return Similarity(self.scale * first.scale, rotation, tx, ty)
+        turn = -first.rotation if self.mirrored else first.rotation
+        rotation = math.remainder(self.rotation + turn, 2 * math.pi)
+        mirrored = self.mirrored != first.mirrored
+        return Similarity(self.scale * first.scale, rotation, tx, ty, mirrored=mirrored)
 
 
 def _rotation_matrix(angle: float) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ import numpy as np
 import fpmatch
 from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError
-from fpmatch.lab.points.match import POINT_MATCHERS, TRANSFORM_MODELS, match_points
+from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.templates.minutiae import Minutiae, Template
 from fpmatch.templates.ridge_field import RidgeField
 from research.fuzzing.target import SAMPLES, Reader, Target
@@ -47,7 +47,6 @@ def _points() -> Reader:
             points[half:],
             matcher=POINT_MATCHERS[how[0] % len(POINT_MATCHERS)],
             reflect=bool(how[1] & 1),
-            model=TRANSFORM_MODELS[how[2] % len(TRANSFORM_MODELS)],
         )
         if not np.isfinite(np.array(found.pairs, np.float64)).all():
             raise AssertionError("pairs that are no numbers")

@@ -15,7 +15,7 @@ from PIL import Image
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import decode_record
 from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
-from fpmatch.formats.registry import CODECS, codec_of_content
+from fpmatch.formats.registry import CODECS, recognise
 from fpmatch.image.extract import extract
 from fpmatch.image.io.grey import ImageLimits
 from fpmatch.image.io.read import decode_image, read_image
@@ -113,8 +113,8 @@ def _template_reader(codec: Codec) -> Read:
         try:
             _check(codec, data)
         except FpmatchError:
-            taken = codec_of_content(data)
-            if taken is codec:
+            taken = recognise(data)
+            if taken is None or taken is codec:
                 raise
             _check(taken, data)
 

@@ -75,17 +75,6 @@ def test_a_tag_goes_before_a_comment_unless_it_is_a_placeholder():
     assert told(saved(GREY, "JPEG", dpi=(96, 96), comment=b"PPI 569"))[0] == 569
 
 
-def test_jpeg_2000_for_showing():
-    data = saved(GREY, "JPEG2000")
-    box = data.index(b"jp2h") - 4
-    length = int.from_bytes(data[box : box + 4], "big")
-    per_metre = (19685).to_bytes(2, "big") + (1).to_bytes(2, "big")
-    resd = (18).to_bytes(4, "big") + b"resd" + per_metre * 2 + bytes(2)
-    res = (8 + len(resd)).to_bytes(4, "big") + b"res " + resd
-    whole = (length + len(res)).to_bytes(4, "big") + data[box + 4 : box + length] + res
-    assert told(data[:box] + whole + data[box + length :])[0] == 500
-
-
 def test_what_is_usable():
     damaged = exif(500)[:10] + bytes(len(exif(500)) - 10)
     assert told(saved(GREY, "JPEG", exif=damaged))[0] is None

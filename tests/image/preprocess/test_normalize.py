@@ -34,16 +34,6 @@ def test_ridges_are_positive_with_unit_contrast_whatever_the_light(low, high):
     assert image.contrast[middle].mean() == pytest.approx((high - low) / np.sqrt(8), rel=0.1)
 
 
-def test_a_shadow_across_the_print_is_taken_out():
-    wave = plane_wave(90, 9, (120, 120))
-    shade = np.linspace(0.3, 1.0, 120)[:, None]
-    image = normalize(np.rint(shade * (128 - 100 * wave)).astype(np.uint8))
-    for rows in (slice(20, 40), slice(80, 100)):
-        assert correlation(image.pixels[rows], wave[rows]) > 0.97
-    deviation = image.pixels.std(axis=1)[20:100]
-    assert deviation.min() > 0.85 * deviation.max()
-
-
 def test_a_grainy_image_is_smoothed_and_another_is_not(rng):
     wave = plane_wave(30, 9, (160, 160))
     for noise, smoothed in ((4.0, False), (60.0, True)):

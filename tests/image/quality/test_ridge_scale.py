@@ -26,8 +26,6 @@ from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 from tests.image.made_files import saved
 from tests.image.made_images import concentric_rings
 
-SAMPLES = sorted((Path(__file__).parents[3] / "sample_data").glob("*_[12].tif"))
-
 
 def rings(period, shape=(300, 260), noise=12.0):
     """Return grey ridges around the middle of an image."""

@@ -12,33 +12,13 @@ from fpmatch.image.skeleton.minutiae import (
     minutia_quality,
 )
 from fpmatch.image.skeleton.thin import thin
-from tests.image.made_images import drawn, extremes_too, plane_wave, shapes
-
-FORK = drawn(
-    "       #", "      # ", "     #  ", "#####   ", "     #  ", "      # ", "       #", margin=2
-)
+from tests.image.made_images import extremes_too, plane_wave, shapes
 
 
 def walked(nodes, node, branch):
     """Return the pixels (x, y) of a branch."""
     path = nodes.paths[node, branch, : nodes.steps[node, branch]]
     return [(int(x), int(y)) for y, x in path]
-
-
-def at(nodes):
-    """Return (x, y, crossing number) of all nodes."""
-    columns = (nodes.x, nodes.y, nodes.crossing_number)
-    return [(int(x), int(y), int(c)) for x, y, c in zip(*columns, strict=True)]
-
-
-def test_a_fork_has_one_bifurcation_with_three_branches():
-    nodes = find_nodes(FORK, 20)
-    assert sorted(at(nodes)) == [(2, 5, 1), (6, 5, 3), (9, 2, 1), (9, 8, 1)]
-    fork = at(nodes).index((6, 5, 3))
-    ends = {(nodes.x[t], nodes.y[t]) for t in nodes.target[fork, :3]}
-    assert ends == {(2, 5), (9, 2), (9, 8)}
-    assert nodes.steps[fork].tolist() == [4, 3, 3, 0]
-    assert [nodes.target[k, 0] for k in range(4) if k != fork] == [fork] * 3
 
 
 @extremes_too
@@ -127,19 +107,6 @@ def test_an_image_like_its_enhancement_is_perfect_and_an_inverted_or_empty_one_w
     pixels, enhanced, quality
 ):
     assert minutia_quality(pixels, enhanced, X, Y).tolist() == [quality] * 4
-
-
-def test_noise_lowers_quality_step_by_step_and_in_the_neighbourhood_alone(rng):
-    noise = rng.normal(0, 1, WAVE.shape).astype(np.float32)
-    grades = [
-        int(minutia_quality(WAVE + np.float32(s) * noise, WAVE, X[1:2], Y[1:2])[0])
-        for s in (0, 0.3, 1, 3, 10)
-    ]
-    assert grades == sorted(set(grades), reverse=True)
-    spoilt = np.where(np.arange(110) < 51 + RADIUS_PX + 1, WAVE, 5 * noise)
-    near, far = minutia_quality(spoilt, WAVE, np.array([51, 80]), np.array([40, 40])).tolist()
-    assert near == 100
-    assert far < 60
 
 
 def test_a_minutia_is_graded_alone_as_in_company(rng):

@@ -143,14 +143,6 @@ def test_minutiae_point_back_along_their_ridge_or_along_their_valley(degrees):
         assert turn_between(found, degrees).max() < 12
 
 
-def test_a_direction_takes_no_more_of_the_branch_than_it_may():
-    bent = thin(lines(SHAPE, ((20, 40), (30, 40)), ((30, 40), (30, 10))))
-    nodes = find_nodes(bent, 30)
-    left = int(np.flatnonzero(nodes.x == 20)[0])
-    assert directions(nodes, 8)[left] == pytest.approx(0)
-    assert np.degrees(directions(nodes, 30)[left]) > 45
-
-
 def unjoined(y, x, number):
     paths, steps = np.zeros((len(y), 4, 1, 2), np.int32), np.zeros((len(y), 4), np.int32)
     return SkeletonNodes(y, x, number, paths, steps, target=np.full_like(steps, -1))

@@ -44,17 +44,6 @@ def test_what_is_thin_stays_even_at_the_border(shape):
     assert thin(np.ones(shape, bool)).tolist() == np.ones(shape, bool).tolist()
 
 
-@pytest.mark.parametrize("angle", [0, 20, 45, 70, 90, 135])
-def test_each_ridge_of_a_wave_becomes_one_line(angle):
-    ridges = plane_wave(angle, 9) > 0
-    skeleton = thin(ridges)
-    assert parts(skeleton) == parts(ridges)
-    middle = (slice(16, 80), slice(16, 80))
-    length = skeleton[middle].sum() / (64 * 64 / 9)
-    assert 0.65 < length < 1.15
-    assert plane_wave(angle, 9)[middle][skeleton[middle]].min() > 0.3
-
-
 @extremes_too
 @given(shapes)
 @example(np.ones((30, 50), bool))

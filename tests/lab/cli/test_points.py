@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from fpmatch.lab.points.match import POINT_MATCHERS
-from fpmatch.pointset.geometry.affine_transform import AffineTransform
 from fpmatch.pointset.geometry.similarity import Similarity
 from tests.conftest import assert_refused, rows_of
 
@@ -92,7 +91,7 @@ def test_the_papers_method_decides_by_rho(match, stars, rho, status):
 
 @pytest.fixture
 def views(tmp_path, rng):
-    """Return a function that writes 30 points, and 28 of them under an affine map."""
+    """Return a function that writes 30 points, and 28 of them under a map."""
 
     def written(truth):
         p = rng.uniform(0, 100, (30, 2))
@@ -104,14 +103,14 @@ def views(tmp_path, rng):
 
 @pytest.mark.parametrize("matcher", POINT_MATCHERS)
 def test_a_mirrored_set_matches_on_request(match, run, views, matcher):
-    truth = AffineTransform.of_parts(1.7, 1.7, 0, math.radians(40), 250, -40, mirrored=True)
+    truth = Similarity(1.7, math.radians(40), 250, -40, mirrored=True)
     words = (*views(truth), "--matcher", matcher)
     without = match(*words)[1]
     assert without["match"] is False
     assert ("--reflect" in without["reason"]) == (matcher == "triangles")
     result, document = match(*words, "--reflect")
     assert result.exit_code == 0
-    assert list(document) == [*KEYS[:-2], "reflect", "model", *KEYS[-2:]]
+    assert list(document) == [*KEYS[:-2], "reflect", *KEYS[-2:]]
     transform = document["transform"]
     assert list(transform) == ["scale", "rotation_deg", "tx", "ty", "mirrored", "matrix"]
     assert list(transform.values())[:4] == pytest.approx([1.7, 40, 250, -40])

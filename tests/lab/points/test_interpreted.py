@@ -52,13 +52,7 @@ def descriptors(room, p, _):
     return of_rings, large.corner[: large.number], parts, density
 
 
-def affine(room, p, q):
-    matcher = room("lab.points.affine.matcher")
-    return matcher.match_affine(p, q, parameters=matcher.AffineParameters(max_proposals=300))
-
-
 ROOMS = {
-    "affine": affine,
     "triangles": triangles,
     "descriptors": descriptors,
     "paper": lambda room, p, q: room("pointset.paper.matcher").match_by_unit_circle(p, q),

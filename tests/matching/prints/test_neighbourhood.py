@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import any_points, on_pixels, seeds, spread_points
+from matching_prints import any_points, on_pixels, seeds
 
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.parameters import NeighbourhoodParameters
@@ -42,14 +42,6 @@ def test_frames_agree_with_the_reference(seed, size, second):
     kept = np.arange(size) < found.count[:, None]
     assert found.neighbour[kept].tolist() == expected.neighbour[kept].tolist()
     assert rounded(found).frame == pytest.approx(expected.frame, rel=1e-4, abs=1e-4)
-
-
-@pytest.mark.parametrize("n", [0, 1, 2, 3])
-def test_few_minutiae_know_one_another(n):
-    points = spread_points(np.random.default_rng(n), n)
-    found = neighbourhoods(points)
-    assert found.count.tolist() == [max(n - 1, 0)] * n
-    assert found.frame.shape == (n, 6, P.neighbours)
 
 
 @given(seeds)

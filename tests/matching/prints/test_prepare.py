@@ -110,14 +110,6 @@ def test_the_box_leaves_out_empty_rows_and_columns_alone(seed):
     assert region.inside == len(rows)
 
 
-@pytest.mark.parametrize("shape", [(0, 0), (0, 3), (2, 3)])
-def test_ridges_of_an_empty_field_are_none_in_number(shape):
-    field = RidgeField(16.0, np.zeros(shape), np.zeros(shape), np.ones(shape))
-    prepared = prepare(Template(Minutiae.empty(), 60, 40, field=field))
-    assert prepared.region.ridges.size == 0
-    prepared.for_kernels()
-
-
 def test_region_without_a_field_is_the_hull_of_the_minutiae():
     corners = np.array([[20.0, 180, 180, 20], [-20, -20, -180, -180], [1, 1, 1, 1], [0, 0, 0, 0]])
     region = prepare(template_of(corners)).region
@@ -128,13 +120,6 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae():
     assert contains(region, *inside).all()
     assert not contains(region, *outside).any()
     assert region.area == pytest.approx(160**2, rel=0.25)
-
-
-@given(seeds)
-def test_the_hull_holds_its_minutiae(seed):
-    rng = np.random.default_rng(seed)
-    prepared = prepare(template_of(spread_points(rng, int(rng.integers(1, 20)))))
-    assert contains(prepared.region, *prepared.points[:2]).all()
 
 
 def test_minutiae_outside_the_image_have_no_region():

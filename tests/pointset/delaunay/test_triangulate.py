@@ -21,20 +21,6 @@ def test_agrees_with_qhull(rng, n):
         assert edge_set(triangulate(points)) == {(a, b) for a, b in sides.tolist()}
 
 
-def test_hull_runs_counter_clockwise_from_the_smallest_point():
-    mesh = triangulate([[4, 4], [2, 1], [0, 4], [4, 0], [0, 0], [2, 0]])
-    assert mesh.hull.tolist() == [4, 5, 3, 0, 2]
-    assert mesh.interior.tolist() == [False, True, False, False, False, False]
-
-
-def test_first_of_coincident_points_stands_for_the_rest():
-    mesh = triangulate([[0, 0], [4, 0], [2, 1], [0, 4], [2, 1], [4, 4], [2, 1]])
-    assert mesh.interior.nonzero()[0].tolist() == [2]
-    assert mesh.one_ring(2).tolist() == [0, 1, 5, 3]
-    assert mesh.one_ring(4).tolist() == mesh.one_ring(6).tolist() == [2]
-    assert {(2, 4), (2, 6)} <= edge_set(mesh)
-
-
 def test_wholly_coincident_points_are_joined_to_the_first():
     mesh = triangulate(np.full((3, 2), 7.5))
     assert mesh.edges.tolist() == [[0, 1], [0, 2]]

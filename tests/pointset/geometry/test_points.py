@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, grid_of, places, seeds, squared_distances
 
-from fpmatch.pointset.geometry.points import MAX_CELLS_PER_POINT, as_points, sort_into_cells
+from fpmatch.pointset.geometry.points import MAX_CELLS_PER_POINT, sort_into_cells
 
 clouds = st.one_of(
     crowded_pixels.map(lambda points: np.ascontiguousarray(points.T)),
@@ -111,10 +111,3 @@ def test_nothing_is_near_a_place_out_of_this_world(place):
     assert grid.nearest(*place, 0.3) == -1
     if not np.isnan(place).any():
         assert ask_within(grid, np.array(place), 0.3, 5) == ([], [])
-
-
-def test_points_are_copied_into_two_columns():
-    mine = np.ones((2, 2))
-    as_points(mine)[0, 0] = 5
-    assert mine[0, 0] == 1
-    assert as_points([]).shape == (0, 2)

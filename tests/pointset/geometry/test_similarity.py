@@ -1,8 +1,10 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 from pointset_strategies import seeds, similarities
 
 from fpmatch.errors import PointSetError
@@ -42,12 +44,14 @@ def test_no_small_change_of_a_fit_is_better(move, seed):
         assert cost(nudged) >= cost(best)
 
 
-@given(moves, moves)
-def test_inverse_composition_and_matrix(first, second):
+@given(moves, moves, st.booleans(), st.booleans())
+def test_inverse_composition_and_matrix(first, second, flip, flip_again):
+    first, second = replace(first, mirrored=flip), replace(second, mirrored=flip_again)
     there = first.apply(POINTS)
     assert first.inverse().apply(there) == pytest.approx(POINTS, abs=1e-6)
     assert second.after(first).apply(POINTS) == pytest.approx(second.apply(there), abs=1e-5)
     homogeneous = np.column_stack([POINTS, np.ones(len(POINTS))])
+    assert (np.linalg.det(first.matrix[:, :2]) < 0) == flip
     assert homogeneous @ first.matrix.T == pytest.approx(there, abs=1e-9)
 
 

@@ -12,7 +12,6 @@ cdef int _claim(
 ) noexcept
 cpdef double log_chance(
     int[::1] partner, double[::1] distance2, int inside, double t2, double[::1] rate,
-    int determined=*,
 )
 cpdef double list_pairs(
     double[:, ::1] p, CellGrid grid, int[::1] partner, double[::1] move, int[:, ::1] pairs,

@@ -1,9 +1,8 @@
 # mypy: ignore-errors
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
-A move is a similarity transform of four values or an affine one of six, as in
-`fpmatch.lab.points.triangles._partner_fit_kernel`. Q is a grid; indices of its points are in the
-order of its cells.
+A move is that of `fpmatch.pointset.geometry._least_squares_kernel`. Q is a grid; indices of its
+points are in the order of its cells.
 """
 
 import cython
@@ -47,7 +46,7 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
                 continue
             inside += 1
             pairs += _claim(grid, x, y, reach2, i, owner, partner, distance2)
-        if 2 * pairs <= move.shape[0]:
+        if pairs <= 2:
             return -1
         if round_ > 0 and pairs == before:
             break
@@ -59,8 +58,6 @@ def refine(p, grid, t2, max_rounds, owner, partner, distance2, visits, move):
 
 def _moved(move, x, y):
     """Return the point (x, y) moved."""
-    if move.shape[0] == 6:
-        return move[0] * x + move[1] * y + move[2], move[3] * x + move[4] * y + move[5]
     return move[2] + move[0] * x - move[1] * y, move[3] + move[1] * x + move[0] * y
 
 
@@ -92,15 +89,15 @@ def uniform_rates(density, t2, rate):
         reach2 *= 0.25
 
 
-def log_chance(partner, distance2, inside, t2, rate, determined=2):
+def log_chance(partner, distance2, inside, t2, rate):
     """Return the log of the probability that so many of the points inside have partners by chance.
 
     Chernoff's bound on the binomial tail, at reaches of t, t/2, t/4 and so on, where a point finds
     one with the probability `rate`; the least counts, corrected for the number of reaches. So near
     pairs are more significant than far ones, and a few exact ones as significant as many rough
-    ones. The transform is `determined` by two pairs, or by three where it is affine.
+    ones. Two pairs determine the transform.
     """
-    trials: cython.double = inside - determined
+    trials: cython.double = inside - 2
     reach2 = t2
     best = 0.0
     for part in range(rate.shape[0]):
@@ -108,9 +105,9 @@ def log_chance(partner, distance2, inside, t2, rate, determined=2):
         for i in range(partner.shape[0]):
             if partner[i] >= 0 and distance2[i] <= reach2:
                 pairs += 1
-        if pairs <= determined:
+        if pairs <= 2:
             break
-        share = (pairs - determined) / trials if trials > 0.0 else 0.0
+        share = (pairs - 2) / trials if trials > 0.0 else 0.0
         chance = rate[part]
         if share > chance > 0.0:
             value = share * log(share / chance)

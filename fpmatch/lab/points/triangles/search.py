@@ -29,9 +29,6 @@ _VISITS_PER_PROPOSAL: Final = 16  # twice those of independent uniform sets
 _UNSCREENED: Final = 32  # proposals that pass, at least,
 _UNSCREENED_POINTS: Final = 500_000  # or with so many points in all: uniform sets have fewer
 SAMPLE: Final = 2_000  # points, at most
-_BESIDE: Final = 2.0  # mean spacings: far from partners, near enough for the same density
-_DIRECTIONS: Final = 8
-_CROWDING: Final = 2.0  # the margin of evidence from a sample
 _GAIN_STEPS: Final = 33
 _MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough for any set
 
@@ -109,14 +106,8 @@ class Proposals:
         self.max_visits = given.most_visits(number_p, max(number_p, number_q))
         self.visits = np.zeros(1, np.int64)
         self.passed = 0
-        self._usual = given.proposals, given.max_visits + given.max_visits_per_point * number_p
         self._progress = given.progress
         self._state = np.zeros(3, np.int_)
-
-    @property
-    def is_long(self) -> bool:
-        """Whether more work was done than the limit for small sets allows."""
-        return bool(self._state[2] > self._usual[0] or self.visits[0] > self._usual[1])
 
     @property
     def at_limit(self) -> bool:
@@ -168,22 +159,16 @@ class Screening:
         self._unscreened -= 1
         if self._unscreened >= 0:
             return False
-        return self._log_chance(move, self._target.tolerance**2) > needed / 2
-
-    def crowding(self, move: NDArray[np.float64]) -> float:
-        """Return the log chance of a match that crowds alone explain; 0 unless a search is long.
-
-        Where the density varies, a wrong transform that maps a crowd onto a crowd pairs more points
-        than the mean density predicts, and a long search finds such transforms. They pair as many
-        where all points are shifted a little; of a true transform little then remains.
-        """
-        log_chance = 0.0
-        for k in range(_DIRECTIONS if self._proposals.is_long else 0):
-            beside, angle = move.copy(), 2 * math.pi * k / _DIRECTIONS
-            beside[2] += _BESIDE * self._target.spacing * math.cos(angle)
-            beside[-1] += _BESIDE * self._target.spacing * math.sin(angle)
-            log_chance = min(log_chance, self._log_chance(beside, self._target.tolerance**2 / 2))
-        return _CROWDING * self._every * log_chance
+        sample, owner, partner, distance2 = self._room
+        t2 = self._target.tolerance**2
+        inside = overlay.refine(
+            *(sample, self._target.grid, t2, 1, owner, partner),
+            *(distance2, self._proposals.visits, move.copy()),
+        )
+        if inside < 0:
+            return True
+        chance = overlay.log_chance(partner, distance2, inside, t2, self._target.rate)
+        return bool(chance > needed / 2)
 
     @cached_property
     def _room(self) -> tuple[NDArray[Any], ...]:
@@ -192,16 +177,3 @@ class Screening:
         owner = np.full(len(self._target.grid.order), -1, np.int32)
         n = sample.shape[1]
         return sample, owner, np.full(n, -1, np.int32), np.empty(n)
-
-    def _log_chance(self, move: NDArray[np.float64], t2: float) -> float:
-        """Return the log chance of the sample's pairs under a move, infinite for next to none."""
-        sample, owner, partner, distance2 = self._room
-        inside = overlay.refine(
-            *(sample, self._target.grid, t2, 1, owner, partner),
-            *(distance2, self._proposals.visits, move.copy()),
-        )
-        if inside < 0:
-            return math.inf
-        arrays, determined = (partner, distance2, inside), len(move) // 2
-        t2 = self._target.tolerance**2
-        return float(overlay.log_chance(*arrays, t2, self._target.rate, determined))

@@ -1,7 +1,15 @@
 # Types of the kernel, and what other kernels may use of it.
-from fpmatch.matching.pipeline._kernels._minutia_grid_kernel cimport MinutiaGrid
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel cimport Relaxation
+
+
+cdef class MinutiaGrid:
+    cdef readonly int[::1] start, item
+    cdef readonly double x0, y0, per_px, reach
+    cdef readonly int columns, rows
+
+    cpdef int load(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cdef int _line(self, double place) noexcept nogil
 
 
 cdef class Aligner:
@@ -21,8 +29,9 @@ cdef class Aligner:
     cdef readonly int hypotheses, coarse_rounds, rounds, rows
     cdef Py_ssize_t measured_row
 
-    cpdef int load_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
-    cpdef int load_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cpdef int load(
+        self, double[:, ::1] a, Py_ssize_t size_a, double[:, ::1] b, Py_ssize_t size_b
+    ) noexcept nogil
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
     cpdef int refine(self, Py_ssize_t k) noexcept nogil

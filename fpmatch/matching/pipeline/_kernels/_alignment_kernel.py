@@ -16,7 +16,6 @@ import numpy as np
 from cython.cimports.libc.math import sqrt
 
 from fpmatch.matching.constants import comparison
-from fpmatch.matching.pipeline._kernels._minutia_grid_kernel import MinutiaGrid
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 
@@ -25,6 +24,73 @@ LEAST_SCALE = cython.declare(cython.double, comparison.LEAST_SCALE)
 MOST_SCALE = cython.declare(cython.double, comparison.MOST_SCALE)
 MOST_PROPOSED = cython.declare(cython.int, 8)  # hypotheses besides those of the local matches
 FEWEST_FOR_SCALE = cython.declare(cython.int, comparison.FEWEST_FOR_SCALE)
+CELL_PX = cython.declare(cython.double, 16.0)
+MOST_CELLS = cython.declare(cython.int, 32)  # across the bounding box; larger cells if need be
+MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
+MARGIN = cython.declare(cython.double, 0.01)  # px, more than the rounding error of a cell's border
+
+
+@cython.final
+@cython.cclass
+class MinutiaGrid:
+    """The minutiae of one print, at most `size`, listed by the cells of a square grid.
+
+    ``item[start[k] : start[k + 1]]`` are the indices, ascending, of all minutiae within
+    `reach_px` of any place in cell k. Cells are counted along the rows; there are `rows` by
+    `columns`, of side ``1 / per_px``, from the corner (x0, y0) on.
+    """
+
+    def __init__(self, reach_px, size) -> None:
+        self.reach = reach_px + MARGIN
+        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32)
+        self.item = np.empty(MOST_REACHED * MOST_REACHED * size, np.int32)
+        self.columns = self.rows = 0
+        self.x0 = self.y0 = self.per_px = 0.0
+
+    @cython.locals(filling=cython.int, row=cython.int, column=cython.int, j=cython.Py_ssize_t)
+    def load(self, points, size):
+        """List the first `size` columns of `points` (4, N); return 0."""
+        reach = self.reach
+        self.columns = self.rows = 0
+        if size == 0:
+            return 0
+        self.x0 = x1 = points[0, 0]
+        self.y0 = y1 = points[1, 0]
+        for j in range(size):
+            self.x0 = points[0, j] if points[0, j] < self.x0 else self.x0
+            self.y0 = points[1, j] if points[1, j] < self.y0 else self.y0
+            x1 = points[0, j] if points[0, j] > x1 else x1
+            y1 = points[1, j] if points[1, j] > y1 else y1
+        side = max(x1 - self.x0, y1 - self.y0) / MOST_CELLS
+        self.per_px = 1.0 / max(side, CELL_PX, 0.5 * reach)
+        self.x0 -= reach
+        self.y0 -= reach
+        self.columns = self._line(x1 + reach - self.x0) + 1
+        self.rows = self._line(y1 + reach - self.y0) + 1
+        cells: cython.Py_ssize_t = self.columns * self.rows
+        for cell in range(cells + 2):
+            self.start[cell] = 0
+        # the starts run one ahead while the cells are filled, two while their items are counted
+        for filling in range(2):
+            for j in range(size):
+                first_column = self._line(points[0, j] - reach - self.x0)
+                last_column = self._line(points[0, j] + reach - self.x0)
+                first_row = self._line(points[1, j] - reach - self.y0)
+                last_row = self._line(points[1, j] + reach - self.y0)
+                for row in range(first_row, last_row + 1):
+                    for column in range(first_column, last_column + 1):
+                        cell = row * self.columns + column
+                        if filling:
+                            self.item[self.start[cell + 1]] = j
+                        self.start[cell + 2 - filling] += 1
+            if not filling:
+                for cell in range(cells):
+                    self.start[cell + 2] += self.start[cell + 1]
+        return 0
+
+    def _line(self, place):
+        """Return the row or column of the grid at a distance from its first."""
+        return int(place * self.per_px)
 
 
 @cython.final
@@ -72,21 +138,15 @@ class Aligner:
         self.s = self.x = self.y = 0.0
         self.measured_row = -1
 
-    def load_a(self, points, size):
-        """Take the first `size` columns of `points` as print A."""
-        self.size_a = size
+    def load(self, a, size_a, b, size_b):
+        """Take the first `size_a` columns of `a` as print A, and likewise print B."""
+        self.size_a, self.size_b = size_a, size_b
         for row in range(4):
-            for i in range(size):
-                self.a[row, i] = points[row, i]
-        return 0
-
-    def load_b(self, points, size):
-        """Take the first `size` columns of `points` as print B."""
-        self.size_b = size
-        for row in range(4):
-            for j in range(size):
-                self.b[row, j] = points[row, j]
-        return self.grid.load(self.b, size)
+            for i in range(size_a):
+                self.a[row, i] = a[row, i]
+            for j in range(size_b):
+                self.b[row, j] = b[row, j]
+        return self.grid.load(self.b, size_b)
 
     def relax(self, similarity):
         """Select and relax the local matches; return how many candidates there are."""

@@ -4,10 +4,10 @@ from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
 
 cdef Py_ssize_t PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS
-cdef Py_ssize_t FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES
+cdef Py_ssize_t FULLNESS, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES
 cdef Py_ssize_t MIDDLE, SPREAD, WEIGHT, IMPOSTOR
 cdef Py_ssize_t PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS
-cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES
+cdef Py_ssize_t WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES
 
 
 cdef class EvidenceScorer:

@@ -15,10 +15,10 @@ from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 
 # Entries of the evidence, rows of `standard`, entries of `limits`, and the models:
 PAIRS, LOCAL, UNPAIRED, COMMON, OVERLAP, RELAXED, PLACES, WEIGHTS = range(8)
-FULLNESS, TURNED, STRAIN, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES = range(8, 17)
+FULLNESS, FEWEST, RIDGES, CELLS, AREA, CHANCE, ENTRIES = range(8, 15)
 MIDDLE, SPREAD, WEIGHT, IMPOSTOR = range(4)
 PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS = range(7)
-WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = range(4)
+WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = range(3)
 
 REJECTED = cython.declare(cython.double, comparison.REJECTED)
 SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
@@ -38,7 +38,7 @@ DENSER_TURN = cython.declare(cython.double, comparison.DENSER_TURN)
 FAR_SHARE = cython.declare(cython.double, comparison.FAR_SHARE)
 FEW_TO_HOLD = cython.declare(cython.double, comparison.FEW_TO_HOLD)
 ENOUGH_TO_HOLD = cython.declare(cython.double, comparison.ENOUGH_TO_HOLD)
-FEATURES = cython.declare(cython.Py_ssize_t, 13)
+FEATURES = cython.declare(cython.Py_ssize_t, 11)
 LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 
 
@@ -87,7 +87,7 @@ class EvidenceScorer:
         if ridges_a and ridges_b:
             self.model = SMALL_WITH_RIDGES if area <= SMALL_AREA_PX2 else WITH_RIDGES
         else:
-            self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
+            self.model = MINUTIAE_ALONE
         return self.model
 
     def prefilter_shortfall(self, weight, smaller):
@@ -163,19 +163,17 @@ class EvidenceScorer:
         self.feature[1] = self.evidence[PLACES] * per_pair
         self.feature[2] = self.evidence[WEIGHTS] * per_pair
         self.feature[3] = self.evidence[FULLNESS] * per_pair
-        self.feature[4] = self.evidence[TURNED] * per_pair
-        self.feature[5] = self.evidence[STRAIN]
-        self.feature[6] = log(1.0 + self.evidence[LOCAL])
-        self.feature[7] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
-        self.feature[8] = self.evidence[OVERLAP]
-        self.feature[9] = pairs / (self.evidence[FEWEST] + self.doubt_minutiae)
+        self.feature[4] = log(1.0 + self.evidence[LOCAL])
+        self.feature[5] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
+        self.feature[6] = self.evidence[OVERLAP]
+        self.feature[7] = pairs / (self.evidence[FEWEST] + self.doubt_minutiae)
         if self.evidence[CELLS] > 0.0:
-            self.feature[10] = self.evidence[RIDGES]
-            self.feature[11] = log(self.evidence[CELLS] + self.doubt_cells)
-            self.feature[12] = self.evidence[RIDGES] - self.usual_correlation
-            self.feature[12] *= sqrt(self.evidence[CELLS])
+            self.feature[8] = self.evidence[RIDGES]
+            self.feature[9] = log(self.evidence[CELLS] + self.doubt_cells)
+            self.feature[10] = self.evidence[RIDGES] - self.usual_correlation
+            self.feature[10] *= sqrt(self.evidence[CELLS])
         else:
-            for k in range(10, 13):
+            for k in range(8, 11):
                 self.feature[k] = self.standard[self.model, IMPOSTOR, k]
         return 0
 
@@ -303,8 +301,6 @@ class EvidenceScorer:
         self.evidence[PLACES] = aligner.mesh.places
         self.evidence[WEIGHTS] = aligner.mesh.weights
         self.evidence[FULLNESS] = aligner.mesh.full
-        self.evidence[TURNED] = aligner.mesh.turned
-        self.evidence[STRAIN] = aligner.mesh.mean_strain()
         self.evidence[FEWEST] = min(a.size, b.size)
         self.evidence[RIDGES] = self.evidence[CELLS] = self.evidence[OVERLAP] = 0.0
         self.evidence[AREA] = self.evidence[CHANCE] = 0.0

@@ -4,7 +4,7 @@ cdef class NeighbourIndex:
     cdef readonly double per_px
     cdef double slack, least
     cdef double[:, ::1] middle
-    cdef readonly float[:, ::1] entry
+    cdef readonly double[:, ::1] entry
     cdef readonly int[::1] owner, start, item
     cdef double[::1] best, total, root_weight
 
@@ -12,13 +12,9 @@ cdef class NeighbourIndex:
         self, int[::1] count, float[:, :, ::1] frame, bint filling
     ) noexcept nogil
     cdef Py_ssize_t _line(self, double place) noexcept nogil
-    cpdef int to_prints_before(
+    cpdef int to_prints(
         self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae, double min_cosine,
-        float[:, ::1] similarity,
-    ) noexcept nogil
-    cpdef int to_prints_after(
-        self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae, double min_cosine,
-        float[:, ::1] similarity,
+        float[:, ::1] similarity, bint before,
     ) noexcept nogil
 
 cpdef int normalize_by_size(

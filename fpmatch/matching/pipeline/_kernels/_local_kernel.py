@@ -48,7 +48,7 @@ def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
 @cython.nogil
 @cython.exceptval(check=False)
 def _agreement(
-    entry: cython.float[:, ::1],
+    entry: cython.double[:, ::1],
     e: cython.Py_ssize_t,
     u: cython.double,
     v: cython.double,
@@ -59,10 +59,10 @@ def _agreement(
     precision: cython.double,
 ) -> cython.double:
     """Return the product of the agreement of a neighbour with entry e in position and direction."""
-    du: cython.double = u - float(entry[e, 0])
-    dv: cython.double = v - float(entry[e, 1])
+    du: cython.double = u - entry[e, 0]
+    dv: cython.double = v - entry[e, 1]
     near: cython.double = 1.0 - (du * du + dv * dv) * precision
-    turn: cython.double = (c * float(entry[e, 2]) + s * float(entry[e, 3]) - min_cosine) * scale
+    turn: cython.double = (c * entry[e, 2] + s * entry[e, 3] - min_cosine) * scale
     # twice the value, or 0 where it is negative, without a branch
     return (near + fabs(near)) * (turn + fabs(turn))
 
@@ -91,8 +91,7 @@ class NeighbourIndex:
         self.best = np.zeros(self.minutiae * max(self.size, other_size))
         self.total = np.zeros(self.minutiae)
         self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
-        # single precision like the frames: half the memory
-        self.entry = np.empty((self.minutiae * self.size, 6), np.float32)
+        self.entry = np.empty((self.minutiae * self.size, 6))
         self.owner = np.empty(self.minutiae * self.size, np.int32)
         self.start = np.zeros(4 * half * half * EIGHTHS + 2, np.int32)
         self.item = np.empty(self._list(count, frame, False), np.int32)
@@ -146,73 +145,73 @@ class NeighbourIndex:
             return 2 * self.half - 1
         return int(place)
 
-    @cython.locals(k=cython.Py_ssize_t, at=cython.Py_ssize_t)
-    def to_prints_before(self, count, frame, minutiae, min_cosine, similarity):
-        """Fill ``similarity[i, j]`` for the minutiae i of another print A and j of the indexed one.
+    def to_prints(self, count, frame, minutiae, min_cosine, similarity, before):
+        """Fill ``similarity[i, j]`` for the minutiae i of print A and j of print B.
 
-        `count` and `frame` are those of A, of which the first `minutiae` are compared.
+        The indexed print is B, and the other comes `before` it, or it is A. `count` and `frame`
+        are those of the other, of which the first `minutiae` are compared.
         """
-        scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
-        n = self.minutiae
-        entry, owner, item = self.entry, self.owner, self.item
-        best, total = self.best, self.total
-        for i in range(minutiae):
-            for k in range(count[i]):
-                u = float(frame[i, 0, k])
-                v = float(frame[i, 1, k])
-                c = float(frame[i, 2, k])
-                s = float(frame[i, 3, k])
-                precision = float(frame[i, 4, k])
-                cell = self._line(v) * 2 * self.half + self._line(u)
-                cell = cell * EIGHTHS + eighth(c, s)
-                for at in range(self.start[cell], self.start[cell + 1]):
-                    e: cython.Py_ssize_t = item[at]
-                    weight = float(entry[e, 5])
-                    near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
-                    j = k * n + owner[e]
-                    best[j] = near if near > best[j] else best[j]
-            for k in range(count[i]):
-                weight = float(frame[i, 5, k])
-                for j in range(n):
-                    total[j] += best[k * n + j] * weight
-                    best[k * n + j] = 0.0
+        if before:
+            return _compare(self, count, frame, minutiae, min_cosine, similarity, True)
+        return _compare(self, count, frame, minutiae, min_cosine, similarity, False)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(k=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t)
+@cython.locals(precision=cython.double, weight=cython.double)
+def _compare(
+    index: NeighbourIndex,
+    count: cython.int[::1],
+    frame: cython.float[:, :, ::1],
+    minutiae: cython.Py_ssize_t,
+    min_cosine: cython.double,
+    similarity: cython.float[:, ::1],
+    before: cython.bint,
+) -> cython.int:
+    """Do as `to_prints` says, inlined once for either order.
+
+    A neighbour in A counts by the most similar one in B.
+    """
+    scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
+    n = index.minutiae
+    entry, owner, item, start = index.entry, index.owner, index.item, index.start
+    best, total, root_weight = index.best, index.total, index.root_weight
+    for i in range(minutiae):
+        for k in range(count[i]):
+            u = float(frame[i, 0, k])
+            v = float(frame[i, 1, k])
+            c = float(frame[i, 2, k])
+            s = float(frame[i, 3, k])
+            precision = float(frame[i, 4, k])
+            weight = float(frame[i, 5, k])
+            cell = index._line(v) * 2 * index.half + index._line(u)
+            cell = cell * EIGHTHS + eighth(c, s)
+            for at in range(start[cell], start[cell + 1]):
+                e = item[at]
+                if before:
+                    weight = entry[e, 5]
+                else:
+                    precision = entry[e, 4]
+                near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
+                if before:
+                    e = k * n + owner[e]
+                best[e] = near if near > best[e] else best[e]
+        for k in range(count[i] if before else index.size):
+            weight = float(frame[i, 5, k]) if before else 0.0
             for j in range(n):
+                e = k * n + j
+                total[j] += best[e] * (weight if before else root_weight[e])
+                best[e] = 0.0
+        for j in range(n):
+            if before:
                 similarity[i, j] = total[j]
-                total[j] = 0.0
-        return 0
-
-    @cython.locals(m=cython.Py_ssize_t, at=cython.Py_ssize_t)
-    def to_prints_after(self, count, frame, minutiae, min_cosine, similarity):
-        """Fill ``similarity[i, j]`` for the minutiae i of the indexed print and j of another, B.
-
-        `count` and `frame` are those of B, of which the first `minutiae` are compared.
-        """
-        scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
-        n = self.minutiae
-        entry, item, root_weight = self.entry, self.item, self.root_weight
-        best, total = self.best, self.total
-        for j in range(minutiae):
-            for m in range(count[j]):
-                u = float(frame[j, 0, m])
-                v = float(frame[j, 1, m])
-                c = float(frame[j, 2, m])
-                s = float(frame[j, 3, m])
-                weight = float(frame[j, 5, m])
-                cell = self._line(v) * 2 * self.half + self._line(u)
-                cell = cell * EIGHTHS + eighth(c, s)
-                for at in range(self.start[cell], self.start[cell + 1]):
-                    e: cython.Py_ssize_t = item[at]
-                    precision = float(entry[e, 4])
-                    near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
-                    best[e] = near if near > best[e] else best[e]
-            for k in range(self.size):
-                for i in range(n):
-                    total[i] += best[k * n + i] * root_weight[k * n + i]
-                    best[k * n + i] = 0.0
-            for i in range(n):
-                similarity[i, j] = total[i]
-                total[i] = 0.0
-        return 0
+            else:
+                similarity[j, i] = total[j]
+            total[j] = 0.0
+    return 0
 
 
 def normalize_by_size(similarity, count_a, minutiae_a, count_b, minutiae_b, fewest):

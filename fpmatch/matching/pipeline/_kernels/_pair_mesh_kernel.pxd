@@ -12,8 +12,7 @@ cdef class PairMesh:
     cdef int[::1] side_from, side_to
     cdef double[::1] weight, place, other_place
     cdef int ring_size
-    cdef readonly double places, weights, full, strain
-    cdef readonly int turned, edges
+    cdef readonly double places, weights, full
     cdef double frame_margin_px, place_scale, residual_px, residual_per_px
 
     cpdef int build(
@@ -37,4 +36,3 @@ cdef class PairMesh:
         self, double[:, ::1] a, Py_ssize_t i, double[:, ::1] b, Py_ssize_t j
     ) noexcept nogil
     cdef double _place_agreement(self) noexcept nogil
-    cpdef double mean_strain(self) noexcept nogil

@@ -22,7 +22,7 @@ import numpy as np
 from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
     shape_preserving_weights,
 )
-from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
+from cython.cimports.libc.math import cos, exp, sin, sqrt
 
 from fpmatch.matching.constants import comparison
 
@@ -32,7 +32,6 @@ FAR_AWAY = cython.declare(cython.double, comparison.FAR_AWAY)
 NEAR2 = cython.declare(cython.double, comparison.NEAR2)
 LEAST_AREA = cython.declare(cython.double, 1e-9)  # px²: of a triangle
 ROUNDING = cython.declare(cython.double, comparison.ROUNDING)
-STRAIN_PX = cython.declare(cython.double, comparison.STRAIN_PX)
 
 
 @cython.final
@@ -44,8 +43,7 @@ class PairMesh:
     its distance from the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]``
     and ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the
     prediction, ``fullness[i]`` the share of the weights on pairs rather than frame points;
-    `places`, `weights` and `full` are their sums. `turned` counts the inverted triangles at pairs,
-    `strain` sums the relative change of length over the `edges` at pairs.
+    `places`, `weights` and `full` are their sums.
     """
 
     def __init__(self, parameters, size_a) -> None:
@@ -68,8 +66,7 @@ class PairMesh:
         self.predicted = np.zeros((4, size_a))
         self.nearest = np.zeros(size_a)
         self.place_agreement, self.weight_agreement, self.fullness = np.zeros((3, size_a))
-        self.places = self.weights = self.full = self.strain = 0.0
-        self.turned = self.edges = 0
+        self.places = self.weights = self.full = 0.0
         self.frame_margin_px = p.frame_margin_px
         self.place_scale = -0.5 / (p.place_tolerance * p.place_tolerance)
         self.residual_px = p.residual_px
@@ -247,8 +244,7 @@ class PairMesh:
         found: cython.int = 0
         scale = 1.0 / scale if scale > 0.0 else 0.0
         if measured:
-            self.places = self.weights = self.full = self.strain = 0.0
-            self.turned = self.edges = 0
+            self.places = self.weights = self.full = 0.0
             for i in range(size_a):
                 self.place_agreement[i] = self.weight_agreement[i] = self.fullness[i] = 0.0
         for i in range(size_a):
@@ -321,21 +317,11 @@ class PairMesh:
         radius = on_pairs = 0.0
         for k in range(self.ring_size):
             v: cython.Py_ssize_t = self.ring[k]
-            u: cython.Py_ssize_t = self.ring[k + 1 if k + 1 < self.ring_size else 0]
             dx = self.ax[v] - a[0, i]
             dy = self.ay[v] - a[1, i]
-            length_a = sqrt(dx * dx + dy * dy)
-            dx = self.bx[v] - b[0, j]
-            dy = self.by[v] - b[1, j]
-            radius += self.weight[k] * length_a
+            radius += self.weight[k] * sqrt(dx * dx + dy * dy)
             if v >= FRAME:
-                length_b = sqrt(dx * dx + dy * dy)
                 on_pairs += self.weight[k]
-                self.edges += 1
-                self.strain += (
-                    2.0 * fabs(length_a - length_b) / (length_a + length_b + 2.0 * STRAIN_PX)
-                )
-            self.turned += dx * (self.by[u] - b[1, j]) - dy * (self.bx[u] - b[0, j]) <= 0.0
         dx = self.predicted[0, i] - b[0, j]
         dy = self.predicted[1, i] - b[1, j]
         dx = sqrt(dx * dx + dy * dy) / (self.residual_px + self.residual_per_px * radius)
@@ -346,10 +332,6 @@ class PairMesh:
         self.weights += self.weight_agreement[i]
         self.places += self.place_agreement[i]
         return self.ring_size
-
-    def mean_strain(self):
-        """Return the mean relative change of length of the edges at pairs."""
-        return self.strain / self.edges if self.edges > 0 else 0.0
 
     @cython.locals(k=cython.Py_ssize_t)
     def _place_agreement(self):

@@ -9,7 +9,7 @@ from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
 cdef class Pipeline:
     cdef readonly Prefilter prefilter
-    cdef readonly Aligner before, after
+    cdef readonly Aligner aligner
     cdef readonly EvidenceScorer scorer
     cdef readonly RidgeSearch search
     cdef readonly float[:, ::1] similarity
@@ -18,26 +18,25 @@ cdef class Pipeline:
     cdef readonly Py_ssize_t best
     cdef TemplateView probe
     cdef public NeighbourIndex neighbours
-    cdef bint before_loaded, after_loaded
     cdef double min_cosine
     cdef int fewest_neighbours
 
     cpdef int load(self, TemplateView probe)
     cpdef double shortfall(self, TemplateView reference, bint reference_first) noexcept nogil
     cpdef double match_with(self, TemplateView reference, bint reference_first) noexcept nogil
-    cdef double match(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
-    cdef int _match_locally(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
-    cdef Py_ssize_t _pair_and_grow(
-        self, TemplateView a, TemplateView b, Aligner aligner
+    cdef double match(self, TemplateView a, TemplateView b, bint reference_first) noexcept nogil
+    cdef int _match_locally(
+        self, TemplateView a, TemplateView b, bint reference_first
     ) noexcept nogil
+    cdef Py_ssize_t _pair_and_grow(self, TemplateView a, TemplateView b) noexcept nogil
     cdef Py_ssize_t _grow_to_the_end(
-        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t best
+        self, TemplateView a, TemplateView b, Py_ssize_t best
     ) noexcept nogil
     cdef Py_ssize_t _search_by_ridges(
-        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t best
+        self, TemplateView a, TemplateView b, Py_ssize_t best
     ) noexcept nogil
     cdef int _weigh(
-        self, TemplateView a, TemplateView b, Aligner aligner, Py_ssize_t h, bint ridges
+        self, TemplateView a, TemplateView b, Py_ssize_t h, bint ridges
     ) noexcept nogil
     cdef Py_ssize_t _better(self, Py_ssize_t best, Py_ssize_t h) noexcept nogil
     cdef bint _is_confident(self, Py_ssize_t h) noexcept nogil

@@ -19,24 +19,22 @@ UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing
 class Pipeline:
     """Match a probe with one reference after the other, each of up to `capacity` minutiae.
 
-    `before` and `after` are the aligners in which a reference is print A or print B: the prints
-    are taken in the order of their content, so that exchanging them changes nothing. `neighbours`,
-    the index of the probe's, is set before it is matched. `parameters` are a
-    `pipeline.parameters.LocalParameters`.
+    The prints are taken in the order of their content, so that exchanging them changes nothing: a
+    reference is print A or print B. `neighbours`, the index of the probe's, is set before it is
+    matched. `parameters` are a `pipeline.parameters.LocalParameters`.
 
     Hypotheses are rows that the aligner keeps: ``total[h]`` is the sum of hypothesis h and
     ``evidence[h]`` what it is made of. `best` is the row of the result, -1 where nothing is paired.
     """
 
-    def __init__(self, capacity, prefilter, before, after, scorer, search, parameters) -> None:
+    def __init__(self, capacity, prefilter, aligner, scorer, search, parameters) -> None:
         self.prefilter, self.scorer, self.search = prefilter, scorer, search
-        self.before, self.after = before, after
+        self.aligner = aligner
         self.similarity = np.empty((capacity, capacity), np.float32)
-        self.total = np.empty(after.rows)
-        self.evidence = np.empty((after.rows, len(scorer.evidence)))
+        self.total = np.empty(aligner.rows)
+        self.evidence = np.empty((aligner.rows, len(scorer.evidence)))
         self.best = -1
         self.probe = self.neighbours = None
-        self.before_loaded = self.after_loaded = False
         self.min_cosine = parameters.min_cosine
         self.fewest_neighbours = parameters.fewest_neighbours
 
@@ -45,7 +43,6 @@ class Pipeline:
         self.probe = probe
         p = probe
         self.prefilter.load(p.xy, p.direction_bin, p.neighbour_bits, p.orientation_bins, p.has_flow)
-        self.before_loaded = self.after_loaded = False
         return 0
 
     def shortfall(self, reference, reference_first):
@@ -70,19 +67,11 @@ class Pipeline:
     def match_with(self, reference, reference_first):
         """Match the probe with a reference; the result is that of `match`."""
         if reference_first:
-            if not self.before_loaded:
-                self.before.load_b(self.probe.points, self.probe.size)
-                self.before_loaded = True
-            self.before.load_a(reference.points, reference.size)
-            return self.match(reference, self.probe, self.before)
-        if not self.after_loaded:
-            self.after.load_a(self.probe.points, self.probe.size)
-            self.after_loaded = True
-        self.after.load_b(reference.points, reference.size)
-        return self.match(self.probe, reference, self.after)
+            return self.match(reference, self.probe, True)
+        return self.match(self.probe, reference, False)
 
-    def match(self, a, b, aligner):
-        """Match print A with print B, which an aligner has; return the estimate of -ln(FMR).
+    def match(self, a, b, reference_first):
+        """Match print A with print B, one of which is the probe; return the estimate of -ln(FMR).
 
         Both are triangulated, and their rings are described. The seven steps are
 
@@ -97,52 +86,50 @@ class Pipeline:
 
         The result is 0, and `best` -1, where no hypothesis pairs anything.
         """
+        self.aligner.load(a.points, a.size, b.points, b.size)
         self.scorer.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
-        self._match_locally(a, b, aligner)
-        aligner.relax(self.similarity)
-        best = self._pair_and_grow(a, b, aligner)
+        self._match_locally(a, b, reference_first)
+        self.aligner.relax(self.similarity)
+        best = self._pair_and_grow(a, b)
         doubtful: cython.bint = a.has_ridges and b.has_ridges and not self._is_confident(best)
-        best = self._grow_to_the_end(a, b, aligner, best)
+        best = self._grow_to_the_end(a, b, best)
         if doubtful and not self._is_confident(best):
-            best = self._search_by_ridges(a, b, aligner, best)
+            best = self._search_by_ridges(a, b, best)
         self.best = best
         if best < 0:
             return 0.0
         estimate = self.scorer.score(self.evidence, best)
-        return self.scorer.beyond_chance(a, b, aligner, best, estimate)
+        return self.scorer.beyond_chance(a, b, self.aligner, best, estimate)
 
-    def _match_locally(self, a, b, aligner):
-        """Fill the local similarities of A and B: the probe is B in the aligner `before`."""
-        if aligner is self.before:
-            self.neighbours.to_prints_before(
-                a.count, a.frame, a.size, self.min_cosine, self.similarity
-            )
+    def _match_locally(self, a, b, reference_first):
+        """Fill the local similarities of A and B by the index of the probe's neighbours."""
+        least = self.min_cosine
+        if reference_first:
+            self.neighbours.to_prints(a.count, a.frame, a.size, least, self.similarity, True)
         else:
-            self.neighbours.to_prints_after(
-                b.count, b.frame, b.size, self.min_cosine, self.similarity
-            )
+            self.neighbours.to_prints(b.count, b.frame, b.size, least, self.similarity, False)
         return normalize_by_size(
             self.similarity, a.count, a.size, b.count, b.size, self.fewest_neighbours
         )
 
-    def _pair_and_grow(self, a, b, aligner):
+    def _pair_and_grow(self, a, b):
         """Grow the hypotheses coarsely, in turn; return the best, -1 if none pairs anything.
 
         A confident one is the last; where the local matches are weak, so is the first with a pair.
         """
         best: cython.Py_ssize_t = -1
-        weak: cython.bint = aligner.relaxation.strength < self.scorer.relaxation_threshold()
-        for h in range(aligner.hypotheses):
+        weak: cython.bint = self.aligner.relaxation.strength < self.scorer.relaxation_threshold()
+        for h in range(self.aligner.hypotheses):
             self.total[h] = UNPAIRED
-        for h in range(aligner.hypotheses):
-            if aligner.start_hypothesis(h) > 0:
-                self._weigh(a, b, aligner, h, False)
+        for h in range(self.aligner.hypotheses):
+            if self.aligner.start_hypothesis(h) > 0:
+                self._weigh(a, b, h, False)
                 best = self._better(best, h)
                 if weak or self.total[h] > self.scorer.confident_threshold():
                     break
         return best
 
-    def _grow_to_the_end(self, a, b, aligner, best):
+    def _grow_to_the_end(self, a, b, best):
         """Grow to the end what passes the refine threshold, and compare ridges; return the best.
 
         As with most impostor prints, none may pass: then the best of coarse growth stays. If it is
@@ -153,30 +140,30 @@ class Pipeline:
         alone: cython.bint = self._is_confident(best)
         if best < 0 or not self.total[best] > refine:
             return best
-        for h in range(aligner.hypotheses):
-            if self.total[h] > refine and (h == best or not alone) and aligner.refine(h) > 0:
-                self._weigh(a, b, aligner, h, True)
+        for h in range(self.aligner.hypotheses):
+            if self.total[h] > refine and (h == best or not alone) and self.aligner.refine(h) > 0:
+                self._weigh(a, b, h, True)
                 grown = self._better(grown, h)
         return grown
 
-    def _search_by_ridges(self, a, b, aligner, best):
+    def _search_by_ridges(self, a, b, best):
         """Grow from the pairs of minutiae under which the ridges agree; return the best of all."""
         if self.scorer.is_small():
             proposed = self.search.search(a, b, self.scorer.correlator)
         else:
             proposed = self.search.search_candidates(
-                a, b, aligner.relaxation, self.scorer.correlator
+                a, b, self.aligner.relaxation, self.scorer.correlator
             )
         for k in range(proposed):
-            h: cython.Py_ssize_t = aligner.hypotheses + k
-            if aligner.start_from(self.search.first[k], self.search.second[k], h) > 0:
-                self._weigh(a, b, aligner, h, True)
+            h: cython.Py_ssize_t = self.aligner.hypotheses + k
+            if self.aligner.start_from(self.search.first[k], self.search.second[k], h) > 0:
+                self._weigh(a, b, h, True)
                 best = self._better(best, h)
         return best
 
-    def _weigh(self, a, b, aligner, h, ridges):
+    def _weigh(self, a, b, h, ridges):
         """Weigh the evidence of hypothesis h, the current one of the aligner."""
-        self.total[h] = self.scorer.weigh(a, b, aligner, self.similarity, ridges)
+        self.total[h] = self.scorer.weigh(a, b, self.aligner, self.similarity, ridges)
         for e in range(self.evidence.shape[1]):
             self.evidence[h, e] = self.scorer.evidence[e]
         return 0

@@ -130,8 +130,8 @@ def test_pairs_that_determine_no_transform_leave_the_move(p, q, partner):
     assert move.tolist() == [0.5, 0.25, 3.0, 4.0]
 
 
-@given(seeds, st.integers(0, 20), st.integers(0, 20), st.floats(-8, 1), st.sampled_from([2, 3]))
-def test_chance_is_a_narrow_bound_of_the_binomial_tail(seed, pairs, others, exponent, determined):
+@given(seeds, st.integers(0, 20), st.integers(0, 20), st.floats(-8, 1))
+def test_chance_is_a_narrow_bound_of_the_binomial_tail(seed, pairs, others, exponent):
     from scipy.stats import binom
 
     rng = np.random.default_rng(seed)
@@ -143,19 +143,17 @@ def test_chance_is_a_narrow_bound_of_the_binomial_tail(seed, pairs, others, expo
     rate = np.empty(REACHES)
     kernel.uniform_rates(density, t2, rate)
     assert rate == pytest.approx([-math.expm1(-expected / 4**k) for k in range(REACHES)])
-    found = kernel.log_chance(partner, distance2, inside, t2, rate, determined)
-    if determined == 2:
-        assert found == kernel.log_chance(partner, distance2, inside, t2, rate)
+    found = kernel.log_chance(partner, distance2, inside, t2, rate)
     lowest, highest = 0.0, 0.0
     for part in range(REACHES):
         near = int(((partner >= 0) & (distance2 <= t2 * 0.25**part)).sum())
-        if near <= determined:
+        if near <= 2:
             break
         chance = -math.expm1(-expected * 0.25**part)
-        tail = binom.logsf(near - determined - 1, inside - determined, chance) + math.log(REACHES)
+        tail = binom.logsf(near - 3, inside - 2, chance) + math.log(REACHES)
         lowest = min(lowest, tail)
-        trials = inside - determined
-        if near - determined > chance * trials:  # Chernoff's bound is that near to the tail
+        trials = inside - 2
+        if near - 2 > chance * trials:  # Chernoff's bound is that near to the tail
             highest = min(highest, tail + math.log(trials + 1))
     assert lowest - 1e-9 <= found <= highest + 1e-9
 

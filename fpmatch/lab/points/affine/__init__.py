@@ -1,1 +1,0 @@
-"""Affine transforms between point sets: their class, and the matcher that finds them."""

@@ -25,7 +25,7 @@ LABEL org.opencontainers.image.title="fpmatch" \
 COPY --from=build /opt/fpmatch /opt/fpmatch
 ENV PATH=/opt/fpmatch/bin:$PATH XDG_CACHE_HOME=/var/cache
 ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1
-# The audit log, and galleries in files; prints that are prepared for searches.
+# Galleries in files; prints that are prepared for searches.
 RUN useradd --system --uid 10001 --home-dir /var/lib/fpmatch fpmatch \
     && install -d --owner fpmatch --mode 700 /var/lib/fpmatch /var/cache/fpmatch
 USER fpmatch
@@ -34,4 +34,4 @@ VOLUME ["/var/lib/fpmatch", "/var/cache/fpmatch"]
 EXPOSE 8000
 HEALTHCHECK --interval=15s --timeout=5s --start-period=5m \
     CMD ["python", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:8000/ready', timeout=4)"]
-ENTRYPOINT ["fpmatch", "serve", "--host=0.0.0.0", "--log=json", "--audit-log=audit.jsonl"]
+ENTRYPOINT ["fpmatch", "serve", "--host=0.0.0.0", "--log=json"]

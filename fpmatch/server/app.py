@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 from contextlib import asynccontextmanager
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from anyio import to_thread
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
@@ -17,24 +17,21 @@ from starlette.exceptions import HTTPException
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.printable import printable
-from fpmatch.server.auditor import route_of
-from fpmatch.server.errors import ClientGoneError, NotReadyError, RequestError, status_of
+from fpmatch.server.access import Access
+from fpmatch.server.errors import RETRY, ClientGoneError, NotReadyError, RequestError, status_of
 from fpmatch.server.gallery import check_gallery
-from fpmatch.server.guard import Guard
-from fpmatch.server.logs import Incidents
-from fpmatch.server.observer import Observer
 from fpmatch.server.pool import Pool
-from fpmatch.server.readiness import Check, in_own_thread
 from fpmatch.server.routes import gallery_router, operations_router, router
+from fpmatch.server.settings import STATIC
+from fpmatch.server.watch import Check, Observer, report, route_of
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable, Mapping
 
     from starlette.types import Scope
 
     from fpmatch.server.settings import Settings
 
-STATIC: Final = Path(__file__).with_name("static")
 _DESCRIPTION: Final = (
     "Two images of fingerprints in; a decision, its certainty and the recovered transform out. "
     'Errors are `{"error": "one sentence"}`.'
@@ -43,6 +40,7 @@ _INTERNAL: Final = 500
 _GONE: Final = 499  # the client has closed the connection
 _NOT_FOUND: Final = 404
 _NO_METHOD: Final = 405
+_BUSY: Final = 503
 _FAULTS: Final = {  # of the server, by the code of the error
     "missing key": "the gallery is encrypted, and the server has not its key",
     "plug-in": "a matcher or format of another package cannot be loaded",
@@ -62,14 +60,15 @@ class _Page(StaticFiles):
         return response
 
 
-def make_app(settings: Settings) -> Observer:
-    """Return the server as an ASGI application behind its guard, with metrics and logs."""
-    pool = Pool(settings.processes, settings.limits.seconds)
+def make_app(settings: Settings, ready: Callable[[], None] = lambda: None) -> Observer:
+    """Return the server as an ASGI application; `ready` is called when its processes answer."""
+    pool = Pool(settings)
     checks = [Check("a worker process", pool.answer)]
 
     @asynccontextmanager
     async def started(_: FastAPI) -> AsyncIterator[None]:
         async with pool.running():
+            ready()
             yield
 
     app = FastAPI(
@@ -82,19 +81,18 @@ def make_app(settings: Settings) -> Observer:
         redirect_slashes=False,
     )
     app.state.pool, app.state.settings, app.state.checks = pool, settings, checks
-    app.state.incidents = Incidents(_log)
     app.include_router(operations_router)
     app.include_router(router)
     gallery = None
     if settings.gallery is not None:
         app.include_router(gallery_router)
-        gallery = Check("the gallery", partial(in_own_thread, check_gallery, settings.gallery))
+        gallery = Check("the gallery", partial(to_thread.run_sync, check_gallery, settings.gallery))
         checks.append(gallery)
+    app.state.gallery = gallery
     app.router.default = _Page(directory=STATIC, html=True)
-    app.openapi()  # requests are checked by it
     for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
         app.add_exception_handler(kind, _on_error)
-    return Observer(Guard(app, settings, gallery), settings)
+    return Observer(Access(app, settings))
 
 
 async def _on_error(request: Request, error: Exception) -> Response:
@@ -103,12 +101,15 @@ async def _on_error(request: Request, error: Exception) -> Response:
     What is wrong with the server, such as its gallery, is only in its log: it names files and
     hosts. The response contains the identifier under which the log has it.
     """
+    headers: Mapping[str, str] | None = None
     match error:
         case NotReadyError():
             why = "the gallery cannot be opened, or no worker answers"
             return _incident(request, why, str(error), 503)
         case RequestError():
             status, text = error.status, str(error)
+            if status == _BUSY:
+                headers = RETRY
         case FpmatchError() if status_of(error) == _INTERNAL:
             other = "the gallery cannot be used" if isinstance(error, GalleryError) else _UNKNOWN
             why = _FAULTS.get(error.code, other)
@@ -119,17 +120,21 @@ async def _on_error(request: Request, error: Exception) -> Response:
             first = error.errors()[0]
             where = ".".join(map(str, first["loc"][1:])) or "request"
             status, text = 422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+            if first["type"] == "extra_forbidden":
+                text = f"unknown form field {first['loc'][-1]!r:.80}"
+            elif "UploadFile" in text:
+                text = f"{where}: must be a file, as curl -F {where}=@FILE sends it"
         case HTTPException() if error.status_code == _NO_METHOD:
             return _no_method(request, error)
         case HTTPException():
-            status, text = error.status_code, str(error.detail)
+            status, text, headers = error.status_code, str(error.detail), error.headers
             text = "there is nothing at this address" if status == _NOT_FOUND else text
         case ClientGoneError():
             return Response(status_code=_GONE)
         case _:
             kind = type(error).__name__
             return _incident(request, _UNKNOWN, kind, _INTERNAL, error)
-    return JSONResponse({"error": " ".join(text.split())}, status)
+    return JSONResponse({"error": printable(" ".join(text.split()))}, status, headers)
 
 
 def _no_method(request: Request, error: HTTPException) -> Response:
@@ -149,8 +154,7 @@ def _incident(
     request: Request, sentence: str, reason: str, status: int, error: Exception | None = None
 ) -> Response:
     """Log why a request failed; return the response that contains the identifier of the reason."""
-    incidents: Incidents = request.app.state.incidents
     where = f"{request.method} {route_of(request.scope)}"
-    number = incidents.report(f"{where}: {' '.join(reason.split())}", error)
+    number = report(_log, f"{where}: {' '.join(reason.split())}", error)
     text = f"{sentence}: the log of the server has the reason under {number}"
     return JSONResponse({"error": text, "id": number}, status)

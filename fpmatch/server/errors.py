@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, GalleryError
+from fpmatch.printable import printable
 
 if TYPE_CHECKING:
+    from fastapi import HTTPException
     from starlette.types import Send
+
+BUSY: Final = "too many requests at once: try again shortly"
+RETRY: Final = {"retry-after": "5"}
 
 
 class RequestError(FpmatchError):
@@ -17,14 +22,6 @@ class RequestError(FpmatchError):
     def __init__(self, message: str = "", *, path: object = "", status: int = 422) -> None:
         super().__init__(message, path=path)
         self.status = status
-
-
-class TooLongError(RequestError):
-    """The work took longer than a request may."""
-
-
-class WorkerError(RequestError):
-    """A worker process ended before its work was done."""
 
 
 class NotReadyError(GalleryError):
@@ -47,13 +44,14 @@ def status_of(error: FpmatchError) -> int:
     return 500 if is_ours else 422
 
 
-async def send_error(send: Send, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:
+async def send_error(send: Send, error: HTTPException) -> None:
     """Send the whole response to a request that is refused."""
-    content = json.dumps({"error": sentence}).encode()
-    described = (
-        (b"content-type", b"application/json"),
-        (b"content-length", str(len(content)).encode()),
-    )
-    start = {"type": "http.response.start", "status": status, "headers": [*described, *headers]}
-    await send(start)
+    content = json.dumps({"error": printable(error.detail)}).encode()
+    described = {
+        "content-type": "application/json",
+        "content-length": str(len(content)),
+        **(error.headers or {}),
+    }
+    headers = [(name.encode(), value.encode()) for name, value in described.items()]
+    await send({"type": "http.response.start", "status": error.status_code, "headers": headers})
     await send({"type": "http.response.body", "body": content})

@@ -1,4 +1,4 @@
-"""Two prints of one request: their verification, and all that the web interface shows of it."""
+"""One or two prints of a request: their comparison, template and stages, as they are shown."""
 
 from __future__ import annotations
 
@@ -13,8 +13,13 @@ from fpmatch.drawing.overlay.ridge_page import agreement
 from fpmatch.drawing.scene.ink import ink_of, ridge_picture, shrunk
 from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
-from fpmatch.drawing.scene.raster import data_url, png_bytes, webp_bytes
-from fpmatch.errors import GalleryError
+from fpmatch.drawing.scene.raster import data_url, png_bytes, reduced, webp_bytes
+from fpmatch.drawing.stages.pictures import stage_picture, value_range
+from fpmatch.errors import GalleryError, ImageError
+from fpmatch.formats.record import TemplateRecord
+from fpmatch.formats.record import View as RecordView
+from fpmatch.formats.registry import codec_of_name
+from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
@@ -100,7 +105,7 @@ def report_pair(
 
 
 def show_pair(request: PairRequest) -> dict[str, Any]:
-    """Return all that the web interface shows of a verification: a `models.Shown`."""
+    """Return all that the web interface shows of a verification."""
     pair = request.compare()
     v = pair.verification
     rows = as_rows(v, pair.quality)
@@ -186,7 +191,7 @@ _COLOURS: Final = 11  # of the scale of agreement
 
 
 def show_views(request: PairRequest) -> dict[str, Any]:
-    """Return what the web interface shows on request; see `fpmatch.server.models.Views`."""
+    """Return what the web interface shows on request."""
     pair = request.compare()
     return {"ridges": _ridges(pair.verification)}
 
@@ -200,3 +205,54 @@ def _ridges(verification: Verification) -> dict[str, Any] | None:
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
     beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_MEAN}
     return {**document, **beside, "cells": cells, "colours": colours}
+
+
+LARGEST_STAGE_SHOWN: Final = 1200
+STAGE_TEXTS: Final = {
+    "input": "The image at 500 dpi.",
+    "normalised": "Brightness and contrast equalized, ridges dark.",
+    "coherence": "How consistent the ridge orientation is; bright is consistent.",
+    "mask": "The area of the print; the tinted part is excluded.",
+    "orientation": "The ridge orientation.",
+    "period": "The distance between ridges.",
+    "enhanced": "The enhanced ridges.",
+    "binary": "Ridges and valleys.",
+    "skeleton": "The ridges thinned to one pixel, over the image.",
+    "minutiae": "Ridge endings (circles) and bifurcations (squares).",
+}
+"""Explanations of the stages, by name; a stage without one is shown too."""
+
+
+def extract_template(upload: Upload, reading: PrintOptions, file_format: str) -> tuple[bytes, str]:
+    """Return the template of a print as the content of a file, and its suffix."""
+    codec = codec_of_name(file_format)
+    if codec.encode is None:
+        raise RequestError(f"{codec.title} is only read, not written")
+    template = open_upload(upload, reading).template
+    return codec.encode(TemplateRecord("", (RecordView(template),))).data, codec.suffixes[0]
+
+
+def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
+    """Return the stages of an extraction as pictures; by name, range and words."""
+    recorder = StageRecorder()
+    given = open_upload(upload, reading, recorder)
+    if given.image is None:
+        raise ImageError("a template has no stages of extraction", path=given.name)
+    backdrop = recorder.stages["input"]
+    return {
+        "name": given.name,
+        "stages": [
+            {
+                "name": name,
+                "words": STAGE_TEXTS.get(name, ""),
+                "range": value_range(name, array),
+                "picture": _encoded_stage(stage_picture(name, array, backdrop)),
+            }
+            for name, array in recorder.stages.items()
+        ],
+    }
+
+
+def _encoded_stage(picture: NDArray[np.uint8]) -> str:
+    shown = reduced(picture, width=LARGEST_STAGE_SHOWN, height=LARGEST_STAGE_SHOWN)
+    return data_url(webp_bytes(shown, 88), "webp")

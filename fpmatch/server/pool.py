@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import json
+import logging
+import math
 import os
+import queue
 import signal
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from logging.handlers import QueueHandler
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import anyio
 from anyio import to_process
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.engine.processes import keep_single_threaded
-from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
+from fpmatch.server.errors import BUSY, ClientGoneError, RequestError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
     from anyio.abc import TaskGroup
     from fastapi import Request
+
+    from fpmatch.server.settings import Settings
+
+    _Outcome = tuple[Any, Exception | None, list[logging.LogRecord]]
 
 Result = TypeVar("Result")
 
@@ -30,20 +38,22 @@ class Pool:
     """Do the work of requests in a few processes, in the order of arrival.
 
     A process is killed, and replaced, when its client has closed the connection or the work takes
-    longer than `seconds`. Work for which a process had ended before it began is given to another;
-    work during which its process ends is not done again: it may be the reason. Only the prepared
-    gallery is kept from one request to the next.
+    longer than the limit. Work for which a process had ended before it began is given to another;
+    work during which its process ends is not done again: it may be the reason. Requests that need
+    the gallery never have the last process.
     """
 
-    def __init__(self, workers: int, seconds: float) -> None:
-        self._workers = workers
-        self._seconds = seconds
-        self._turns = anyio.CapacityLimiter(workers)
+    def __init__(self, settings: Settings) -> None:
+        self._limits = settings.limits
+        self._workers = settings.processes
+        self._turns = anyio.Semaphore(self._workers)
+        self._gallery_turns = anyio.Semaphore(settings.workers)
         self._replacements: TaskGroup | None = None
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Start all processes, so that no request waits for imports; replace those that end."""
+        to_process.WORKER_MAX_IDLE_TIME = math.inf  # type: ignore[assignment]
         async with anyio.create_task_group() as group:
             async with anyio.create_task_group() as first:
                 for _ in range(self._workers):
@@ -55,11 +65,14 @@ class Pool:
                 self._replacements = None
                 group.cancel_scope.cancel()
 
-    async def run(self, request: Request, work: Callable[..., Result], *args: Any) -> Result:
+    async def run(
+        self, request: Request, work: Callable[..., Result], *args: Any, gallery: bool = False
+    ) -> Result:
         """Return ``work(*args)``, computed by a worker process; `work` is at the top of a module.
 
-        Raises what `work` raises, ClientGoneError if the client closes the connection, TooLongError
-        or WorkerError if the work takes too long or ends its process.
+        `gallery` is whether the work needs the gallery. Raises what `work` raises, ClientGoneError
+        if the client closes the connection, RequestError if no process is free in time, or
+        the work takes too long or ends its process.
         """
         outcome: list[Result] = []
         failure: list[Exception] = []
@@ -72,7 +85,7 @@ class Pool:
 
             group.start_soon(watch)
             try:
-                outcome.append(await self._in_turn(self._seconds, work, *args))
+                outcome.append(await self._in_turn(self._limits.seconds, work, *args, of=gallery))
             except Exception as error:  # noqa: BLE001  (raised below, out of the task group)
                 failure.append(error)
             group.cancel_scope.cancel()
@@ -84,80 +97,114 @@ class Pool:
 
     async def answer(self) -> None:
         """Return when a process answers; at once while all have work, which ends in time."""
-        if self._turns.available_tokens > 0:
+        if self._turns.value > 0:
             await self._in_turn(_START_S, os.getpid)
 
-    async def _in_turn(self, seconds: float, work: Callable[..., Result], *args: Any) -> Result:
-        async with self._turns:
-            done = False
-            try:
-                with anyio.fail_after(seconds):
-                    result = await self._in_living_process(work, args)
-                done = True
-            except TimeoutError as error:
-                late = f"this took longer than {seconds:g} seconds and was stopped"
-                raise TooLongError(late, status=504) from error
-            except anyio.BrokenWorkerProcess as error:
-                ended = "the work could not be done: its process ended"
-                raise WorkerError(ended, status=500) from error
-            except FpmatchError:
-                done = True
-                raise
-            finally:
-                if not done and self._replacements is not None:
-                    self._replacements.start_soon(self._replace)
-            return result
+    async def _in_turn(
+        self, seconds: float, work: Callable[..., Result], *args: Any, of: bool = False
+    ) -> Result:
+        """Return ``work(*args)``, after a turn among all, or among those `of` the gallery."""
+        gates = [self._gallery_turns, self._turns] if of else [self._turns]
+        entered = []
+        try:
+            with anyio.move_on_after(self._limits.wait_seconds):
+                for gate in gates:
+                    await gate.acquire()
+                    entered.append(gate)
+            if entered != gates:
+                raise RequestError(BUSY, status=503)
+            return await self._done(seconds, work, args)
+        finally:
+            for gate in entered:
+                gate.release()
+
+    async def _done(
+        self, seconds: float, work: Callable[..., Result], args: tuple[Any, ...]
+    ) -> Result:
+        done = False
+        try:
+            with anyio.fail_after(seconds):
+                result, error, records = await self._in_living_process(work, args)
+            done = True
+        except TimeoutError as error:
+            late = f"this took longer than {seconds:g} seconds and was stopped"
+            raise RequestError(late, status=504) from error
+        except anyio.BrokenWorkerProcess as error:
+            ended = "the work could not be done: its process ended"
+            raise RequestError(ended, status=500) from error
+        finally:
+            if not done:
+                self._replace()
+        for record in records:
+            logging.getLogger(record.name).handle(record)
+        if error is not None:
+            raise error
+        return cast("Result", result)
 
     async def _in_living_process(
         self, work: Callable[..., Result], args: tuple[Any, ...]
-    ) -> Result:
-        """Return ``work(*args)``; processes that ended without work are replaced."""
+    ) -> _Outcome:
+        """Return the outcome of ``work(*args)``; processes that ended without work are replaced."""
         free = anyio.CapacityLimiter(1)  # this pool has limited the call already
-        for _ in range(self._workers):
+        for attempt in range(self._workers + 1):
             try:
                 return await to_process.run_sync(
-                    _on_one_thread, work, args, cancellable=True, limiter=free
+                    _in_worker, work, args, cancellable=True, limiter=free
                 )
             except anyio.BrokenWorkerProcess as error:
                 # what cannot be sent to a process has not been begun
-                if not isinstance(error.__cause__, anyio.BrokenResourceError):
+                unsent = isinstance(error.__cause__, anyio.BrokenResourceError)
+                if not unsent or attempt == self._workers:
                     raise
-                if self._replacements is not None:
-                    self._replacements.start_soon(self._replace)
-        return await to_process.run_sync(_on_one_thread, work, args, cancellable=True, limiter=free)
+                self._replace()
+        raise AssertionError
 
-    async def _replace(self) -> None:
-        """Start a process in place of one that ended; anyio may kill one that ends meanwhile."""
-        with suppress(TooLongError, WorkerError, ProcessLookupError):
+    def _replace(self) -> None:
+        """Start a process in place of one that ended."""
+        if self._replacements is not None:
+            self._replacements.start_soon(self._warm)
+
+    async def _warm(self) -> None:
+        # anyio may kill one that ends meanwhile
+        with suppress(RequestError, ProcessLookupError):
             await self._in_turn(_START_S, _warm_up)
 
 
-def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> tuple[bytes, Any]:
-    """Return the JSON of ``work(*args)``, and its `result`, None where it has none.
+def encoded(work: Callable[..., dict[str, Any]], *args: Any) -> bytes:
+    """Return the JSON of ``work(*args)``.
 
     A worker process encodes documents with pictures, so that the server holds them once.
     """
     document = work(*args)
     content = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return content.encode(), document.get("result")
+    return content.encode()
 
 
-_ready: list[bool] = []  # whether this worker process is on one thread
+_records: queue.SimpleQueue[logging.LogRecord] | None = None  # of this worker process
 
 
-def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result:
-    """Call `work` in a worker process, silent and on one thread."""
-    if not _ready:
+def _in_worker(work: Callable[..., Any], args: tuple[Any, ...]) -> _Outcome:
+    """Call `work` in a worker process; return its result, or its error, and its log."""
+    global _records  # noqa: PLW0603
+    if _records is None:
+        _records = queue.SimpleQueue()
+        logging.getLogger().addHandler(QueueHandler(_records))
         # a service manager sends SIGTERM to all processes of the server, which ends this one later
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         # libtiff writes to stderr about damaged files; the response contains the error
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        silent = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(silent, 2)
+        os.close(silent)
         keep_single_threaded()
-        _ready.append(True)
+    result: Any = None
+    failure: Exception | None = None
     try:
-        return work(*args)
-    except MemoryError as error:
-        raise FpmatchError("not enough memory") from error
+        result = work(*args)
+    except MemoryError:
+        failure = FpmatchError("not enough memory")
+    except Exception as error:  # noqa: BLE001  (raised in the server)
+        failure = error
+    return result, failure, [_records.get() for _ in range(_records.qsize())]
 
 
 def _warm_up() -> None:
@@ -165,8 +212,7 @@ def _warm_up() -> None:
     import numpy as np  # noqa: PLC0415
 
     import fpmatch.server.gallery  # noqa: PLC0415
-    import fpmatch.server.pair  # noqa: PLC0415
-    import fpmatch.server.single  # noqa: F401, PLC0415
+    import fpmatch.server.pair  # noqa: F401, PLC0415
     from fpmatch.image.extract import assess  # noqa: PLC0415
     from fpmatch.matching.verify import verify  # noqa: PLC0415
 

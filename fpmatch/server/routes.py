@@ -5,49 +5,41 @@ from __future__ import annotations
 import asyncio
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Form, Query, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
-from pydantic import AfterValidator, TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from fpmatch._version import __version__
-from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.errors import unknown_name
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
-from fpmatch.printable import printable
+from fpmatch.server import forms, pair
 from fpmatch.server import gallery as gallery_work
-from fpmatch.server import models, pair, single
 from fpmatch.server.errors import NotReadyError, RequestError
+from fpmatch.server.forms import FORM, Here, LabelPart, needs, takes
 from fpmatch.server.pool import encoded
 from fpmatch.server.prints import PrintOptions
-from fpmatch.server.requests import (
-    KNOWN_NAMES,
-    Audit,
-    Begin,
-    Dpi,
-    Drawing,
-    EnrolledPair,
-    Matcher,
-    OneReading,
-    Options,
-    Run,
-    Sender,
-    ServerSettings,
-    UploadedFile,
-    UploadedPair,
-    needs,
-    read_upload,
-)
 from fpmatch.server.settings import Role
 
+Document = dict[str, Any]  # docs/reference/results.md describes those of the commands
+
+
+class Error(BaseModel):
+    """An error, in one sentence."""
+
+    error: str
+    id: str | None = None
+    """Where the server is the reason: under what its log has more."""
+
+
 _ERRORS: dict[int | str, dict[str, Any]] = {
-    401: {"model": models.Error, "description": "The token is missing or wrong"},
-    403: {"model": models.Error, "description": "The role of the token does not permit this"},
-    413: {"model": models.Error, "description": "A file is too large"},
-    415: {"model": models.Error, "description": "The body is not a form with files"},
-    422: {"model": models.Error, "description": "A print, field or parameter cannot be used"},
-    503: {"model": models.Error, "description": "Too many requests, or a silent gallery"},
-    504: {"model": models.Error, "description": "The work took too long and was stopped"},
+    401: {"model": Error, "description": "The token is missing or wrong"},
+    403: {"model": Error, "description": "The role of the token does not permit this"},
+    413: {"model": Error, "description": "A file is too large"},
+    415: {"model": Error, "description": "The body is not a form with files"},
+    422: {"model": Error, "description": "A print, field or parameter cannot be used"},
+    503: {"model": Error, "description": "Too many requests, or a silent gallery"},
+    504: {"model": Error, "description": "The work took too long and was stopped"},
 }
 _MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -60,20 +52,14 @@ def _content_of(*media: str) -> dict[str, Any]:
 
 _FILE: Final = _content_of("application/json", "application/octet-stream")
 _PAGE: Final = _content_of("text/html")
+_SHOWN: Final = _content_of("application/json")
 _PICTURE: Final = _content_of(*_MEDIA.values())
 
 
-def _one_line(text: str) -> str:
-    """Return the value of a field; ValueError for one with control characters."""
-    if printable(text) != text:
-        raise ValueError("a control character, or text that is not UTF-8")
-    return text
-
-
-LabelPart = Annotated[str, Form(max_length=200), AfterValidator(_one_line)]
-Subject = Annotated[str, Query(max_length=200), AfterValidator(_one_line)]
-
-_READ, _VERIFY, _ENROL, _ADMIN = ([needs(role), KNOWN_NAMES] for role in Role)
+_ALONE: Final = takes()
+_READ, _VERIFY, _ENROL, _ADMIN = ([needs(role), _ALONE] for role in Role)
+_OF_SUBJECT: Final = takes("subject")
+Subject = Annotated[LabelPart, Query()]
 operations_router = APIRouter(tags=["Operation"], responses={422: _ERRORS[422]})
 router = APIRouter(tags=["Prints"], responses=_ERRORS, dependencies=_VERIFY)
 gallery_router = APIRouter(tags=["Gallery"], responses=_ERRORS)
@@ -90,24 +76,24 @@ def _download(content: bytes, name: str, media: str) -> Response:
     return Response(content, media_type=media, headers=headers)
 
 
-@operations_router.get("/health", summary="Whether the server answers", dependencies=[KNOWN_NAMES])
-async def health() -> models.Health:
+@operations_router.get("/health", summary="Whether the server answers", dependencies=[_ALONE])
+async def health() -> Document:
     """Return that the process answers; nothing is checked."""
-    return models.Health(status="ok")
+    return {"status": "ok"}
 
 
 @operations_router.get(
     "/ready",
     summary="Whether the server can do work",
-    dependencies=[KNOWN_NAMES],
-    responses={503: {"model": models.Error, "description": "It cannot, for the reason stated"}},
+    dependencies=[_ALONE],
+    responses={503: {"model": Error, "description": "It cannot, for the reason stated"}},
 )
-async def ready(request: Request) -> models.Health:
+async def ready(request: Request) -> Document:
     """Return that a worker process answers and the gallery can be opened, as of the last second."""
     faults = await asyncio.gather(*(check.fault() for check in request.app.state.checks))
     for fault in filter(None, faults):
         raise NotReadyError(str(fault)) from fault
-    return models.Health(status="ready")
+    return {"status": "ready"}
 
 
 @operations_router.get(
@@ -119,114 +105,58 @@ async def ready(request: Request) -> models.Health:
 )
 async def metrics(request: Request) -> Response:
     """Return numbers and times of requests, and CPU time and memory of the server."""
-    registry = request.scope["fpmatch.observer"].registry
+    registry = request.scope["fpmatch.registry"]
     return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
 
 
 @operations_router.get(
     "/about", summary="Version and limits of this server", dependencies=_READ, responses=_ERRORS
 )
-async def about(settings: ServerSettings, client: Sender) -> models.About:
+async def about(here: Here) -> Document:
     """Return version, matchers and limits, and the role of the client."""
-    return models.About(
-        version=__version__,
-        gallery=None if settings.gallery is None else gallery_work.short_name(settings.gallery),
-        matchers=matcher_names(),
-        role=client.role.name.lower(),
-        file_megabytes=settings.limits.file_megabytes,
-        seconds=settings.limits.seconds,
-    )
+    none = here.settings.gallery is None
+    return {
+        "version": __version__,
+        "gallery": None if none else gallery_work.short_name(here.where),
+        "matchers": matcher_names(),
+        "role": here.client.role.name.lower(),
+        "file_megabytes": here.limits.file_megabytes,
+        "seconds": here.limits.seconds,
+    }
 
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
-async def verify(run: Run, audit: Audit, prints: UploadedPair) -> models.Verified:
+async def verify(here: Here, form: Annotated[forms.PairForm, FORM]) -> Document:
     """Return what `fpmatch verify --json` prints."""
-    document = await run(pair.verify_pair, prints)
-    audit(match=document["match"], score=document["score"])
-    return models.Verified(**document)
+    return await here.run(pair.verify_pair, await form.given_pair(here))
 
 
-@router.post(
-    "/compare",
-    summary="Decide, and return all that the web interface shows",
-    response_model=models.Shown,
-)
-async def compare(run: Run, audit: Audit, prints: UploadedPair) -> Response:
+@router.post("/compare", summary="Decide, and return all that the web interface shows", **_SHOWN)
+async def compare(here: Here, form: Annotated[forms.PairForm, FORM]) -> Response:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    content, result = await run(encoded, pair.show_pair, prints)
-    audit(match=result["match"], score=result["score"])
-    return _json(content)
+    return _json(await here.run(encoded, pair.show_pair, await form.given_pair(here)))
 
 
 @gallery_router.post(
     "/gallery/{number}/compare",
     summary="Compare a probe with one enrolled print",
-    response_model=models.Shown,
     dependencies=_VERIFY,
+    **_SHOWN,
 )
-async def compare_enrolled(run: Run, audit: Audit, prints: EnrolledPair) -> Response:
+async def compare_enrolled(
+    here: Here, number: int, form: Annotated[forms.EnrolledPairForm, FORM]
+) -> Response:
     """Return what `/compare` does; of the enrolled print, what its template contains."""
-    return await compare(run, audit, prints)
+    prints = await form.pair(here, number)
+    return _json(await here.run_on_gallery(encoded, pair.show_pair, prints))
 
 
 @router.post("/overlay", summary="Draw one print, moved, over the other", **_PICTURE)
-async def overlay(run: Run, prints: UploadedPair, drawing: Drawing) -> Response:
+async def overlay(here: Here, form: Annotated[forms.OverlayForm, FORM]) -> Response:
     """Return the picture that `fpmatch verify --overlay` draws."""
-    file_format, view = drawing
-    content = await run(pair.draw_pair, prints, file_format, view)
-    return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
-
-
-@router.post(
-    "/views",
-    summary="Where the ridges agree",
-    response_model=models.Views,
-)
-async def further_views(run: Run, prints: UploadedPair) -> Response:
-    """Return the map of ridge agreement."""
-    content, _ = await run(encoded, pair.show_views, prints)
-    return _json(content)
-
-
-@gallery_router.post(
-    "/gallery/{number}/views",
-    summary="Further views of a probe and one enrolled print",
-    response_model=models.Views,
-    dependencies=_VERIFY,
-)
-async def views_of_enrolled(run: Run, prints: EnrolledPair) -> Response:
-    """Return what `/views` does."""
-    return await further_views(run, prints)
-
-
-@router.post("/case-report", summary="Report on a comparison, to be printed", **_PAGE)
-async def case_report(
-    run: Run,
-    prints: UploadedPair,
-    notes: Annotated[str, Form(max_length=LONGEST_TEXT)] = "",
-    marks: Annotated[
-        str, Form(max_length=LONGEST_TEXT, description="JSON: list of side, x, y, note")
-    ] = "[]",
-    case_number: Annotated[
-        str, Form(max_length=LONGEST_CASE_NUMBER, description="On every page of the report")
-    ] = "",
-) -> Response:
-    """Return the page that `fpmatch verify --case-report` writes."""
-    try:
-        placed = TypeAdapter(list[models.Mark]).validate_json(marks)
-    except ValidationError as error:
-        raise RequestError(f"marks: {_fault_of_marks(error)}") from None
-    document = [mark.model_dump() for mark in placed]
-    html = await run(pair.report_pair, prints, notes, document, case_number)
-    return _download(html.encode(), "case.html", "text/html; charset=utf-8")
-
-
-def _fault_of_marks(error: ValidationError) -> str:
-    """Return why the marks of an examiner cannot be read."""
-    for fault in error.errors():
-        if fault["type"] == "extra_forbidden":
-            return unknown_name("key", str(fault["loc"][-1]), models.Mark.model_fields)
-    return "must be a JSON list of side, x, y and note"
+    prints, kind = await form.given_pair(here), form.format
+    content = await here.run(pair.draw_pair, prints, kind, form.view())
+    return _download(content, f"overlay.{kind}", _MEDIA[kind])
 
 
 @gallery_router.post(
@@ -235,109 +165,122 @@ def _fault_of_marks(error: ValidationError) -> str:
     dependencies=_VERIFY,
     **_PICTURE,
 )
-async def overlay_enrolled(run: Run, prints: EnrolledPair, drawing: Drawing) -> Response:
+async def overlay_enrolled(
+    here: Here, number: int, form: Annotated[forms.EnrolledOverlayForm, FORM]
+) -> Response:
     """Return the picture that `/overlay` returns."""
-    return await overlay(run, prints, drawing)
+    prints, kind = await form.pair(here, number), form.format
+    content = await here.run_on_gallery(pair.draw_pair, prints, kind, form.view())
+    return _download(content, f"overlay.{kind}", _MEDIA[kind])
+
+
+@router.post("/views", summary="Where the ridges agree", **_SHOWN)
+async def further_views(here: Here, form: Annotated[forms.PairForm, FORM]) -> Response:
+    """Return the map of ridge agreement."""
+    return _json(await here.run(encoded, pair.show_views, await form.given_pair(here)))
+
+
+@gallery_router.post(
+    "/gallery/{number}/views",
+    summary="Further views of a probe and one enrolled print",
+    dependencies=_VERIFY,
+    **_SHOWN,
+)
+async def views_of_enrolled(
+    here: Here, number: int, form: Annotated[forms.EnrolledPairForm, FORM]
+) -> Response:
+    """Return what `/views` does."""
+    prints = await form.pair(here, number)
+    return _json(await here.run_on_gallery(encoded, pair.show_views, prints))
+
+
+@router.post("/case-report", summary="Report on a comparison, to be printed", **_PAGE)
+async def case_report(here: Here, form: Annotated[forms.ReportForm, FORM]) -> Response:
+    """Return the page that `fpmatch verify --case-report` writes."""
+    try:
+        placed = TypeAdapter(list[forms.Mark]).validate_json(form.marks)
+    except ValidationError as error:
+        raise RequestError(f"marks: {_fault_of_marks(error)}") from None
+    marks = [mark.model_dump() for mark in placed]
+    prints = await form.given_pair(here)
+    html = await here.run(pair.report_pair, prints, form.notes, marks, form.case_number)
+    return _download(html.encode(), "case.html", "text/html; charset=utf-8")
+
+
+def _fault_of_marks(error: ValidationError) -> str:
+    """Return why the marks of an examiner cannot be read."""
+    for fault in error.errors():
+        if fault["type"] == "extra_forbidden":
+            return unknown_name("key", str(fault["loc"][-1]), forms.Mark.model_fields)
+    return "must be a JSON list of side, x, y and note"
 
 
 @router.post("/extract", summary="Return the template of a print", **_FILE)
-async def extract(
-    request: Request,
-    run: Run,
-    image: UploadedFile,
-    reading: OneReading,
-    file_format: Annotated[
-        str, Form(alias="format", description="A format of `fpmatch convert`")
-    ] = "json",
-) -> Response:
+async def extract(here: Here, form: Annotated[forms.ExtractForm, FORM]) -> Response:
     """Return the template as a file: JSON, which is complete, or another format."""
-    upload = await read_upload(request, image, "image")
-    content, suffix = await run(single.extract_template, upload, reading, file_format)
+    upload = await form.read("image", here.limits)
+    reading = PrintOptions(here.limits, form.dpi, form.enhance)
+    content, suffix = await here.run(pair.extract_template, upload, reading, form.format)
     media = "application/json" if suffix == ".json" else "application/octet-stream"
     return _download(content, f"template{suffix}", media)
 
 
-@router.post("/stages", summary="Show each stage of an extraction", response_model=models.Stages)
-async def stages(request: Request, run: Run, image: UploadedFile, reading: OneReading) -> Response:
+@router.post("/stages", summary="Show each stage of an extraction", **_SHOWN)
+async def stages(here: Here, form: Annotated[forms.StagesForm, FORM]) -> Response:
     """Return the pictures that `fpmatch extract --format stages` writes."""
-    upload = await read_upload(request, image, "image")
-    content, _ = await run(encoded, single.show_stages, upload, reading)
-    return _json(content)
+    upload = await form.read("image", here.limits)
+    reading = PrintOptions(here.limits, form.dpi, form.enhance)
+    return _json(await here.run(encoded, pair.show_stages, upload, reading))
 
 
 @gallery_router.get("/gallery", summary="Counts and sizes of the gallery", dependencies=_READ)
-async def gallery(run: Run, settings: ServerSettings) -> models.GalleryInfo:
+async def gallery(here: Here) -> Document:
     """Return what `fpmatch gallery list --summary --json` prints."""
-    return models.GalleryInfo(**await run(gallery_work.describe_gallery, settings.gallery))
+    return await here.run_on_gallery(gallery_work.describe_gallery, here.where)
 
 
 @gallery_router.post(
     "/identify",
-    summary="Rank the enrolled fingers by how well they match a probe",
+    summary="Rank the enrolled subjects by how well their best finger matches a probe",
     dependencies=_VERIFY,
 )
-async def identify(
-    request: Request,
-    run: Run,
-    audit: Audit,
-    settings: ServerSettings,
-    probe: UploadedFile,
-    matcher: Matcher,
-    dpi: Dpi = None,
-    candidates: Annotated[int, Form(ge=1, description="Largest number of candidates")] = 10,
-    threshold: Annotated[float, Form(description="Smallest score of a candidate")] = 0.0,
-) -> models.Identified:
+async def identify(here: Here, form: Annotated[forms.IdentifyForm, FORM]) -> Document:
     """Return what `fpmatch identify --transform --json` prints of one probe."""
-    upload = await read_upload(request, probe, "probe")
-    reading, where = PrintOptions(settings.limits, dpi), settings.gallery
-    arguments = (upload, reading, where, matcher, candidates, threshold)
-    document = await run(gallery_work.identify_print, *arguments)
-    audit(candidates=[candidate["id"] for candidate in document["candidates"]])
-    return models.Identified(**document)
+    upload = await form.read("probe", here.limits)
+    reading = PrintOptions(here.limits, form.dpi)
+    options = form.known_matcher(), form.candidates, form.threshold
+    arguments = (upload, reading, here.where, *options)
+    return await here.run_on_gallery(gallery_work.identify_print, *arguments)
 
 
 @gallery_router.post("/enrol", summary="Enrol one print", status_code=201, dependencies=_ENROL)
-async def enrol(
-    request: Request,
-    response: Response,
-    run: Run,
-    audit: Audit,
-    begin: Begin,
-    settings: ServerSettings,
-    image: UploadedFile,
-    subject: LabelPart = "",
-    finger: LabelPart = "",
-    impression: LabelPart = "",
-    dpi: Dpi = None,
-) -> models.Enrolled:
+async def enrol(here: Here, response: Response, form: Annotated[forms.EnrolForm, FORM]) -> Document:
     """Keep the template of a print, but no image; 201 if it is new, 200 if it is known.
 
     Without a subject, the name of the file must contain it.
     """
-    upload = await read_upload(request, image, "image")
-    if not subject and (finger or impression):
+    upload = await form.read("image", here.limits)
+    if not form.subject and (form.finger or form.impression):
         raise RequestError("subject: required with finger or impression")
-    label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None
-    reading = PrintOptions(settings.limits, dpi)
-    arguments = (upload, reading, settings.gallery, label, settings.pattern)
-    await begin()
-    document = await run(gallery_work.enrol_print, *arguments)
-    audit(enrolled=document["enrolled"], subject=document["subject"])
+    parts = form.subject.strip(), form.finger.strip(), form.impression.strip()
+    label = Label(*parts) if form.subject else None
+    reading = PrintOptions(here.limits, form.dpi)
+    arguments = (upload, reading, here.where, label, here.settings.pattern)
+    document: Document = await here.run_on_gallery(gallery_work.enrol_print, *arguments)
     if not document["enrolled"]:
         response.status_code = 200
-    return models.Enrolled(**document)
+    return document
 
 
 @gallery_router.get(
-    "/gallery/prints", summary="The enrolled prints of a subject", dependencies=_READ
+    "/gallery/prints",
+    summary="The enrolled prints of a subject",
+    dependencies=[_READ[0], _OF_SUBJECT],
 )
-async def list_prints(
-    run: Run, audit: Audit, settings: ServerSettings, subject: Subject
-) -> models.EnrolledPrints:
+async def list_prints(here: Here, subject: Subject) -> Document:
     """Return what `fpmatch gallery list --subject --json` prints."""
-    audit(subject=subject)
-    rows = await run(gallery_work.list_prints, settings.gallery, subject)
-    return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in rows])
+    rows = await here.run_on_gallery(gallery_work.list_prints, here.where, subject)
+    return {"prints": rows}
 
 
 @gallery_router.post(
@@ -345,48 +288,30 @@ async def list_prints(
     summary="Decide whether a probe comes from a claimed subject",
     dependencies=_VERIFY,
 )
-async def verify_claim(
-    request: Request,
-    run: Run,
-    audit: Audit,
-    settings: ServerSettings,
-    probe: UploadedFile,
-    subject: LabelPart,
-    reading: OneReading,
-    options: Options,
-    finger: LabelPart = "",
-) -> models.CheckedClaim:
+async def verify_claim(here: Here, form: Annotated[forms.ClaimForm, FORM]) -> Document:
     """Return what `fpmatch verify --gallery --subject --json` prints."""
-    upload = await read_upload(request, probe, "probe")
-    audit(subject=subject)
-    arguments = (upload, reading, settings.gallery, subject, finger or None, options)
-    document = await run(gallery_work.verify_claim, *arguments)
-    audit(match=document["match"], score=document["score"])
-    return models.CheckedClaim(**document)
+    upload = await form.read("probe", here.limits)
+    reading = PrintOptions(here.limits, form.dpi, form.enhance)
+    claim = form.subject, form.finger or None
+    arguments = (upload, reading, here.where, *claim, form.options())
+    return await here.run_on_gallery(gallery_work.verify_claim, *arguments)
 
 
 @gallery_router.delete(
-    "/gallery/prints", summary="Remove all enrolled prints of a subject", dependencies=_ADMIN
+    "/gallery/prints",
+    summary="Remove all enrolled prints of a subject",
+    dependencies=[_ADMIN[0], _OF_SUBJECT],
 )
-async def remove_subject(
-    run: Run, audit: Audit, begin: Begin, settings: ServerSettings, subject: Subject
-) -> models.Removed:
+async def remove_subject(here: Here, subject: Subject) -> Document:
     """Remove the templates of all prints of a subject."""
-    audit(subject=subject)
-    await begin()
-    removed = await run(gallery_work.remove_subject, settings.gallery, subject)
-    audit(entries=removed)
-    return models.Removed(removed=len(removed))
+    removed = await here.run_on_gallery(gallery_work.remove_subject, here.where, subject)
+    return {"removed": len(removed)}
 
 
 @gallery_router.delete(
     "/gallery/{number}", summary="Remove one enrolled print", dependencies=_ADMIN
 )
-async def remove_print(
-    run: Run, audit: Audit, begin: Begin, settings: ServerSettings, number: int
-) -> models.Removed:
+async def remove_print(here: Here, number: int) -> Document:
     """Remove the template of entry `number`."""
-    audit(entries=[number])
-    await begin()
-    await run(gallery_work.remove_print, settings.gallery, number)
-    return models.Removed(removed=1)
+    await here.run_on_gallery(gallery_work.remove_print, here.where, number)
+    return {"removed": 1}

@@ -1,15 +1,20 @@
-"""The server: its socket, its address, and uvicorn behind it."""
+"""The server: its socket, its address, and hypercorn behind it."""
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
+import logging
+import os
 import secrets
 import signal
 import socket
-import threading
-from contextlib import contextmanager
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from hypercorn.asyncio import serve as serve_app
+from hypercorn.config import Config
 
 from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError
@@ -17,13 +22,19 @@ from fpmatch.gallery.engine.processes import interrupt_kept_from_children
 from fpmatch.server.settings import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
-    from fpmatch.server.settings import Settings
+    from starlette.types import ASGIApp
+
+    from fpmatch.server.settings import Limits, Settings
 
 _BACKLOG: Final = 128  # connections that wait to be accepted
 _TOKEN_BYTES: Final = 24
 _LAST_PORT: Final = 65_535
+_HEADER_BYTES: Final = 16 * 1024
+_START_S: Final = 150  # for the worker processes to start
+_GRACE_S: Final = 5  # for requests to end when the server is stopped
+_log: Final = logging.getLogger(__name__)
 
 
 class ServeError(FpmatchError):
@@ -87,33 +98,63 @@ def serve(
 ) -> None:
     """Answer requests until SIGINT or SIGTERM; `ready` is called once, when they are answered.
 
-    `log` is the format of the log, as for `fpmatch.server.logs.set_up_logging`.
+    `log` is the format of the log, as for `fpmatch.server.watch.set_up_logging`.
     """
     from fpmatch.server.app import make_app  # noqa: PLC0415
-    from fpmatch.server.logs import set_up_logging  # noqa: PLC0415
-    from fpmatch.server.running import make_server  # noqa: PLC0415
+    from fpmatch.server.watch import set_up_logging  # noqa: PLC0415
 
     set_up_logging(log)
-    server = make_server(make_app(bound.settings), bound.settings, ready)
-    with interrupt_kept_from_children(), _ended_by_sigterm():  # the server stops its workers
-        server.run(sockets=[bound.listener])
+    app = make_app(bound.settings, ready)
+
+    async def main() -> None:
+        stop, loop = asyncio.Event(), asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with suppress(NotImplementedError):  # Windows: KeyboardInterrupt ends the server
+                loop.add_signal_handler(number, stop.set)
+        await answer(app, bound.listener, bound.settings.limits, stop)
+
+    with interrupt_kept_from_children():  # the server stops its workers
+        asyncio.run(main())
 
 
-@contextmanager
-def _ended_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM end the process with status 0; uvicorn sends it again when it has stopped."""
+async def answer(
+    app: ASGIApp, listener: socket.socket, limits: Limits, stop: asyncio.Event
+) -> None:
+    """Answer requests that come to a socket, until an event; those that are inside may end."""
+    config = Config()
+    config.bind = [f"fd://{os.dup(listener.fileno())}"]
+    config.backlog = _BACKLOG
+    config.keep_alive_timeout = limits.slow_seconds  # also until the first header is whole
+    # of a silent client, whatever it waits for: hypercorn itself keeps a refused web socket open
+    config.read_timeout = round(limits.wait_seconds + limits.seconds + 3 * limits.slow_seconds)
+    config.h11_max_incomplete_size = _HEADER_BYTES
+    config.graceful_timeout = _GRACE_S
+    config.startup_timeout = _START_S
+    config.include_server_header = False
+    config.errorlog = None  # the application logs its errors
+    if hasattr(socket, "TCP_USER_TIMEOUT"):  # of an answer that is not read
+        milliseconds = round(1000 * limits.slow_seconds)
+        listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
+    asyncio.get_running_loop().set_exception_handler(_on_error_of_loop)
+    serving = asyncio.create_task(serve_app(cast("Any", app), config, shutdown_trigger=stop.wait))
+    stopping = asyncio.create_task(stop.wait())
+    await asyncio.wait([serving, stopping], return_when=asyncio.FIRST_COMPLETED)
+    await asyncio.wait([serving], timeout=_GRACE_S + 1)
+    if serving.cancel():  # hypercorn waits longer for connections from Python 3.12 on
+        await asyncio.wait([serving])
+    else:
+        serving.result()
 
-    def end(*_: object) -> None:
-        raise SystemExit(0)
 
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    former = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, former)
+def _on_error_of_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Log one line where asyncio would log a traceback for a connection that broke."""
+    error = context.get("exception")
+    while isinstance(error, BaseExceptionGroup):
+        error = error.exceptions[0]
+    if isinstance(error, OSError):
+        _log.info("a connection ended: %s", error.strerror)
+    else:
+        loop.default_exception_handler(context)
 
 
 def _shown(host: str, own: str) -> str:

@@ -19,6 +19,7 @@ from fpmatch.gallery.listing.entry import FVC_PATTERN
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+STATIC: Final = Path(__file__).with_name("static")  # the web interface
 MIN_TOKEN: Final = 16  # letters
 _HEX_DIGITS: Final = 64
 _LIMITS: Final = "limits"  # the table that is no client
@@ -72,21 +73,12 @@ class Limits:
     megapixels: float = 32.0  # of an image, before it is decoded
     megapixels_at_500_dpi: float = 4.0  # four flat fingers side by side have 2.5
     seconds: float = 30.0  # of work on one request, without waiting
-    waiting: int = 2  # requests that have arrived and wait for a worker; others wait before them
-    wait_seconds: float = 30.0  # that a request waits for its turn; then it is refused
-    queue: int = 512  # requests that wait for their turn; others are refused
-    megabytes_at_once: float = 512.0  # of all large requests; a single one is always accepted
+    wait_seconds: float = 30.0  # that a request waits for a worker; then it is refused
+    requests: int = 64  # that have arrived and are not answered; others are refused
+    megabytes_at_once: float = 512.0  # of these; a single one is always accepted
     candidates: int = 100  # of one identification
-    header_seconds: float = 10.0  # until the header of a request has arrived
-    upload_seconds: float = 60.0  # until its body has
-    stalled_seconds: float = 10.0  # without a byte of a body, or of an answer being read
-    kilobytes_per_second: float = 4.0  # at least of a body or an answer, after these seconds
-    unread_megabytes: float = 8.0  # of all answers that clients have not read
-    connections: int = 512  # of all clients, and fewer where open files are short
-    connections_per_client: int = 64  # of one address
-
-
-_MAY_BE_0: Final = ("waiting", "wait_seconds", "queue")
+    slow_seconds: float = 10.0  # until a header has arrived, and the first of a body or an answer
+    kilobytes_per_second: float = 50.0  # at least of a body or an answer, after these seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +93,6 @@ class Settings:
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1", "[::1]")
     clients: Mapping[bytes, Client] = field(default_factory=dict, repr=False)
     gallery: str | None = None  # file or URL
-    audit_log: str | None = None  # file
     pattern: str = FVC_PATTERN  # of names of enrolled files
     workers: int = field(default_factory=available_cores)
     limits: Limits = Limits()
@@ -159,7 +150,7 @@ def _parse_limits(table: Any) -> Limits:
         if name not in usual:
             raise SettingsError(unknown_name("limit", name, usual), code="key")
         whole = isinstance(usual[name], int)
-        least = 0 if name in _MAY_BE_0 else 1 if whole else 0.001
+        least = 0 if name == "wait_seconds" else 1 if whole else 0.001
         number = type(value) is int or (type(value) is float and not whole)
         if not (number and least <= value <= _LARGEST):
             kind = "whole number" if whole else "number"

@@ -1,5 +1,6 @@
 """What the tests of the server share: a client of it, prints as bytes, and `pool_work`."""
 
+import asyncio
 import io
 import os
 import socket
@@ -18,8 +19,8 @@ sys.path.append(str(Path(__file__).parent))
 
 LARGE_BYTES = 6_000_000
 
-NEEDED = ("fastapi", "h11", "httpx", "prometheus_client", "uvicorn")
-if not all(map(find_spec, NEEDED)):  # of the extras `web` and `client`
+NEEDED = ("fastapi", "h11", "httpx", "hypercorn", "prometheus_client")
+if not all(map(find_spec, NEEDED)):  # of the extra `web`
     collect_ignore_glob = ["test_*.py"]
 
 
@@ -49,6 +50,11 @@ def prints(fingers):
 
 async def echo(scope, receive, send):
     """Answer with the number of bytes that came; under /large with many."""
+    if scope["type"] == "lifespan":
+        for state in ("startup", "shutdown"):
+            await receive()
+            await send({"type": f"lifespan.{state}.complete"})
+        return
     size, more = 0, scope["method"] == "POST"
     while more:
         message = await receive()
@@ -67,25 +73,39 @@ def gallery(tmp_path_factory):
 
 
 @contextmanager
-def served(app):
-    """Serve an ASGI application on a free port of this machine; yield a client of it."""
-    import httpx
-    import uvicorn
+def listening(app, limits=None, host="127.0.0.1"):
+    """Answer the requests to a port of this machine by an ASGI application; yield the port."""
+    from fpmatch.server.server import answer
+    from fpmatch.server.settings import Limits
 
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(app, log_level="critical"))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+    started, stops = threading.Event(), []
+
+    async def main(listener):
+        stops.append((asyncio.get_running_loop(), asyncio.Event()))
+        started.set()
+        await answer(app, listener, limits or Limits(), stops[0][1])
+
+    with socket.create_server((host, 0)) as listener:
+        thread = threading.Thread(target=lambda: asyncio.run(main(listener)))
         thread.start()
-        while not server.started:
-            assert thread.is_alive(), "the server did not start"
-            time.sleep(0.01)
-        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        started.wait()
         try:
-            with httpx.Client(base_url=address, timeout=120, trust_env=False) as client:
-                yield client
+            yield listener.getsockname()[1]
         finally:
-            server.should_exit = True
+            (loop, stop) = stops[0]
+            loop.call_soon_threadsafe(stop.set)
             thread.join()
+
+
+@contextmanager
+def served(app, limits=None):
+    """Serve an ASGI application; yield a client of it."""
+    import httpx
+
+    with listening(app, limits) as port:
+        address = f"http://127.0.0.1:{port}"
+        with httpx.Client(base_url=address, timeout=120, trust_env=False) as client:
+            yield client
 
 
 @contextmanager
@@ -108,13 +128,16 @@ def served_gallery(gallery, **settings):
         yield client
 
 
+def wait_until(condition):
+    end = time.monotonic() + 15
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
 def wait_until_ready(http):
     """Wait until a server says that it is ready: it tells what it knows for a second."""
-    for _ in range(500):
-        if http.get("/ready").status_code == 200:
-            return
-        time.sleep(0.02)
-    raise AssertionError("the server is not ready")
+    wait_until(lambda: http.get("/ready").status_code == 200)
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,6 @@
 """Work for the pool that goes wrong, or on for too long; its processes import it from here."""
 
+import logging
 import os
 import sys
 import time
@@ -21,6 +22,10 @@ def note_and_end(path):
     with Path(path).open("a") as file:
         file.write("begun\n")
     os._exit(3)
+
+
+def note(text):
+    logging.getLogger("notes").warning(text)
 
 
 def end():

@@ -1,159 +1,181 @@
-"""The file of settings of a server: clients, what each role may request, and limits."""
+"""Who may ask: hosts, origins, tokens, sizes, how many at once; and the headers of safety."""
 
-import hashlib
-from dataclasses import fields, replace
+import asyncio
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from fastapi import HTTPException
+from starlette.middleware.exceptions import ExceptionMiddleware
+from starlette.responses import JSONResponse
 
-from fpmatch.server.settings import Limits, Role, SettingsError, digest_of, load_settings
+from fpmatch.server.access import FORM_BYTES, Access
+from fpmatch.server.settings import Client, Limits, Role, Settings, digest_of
 
-from .conftest import served_gallery
+from .conftest import echo, served
 
-TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
-
-
-def write(folder, text):
-    path = folder / "server.toml"
-    path.write_text(text, encoding="utf-8")
-    path.chmod(0o640)
-    return path
+TOKEN = "a-long-enough-token"
+LIMITS = Limits(file_megabytes=0.05, slow_seconds=5.0)
+MOST = 2 * 50_000 + FORM_BYTES
 
 
-def test_a_file_with_tokens_that_all_may_read_is_refused(tmp_path):
-    path = write(tmp_path, '[office]\nrole = "admin"\ntoken = "a-long-enough-token"\n')
-    path.chmod(0o644)
-    with pytest.raises(SettingsError, match=r"other users may read the tokens; first: chmod o-rwx"):
-        load_settings(path)
-    digest = hashlib.sha256(b"another-long-token").hexdigest()
-    write(tmp_path, f'[office]\nrole = "admin"\nsha256 = "{digest}"\n').chmod(0o644)
-    assert load_settings(path).clients
+def with_errors(app):
+    """Answer with the status of an error, as the application does."""
+
+    async def answer(_, error):
+        return JSONResponse({"error": error.detail}, error.status_code, error.headers)
+
+    return ExceptionMiddleware(app, {HTTPException: answer})
 
 
-def test_a_file_names_clients_roles_and_tokens(tmp_path):
-    digest = hashlib.sha256(b"another-long-token").hexdigest()
-    path = write(
-        tmp_path,
-        f'["front desk"]\nrole = "verify"\ntoken = "a-long-enough-token"\n'
-        f'[office]\nrole = "admin"\nsha256 = "{digest}"\n',
-    )
-    clients = load_settings(path).clients
-    assert clients[digest_of("a-long-enough-token")].name == "front desk"
-    assert clients[digest_of("another-long-token")].role is Role.ADMIN
-
-
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [
-        ("", "neither clients nor limits"),
-        ("[a", "TOML"),
-        ("a = 1", "table"),
-        ('[a]\nrole = "king"\ntoken = "a-long-enough-token"', "role"),
-        ('[a]\nrole = ["read"]\ntoken = "a-long-enough-token"', "role"),
-        ('[a]\nrole = "read"', "either"),
-        ('[a]\nrole = "read"\ntoken = "short"', "16"),
-        ('[a]\nrole = "read"\ntoken = 5', "64"),
-        ('[a]\nrole = "read"\nsha256 = "zz"', "64"),
-        ('[a]\nrole = "read"\nsha256 = "' + "z" * 64 + '"', "64"),
-        ('[a]\nrole = "read"\ntoken = "a-long-enough-token"\nname = "x"', "name"),
-        ("a." * 20_000 + "b = 1", "a"),
-        ("limits = 5", "limits: must be a table"),
-        ("[limits]\nconections = 5", "unknown limit .* Did you mean 'connections'"),
-        ("[limits]\nconnections = 0", "connections must be a whole number from 1 to"),
-        ("[limits]\nconnections = 5.0", "connections must be a whole number"),
-        ("[limits]\nconnections = true", "connections must be a whole number"),
-        ("[limits]\nqueue = -1", "queue must be a whole number from 0 to"),
-        ("[limits]\nseconds = 0", "seconds must be a number from 0.001 to 1000000"),
-        ("[limits]\nseconds = nan", "seconds must be a number"),
-        ("[limits]\nseconds = inf", "seconds must be a number"),
-        ("[limits]\nseconds = 1" + "0" * 400, "seconds must be a number"),
-        ('[limits]\nseconds = "5"', "seconds must be a number"),
-        ('[limits]\nrole = "read"\ntoken = "a-long-enough-token"', "unknown limit 'role'"),
-    ],
-)
-def test_bad_files_are_refused_in_one_line(tmp_path, text, word):
-    path = write(tmp_path, text)
-    with pytest.raises(SettingsError, match=word) as caught:
-        load_settings(path)
-    assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-@given(
-    st.fixed_dictionaries(
-        {},
-        optional={
-            each.name: st.integers(1, 1000) if each.type == "int" else st.floats(0.01, 1000)
-            for each in fields(Limits)
-        },
-    )
-)
-def test_each_limit_can_be_set(tmp_path_factory, limits):
-    lines = [f"{name} = {value!r}" for name, value in limits.items()]
-    path = write(tmp_path_factory.getbasetemp(), "\n".join(["[limits]", *lines]))
-    assert load_settings(path).limits == replace(Limits(), **limits)
-
-
-def test_two_clients_with_one_token_are_refused(tmp_path):
-    client = 'role = "read"\ntoken = "a-long-enough-token"\n'
-    with pytest.raises(SettingsError, match="a and b"):
-        load_settings(write(tmp_path, f"[a]\n{client}[b]\n{client}"))
+def guarded(**settings):
+    return Access(with_errors(echo), Settings(workers=1, limits=LIMITS, **settings))
 
 
 @pytest.fixture(scope="module")
-def client(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("served")
-    tables = (
-        f'[{role.name}]\nrole = "{role.name.lower()}"\ntoken = "{TOKENS[role]}"' for role in Role
-    )
-    clients = load_settings(write(folder, "\n".join(tables))).clients
-    gallery = folder / "prints.db"
-    with served_gallery(gallery, clients=clients) as client:
+def client():
+    with served(guarded()) as client:
+        client.headers["host"] = "localhost:8000"
         yield client
 
 
 @pytest.mark.parametrize(
-    ("method", "path", "least"),
+    "host", ["localhost", "localhost:99", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST"]
+)
+def test_names_of_this_server_are_answered(client, host):
+    assert client.get("/about", headers={"host": host}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "host",
     [
-        ("GET", "/about", Role.READ),
-        ("GET", "/gallery", Role.READ),
-        ("GET", "/gallery/prints?subject=ada", Role.READ),
-        ("GET", "/metrics", Role.READ),
-        ("POST", "/verify", Role.VERIFY),
-        ("POST", "/compare", Role.VERIFY),
-        ("POST", "/overlay", Role.VERIFY),
-        ("POST", "/views", Role.VERIFY),
-        ("POST", "/gallery/1/views", Role.VERIFY),
-        ("POST", "/extract", Role.VERIFY),
-        ("POST", "/stages", Role.VERIFY),
-        ("POST", "/case-report", Role.VERIFY),
-        ("POST", "/identify", Role.VERIFY),
-        ("POST", "/gallery/verify", Role.VERIFY),
-        ("POST", "/gallery/1/compare", Role.VERIFY),
-        ("POST", "/gallery/1/overlay", Role.VERIFY),
-        ("POST", "/enrol", Role.ENROL),
-        ("DELETE", "/gallery/1", Role.ADMIN),
-        ("DELETE", "/gallery/prints?subject=ada", Role.ADMIN),
+        *("evil.example", "localhost.evil.example", "10.0.0.7", "[::2]", "[::1].evil.example"),
+        *("localhost:80@evil.example", "[::1]:80@evil.example", "localhost:evil"),
     ],
 )
-def test_a_role_may_request_what_it_includes_and_no_more(client, method, path, least):
-    assert client.request(method, path).status_code == 401
-    for role in Role:
-        headers = {"authorization": f"Bearer {TOKENS[role]}"}
-        response = client.request(method, path, headers=headers)
-        assert (response.status_code == 403) == (role < least), (role, response.text)
+def test_other_names_are_refused(client, host):
+    answer = client.get("/about", headers={"host": host})
+    assert answer.status_code == 421
+    assert "not called" in answer.json()["error"]
 
 
-def test_every_address_states_who_may_request_it(client):
-    """An address without a role is one of those that need no token."""
-    headers = {"authorization": f"Bearer {TOKENS[Role.READ]}"}
-    description = client.get("/openapi.json", headers=headers).json()
-    assert "HTTPBearer" in description["components"]["securitySchemes"]
-    open_to_all = {
-        path
-        for path, methods in description["paths"].items()
-        for method in methods.values()
-        if not method.get("security")
-    }
-    assert open_to_all == {"/health", "/ready"}
+def test_a_header_has_its_size_and_no_more(client):
+    assert client.get("/about", headers={"x": "a" * 15_000}).status_code == 200
+    answer = client.get("/about", headers={"x": "a" * 17_000})
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "the header has more than 16 kB"
+
+
+def test_a_name_that_acts_on_a_terminal_is_escaped(client):
+    answer = client.get("/about", headers={"host": b"\x9b31mevil"})
+    assert answer.json()["error"] == r"this server is not called \u009b31mevil"
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 200),
+        ({"origin": "http://localhost:8000"}, 200),
+        ({"origin": "https://localhost:8000", "sec-fetch-site": "same-origin"}, 200),
+        ({"origin": "http://localhost:9000"}, 403),
+        ({"origin": "http://evil.example"}, 403),
+        ({"origin": "null"}, 403),
+        ({"sec-fetch-site": "cross-site"}, 403),
+        ({"sec-fetch-site": "same-site"}, 403),
+    ],
+)
+def test_other_sites_may_not_post(client, headers, status):
+    assert client.post("/verify", headers=headers, content=b"x").status_code == status
+
+
+def test_every_answer_has_the_headers_of_safety(client):
+    for answer in (client.get("/"), client.post("/x"), client.get("/", headers={"host": "evil"})):
+        policy = answer.headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "script-src 'self'" in policy
+        assert "unsafe" not in policy
+        assert answer.headers["x-content-type-options"] == "nosniff"
+        assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+    assert client.post("/x").headers["cache-control"] == "no-store"
+
+
+def test_a_token_is_needed_for_all_but_the_page():
+    with served(guarded(clients={digest_of(TOKEN): Client("ada", Role.READ)})) as client:
+        assert client.get("/").status_code == 200
+        assert client.get("/main.js").status_code == 200
+        assert client.get("/about").status_code == 401
+        assert client.post("/verify.html", content=b"x").status_code == 401
+        for given in ("", "Bearer", f"Bearer {TOKEN}x", f"Bearer {TOKEN[:-1]}", "Bearer ü"):
+            wrong = client.get("/about", headers={"authorization": given.encode()})
+            assert wrong.status_code == 401, given
+        right = client.get("/about", headers={"authorization": f"Bearer {TOKEN}"})
+        assert right.status_code == 200
+        # addresses of digits cannot be taken over by a stranger's name server
+        bearer = {"authorization": f"Bearer {TOKEN}"}
+        assert client.get("/about", headers={"host": "10.0.0.7:8000", **bearer}).status_code == 200
+        assert client.get("/about", headers={"host": "evil.example", **bearer}).status_code == 421
+
+
+def test_a_body_may_have_its_size_and_no_more(client):
+    assert client.post("/verify", content=bytes(MOST)).text == str(MOST)
+    told = client.post("/verify", content=bytes(MOST + 1))
+    assert (told.status_code, told.json()["error"]) == (
+        413,
+        "a file may have 0.05 MB, and this is more",
+    )
+
+    def chunks():
+        for _ in range(10):
+            yield bytes(MOST // 5)
+
+    assert client.post("/verify", content=chunks()).status_code == 413
+
+
+async def ask(access, released, size):
+    """Return status and headers of the answer to a request whose body comes when it is let."""
+    answers = []
+
+    async def receive():
+        await released.wait()
+        return {"type": "http.request", "body": bytes(size), "more_body": False}
+
+    async def send(message):
+        answers.append(message)
+
+    headers = [(b"host", b"localhost"), (b"content-length", str(size).encode())]
+    scope = {"type": "http", "method": "POST", "path": "/verify", "headers": headers}
+    await access(scope, receive, send)
+    return answers[0]["status"], dict(answers[0]["headers"])
+
+
+@pytest.mark.parametrize(
+    ("limits", "sizes", "statuses"),
+    [
+        ({"requests": 2}, (9, 9, 9), [200, 200, 503]),
+        ({"megabytes_at_once": 1.5}, (2_000_000, 9), [200, 503]),
+        ({"megabytes_at_once": 1.5}, (1_000_000, 400_000, 400_000), [200, 200, 503]),
+        ({"slow_seconds": 0.01}, (9, 9), [408, 408]),
+    ],
+)
+def test_requests_beyond_a_limit_are_refused_and_leave_room(limits, sizes, statuses):
+    let_in, late = asyncio.Event(), "slow_seconds" in limits
+
+    async def slow_echo(scope, receive, send):
+        await receive()
+        await asyncio.sleep(0.1)
+        await echo({**scope, "method": "GET"}, receive, send)
+
+    async def test():
+        settings = Settings(workers=1, limits=Limits(**limits))
+        access = Access(with_errors(slow_echo), settings)
+        asked = [asyncio.create_task(ask(access, let_in, size)) for size in sizes]
+        await asyncio.sleep(0.1)
+        let_in.set()
+        answers = await asyncio.gather(*asked)
+        later, _ = await ask(access, let_in, 9)
+        assert access.inside == 0
+        return answers, later
+
+    answers, later = asyncio.run(test())
+    assert [status for status, _ in answers] == statuses
+    assert later == 200
+    if not late:
+        assert answers[-1][1][b"retry-after"].isdigit()

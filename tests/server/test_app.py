@@ -16,8 +16,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
 from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.server.app import STATIC
-from fpmatch.server.settings import Limits
+from fpmatch.server.settings import STATIC, Limits
 
 from .conftest import png, served_gallery, serving
 

@@ -1,12 +1,10 @@
 """A gallery or database that fails while it is served: answers lead nowhere, the log has why."""
 
-import logging
 import shutil
 import socket
 
 import pytest
 
-from fpmatch.server.logs import Incidents, OncePerSecond
 from fpmatch.server.settings import Client, Role, digest_of
 
 from .conftest import served_gallery, serving, wait_until_ready
@@ -115,29 +113,3 @@ def test_no_answer_contains_the_place_of_a_database(prints, caplog):
         secrets = (f":{port}", str(port), "127.0.0.1", "olga", "hidden-word", "inner")
         check_answers(http, prints, secrets, caplog)
     assert "hidden-word" not in caplog.text
-
-
-def test_the_same_reason_within_a_second_is_one_incident(caplog):
-    incidents = Incidents(logging.getLogger("incidents"))
-    first = incidents.report("disk: full 100 %")
-    assert {incidents.report("disk: full 100 %") for _ in range(100)} == {first}
-    assert incidents.report("other") != first
-    assert len(caplog.records) == 2
-    assert caplog.messages[0] == f"{first}: disk: full 100 %"
-
-
-def test_a_kind_of_line_is_written_once_a_second_with_a_count(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("fpmatch.server.logs.monotonic", lambda: now[0])
-    bound = OncePerSecond()
-
-    def write(level, text, *values):
-        record = logging.LogRecord("web", level, __file__, 1, text, values, None)
-        return record.getMessage() if bound.filter(record) else None
-
-    lines = [write(logging.WARNING, "closed: %s", k) for k in range(1000)]
-    assert [line for line in lines if line] == ["closed: 0"]
-    assert write(logging.ERROR, "failed") == "failed"
-    assert all(write(logging.INFO, "GET /") for _ in range(10))
-    now[0] = 1.5
-    assert write(logging.WARNING, "closed: %s", 1000) == "closed: 1000 (999 more before)"

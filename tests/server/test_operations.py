@@ -1,4 +1,4 @@
-"""Running a server: health, readiness, metrics, logs, the queue, and the client."""
+"""Running a server: health, readiness, metrics, logs, and each request once."""
 
 import io
 import json
@@ -7,34 +7,31 @@ import re
 
 import pytest
 
-from fpmatch.errors import FpmatchError
-from fpmatch.server.client import ServerClient, ServerError
-from fpmatch.server.logs import set_up_logging
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.store.audit import audit_lines, check_audit, turn_on
 from fpmatch.server.settings import Client, Role, digest_of
+from fpmatch.server.watch import set_up_logging
 
-from .conftest import served_gallery, serving
+from .conftest import served_gallery, serving, wait_until
 
 TOKEN = "a-long-enough-token"
 GUEST = "another-long-enough-token"
 
 
 @pytest.fixture(scope="module")
-def audit_log(tmp_path_factory):
-    return tmp_path_factory.mktemp("audit") / "audit.jsonl"
+def gallery_place(tmp_path_factory):
+    """Return a gallery that keeps an audit."""
+    place = tmp_path_factory.mktemp("gallery") / "prints.db"
+    with open_gallery(place, create=True) as gallery:
+        turn_on(gallery)
+    return place
 
 
 @pytest.fixture(scope="module")
-def http(tmp_path_factory, audit_log):
-    gallery = tmp_path_factory.mktemp("gallery") / "prints.db"
+def http(gallery_place):
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
     clients |= {digest_of(GUEST): Client("guest", Role.READ)}
-    with served_gallery(gallery, audit_log=str(audit_log), clients=clients) as client:
-        yield client
-
-
-@pytest.fixture(scope="module")
-def server(http):
-    with ServerClient(f"{http.base_url}#token={TOKEN}") as client:
+    with served_gallery(gallery_place, clients=clients) as client:
         yield client
 
 
@@ -59,48 +56,37 @@ def test_metrics_count_requests(http):
     text = http.get("/metrics", headers=bearer).text
     assert 'fpmatch_requests_total{route="/health",status="200"}' in text
     assert "fpmatch_request_seconds_bucket" in text
-    assert "fpmatch_requests_waiting 0.0" in text
+    assert "fpmatch_requests_inside 1.0" in text
 
 
-def test_the_client_does_all_that_the_server_does(server, prints, tmp_path, audit_log):
-    probe, reference = prints["1_1.png"], prints["1_2.png"]
-    other = tmp_path / "2_1.png"
-    other.write_bytes(prints["2_1.png"])
-    assert server.about()["gallery"] == "prints.db"
-    assert server.verify(probe, reference)["match"]
-    assert not server.verify(probe, other)["match"]
-    assert server.overlay(probe, reference).startswith(b"\x89PNG")
-    assert len(server.extract(probe).minutiae) > 5
+def test_a_print_is_enrolled_identified_claimed_listed_and_removed(http, prints, gallery_place):
+    bearer = {"authorization": f"Bearer {TOKEN}"}
 
-    assert server.enrol(probe, "ada", impression="1")["enrolled"]
-    assert server.enrol(other)["subject"] == "2"
-    assert not server.enrol(probe, "ada", impression="1")["enrolled"]
-    assert server.gallery()["impressions"] == 2
-    assert server.identify(reference)["candidates"][0]["subject"] == "ada"
-    claim = server.verify_claim(reference, "ada")
-    assert claim["match"]
-    assert claim["best"]["impression"] == "1"
-    assert not server.verify_claim(reference, "2")["match"]
+    def ask(method, path, picture=None, **data):
+        files = {} if picture is None else {picture[0]: ("a.png", prints[picture[1]])}
+        answer = http.request(method, path, headers=bearer, files=files, data=data)
+        assert answer.is_success, answer.text
+        return answer.json()
 
-    (enrolled,) = server.prints("ada")
-    assert enrolled["minutiae"] > 5
-    server.remove(enrolled["id"])
-    assert server.prints("ada") == []
-    assert server.remove_subject("2") == 1
-    assert server.gallery()["impressions"] == 0
-
-    events = [json.loads(line) for line in audit_log.read_bytes().splitlines()]
-    assert {event["client"] for event in events} == {"ada"}
-    actions = [event["action"] for event in events]
-    assert actions.count("POST /verify") == 2
-    found = next(event for event in events if event["action"] == "POST /identify")
-    assert found["candidates"][0] == enrolled["id"]
-    begun, removal = (event for event in events if event["action"] == "DELETE /gallery/{number}")
-    assert begun["begun"]
-    assert begun["request"] == removal["request"]
-    assert (removal["status"], removal["entries"]) == (200, [enrolled["id"]])
-    assert "iVBOR" not in audit_log.read_text()
-    assert all(len(line) < 1000 for line in audit_log.read_text().splitlines())
+    enrolled = ask("POST", "/enrol", ("image", "1_1.png"), subject="ada", impression="1")
+    assert enrolled["enrolled"]
+    assert ask("GET", "/gallery")["impressions"] == 1
+    identified = ask("POST", "/identify", ("probe", "1_2.png"))
+    assert identified["candidates"][0]["subject"] == "ada"
+    claim = ask("POST", "/gallery/verify", ("probe", "1_2.png"), subject="ada")
+    assert (claim["match"], claim["best"]["impression"]) == (True, "1")
+    (entry,) = ask("GET", "/gallery/prints?subject=ada")["prints"]
+    assert ask("POST", f"/gallery/{entry['id']}/compare", ("probe", "1_2.png"))["result"]["match"]
+    assert ask("DELETE", f"/gallery/{entry['id']}") == {"removed": 1}
+    ask("POST", "/enrol", ("image", "2_1.png"), subject="eve")
+    assert ask("DELETE", "/gallery/prints?subject=eve") == {"removed": 1}
+    with open_gallery(gallery_place) as gallery:
+        text = b"".join(audit_lines(gallery)).decode()
+        assert check_audit(gallery).events == text.count("\n")
+    actions = ["enrol", "identify", "verify", "compare", "list", "remove"]
+    assert [text.count(f'"action": "{action}"') for action in actions] == [2, 1, 1, 1, 1, 2]
+    assert text.count('"client": "ada"') == 8
+    assert "score" not in text
 
 
 def test_a_case_report_contains_notes_and_marks(http, prints):
@@ -130,15 +116,6 @@ def test_a_case_report_contains_notes_and_marks(http, prints):
     assert "within 1,000,000 pixels" in refused.json()["error"]
 
 
-def test_files_that_are_missing_and_servers_that_are_down_are_named(tmp_path):
-    with ServerClient("http://127.0.0.1:9") as client:
-        with pytest.raises(ServerError, match="no answer") as caught:
-            client.about()
-        assert caught.value.status == 0
-        with pytest.raises(FpmatchError, match=r"missing\.png"):
-            client.verify(tmp_path / "missing.png", b"")
-
-
 @pytest.mark.parametrize("form", ["text", "json"])
 def test_requests_are_logged(http, form):
     root = logging.getLogger()
@@ -148,6 +125,7 @@ def test_requests_are_logged(http, form):
         set_up_logging(form, stream)
         http.get("/health")
         http.get("/about")
+        wait_until(lambda: stream.getvalue().count("fpmatch.access") == 2)
     finally:
         root.handlers[:], level = kept
         root.setLevel(level)

@@ -11,8 +11,7 @@ import fpmatch
 from fpmatch.base.plugins import forget_plugins
 from fpmatch.cli.group import fpmatch as command
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.server.app import STATIC
-from fpmatch.server.settings import Client, Limits, Role, digest_of
+from fpmatch.server.settings import STATIC, Client, Limits, Role, digest_of
 
 from .conftest import served_gallery
 
@@ -63,9 +62,10 @@ def server(place, prints, plugins):
     assert CliRunner().invoke(command, words).exit_code == 0
     with open_gallery(place / "prints.db") as gallery:
         assert all(MARKER in entry.source for entry in gallery.entries())
-    settings = {"audit_log": str(place / "audit.jsonl"), "limits": Limits(file_megabytes=4.0)}
     clients = {digest_of(TOKEN): Client("ada", Role.ADMIN)}
-    with served_gallery(place / "prints.db", clients=clients, **settings) as client:
+    with served_gallery(
+        place / "prints.db", clients=clients, limits=Limits(file_megabytes=4.0)
+    ) as client:
         yield client
 
 

@@ -1,9 +1,11 @@
 """The pool: work is done, stopped when nobody waits or it takes too long, and never lost."""
 
+import logging
 import os
 import signal
 import time
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,11 +13,13 @@ import pytest
 pytest.importorskip("anyio", reason="the extra `web` is not installed")
 
 import anyio
-from pool_work import end, modules, note_and_end, refuse, write_late
+from anyio import to_process
+from pool_work import end, modules, note, note_and_end, refuse, write_late
 
 from fpmatch.errors import ImageError
-from fpmatch.server.errors import ClientGoneError, TooLongError, WorkerError
-from fpmatch.server.pool import Pool
+from fpmatch.server.errors import ClientGoneError, RequestError
+from fpmatch.server.pool import Pool as PoolOfSettings
+from fpmatch.server.settings import Limits, Settings
 
 
 class Client:
@@ -32,13 +36,17 @@ class Client:
 PATIENT = Client()
 
 
+def pool_of(workers, seconds, **settings):
+    return PoolOfSettings(Settings(workers=workers, limits=Limits(seconds=seconds, **settings)))
+
+
 def run(test):
     return anyio.run(test)
 
 
 def test_work_is_done_in_another_process_and_its_errors_come_through():
     async def test():
-        pool = Pool(1, 30)
+        pool = pool_of(1, 30)
         with pytest.raises(ImageError, match=r"print\.tif: no print"):
             await pool.run(PATIENT, refuse, "print.tif")
         return await pool.run(PATIENT, os.getpid)
@@ -51,7 +59,7 @@ def test_work_stops_when_its_client_hangs_up(tmp_path):
     file = tmp_path / "late"
 
     async def test():
-        pool = Pool(1, 30)
+        pool = pool_of(1, 30)
         await pool.run(PATIENT, os.getpid)
         begin = time.monotonic()
         with pytest.raises(ClientGoneError):
@@ -68,7 +76,7 @@ def test_work_that_waits_for_its_turn_is_dropped(tmp_path):
     file = tmp_path / "late"
 
     async def test():
-        pool = Pool(1, 30)
+        pool = pool_of(1, 30)
         async with anyio.create_task_group() as group:
             group.start_soon(pool.run, PATIENT, time.sleep, 0.5)
             await anyio.sleep(0.1)
@@ -84,10 +92,10 @@ def test_work_that_takes_too_long_is_stopped(tmp_path):
     file = tmp_path / "late"
 
     async def test():
-        pool = Pool(1, 30)
+        pool = pool_of(1, 30)
         await pool.run(PATIENT, os.getpid)
-        pool._seconds = 0.2
-        with pytest.raises(TooLongError, match=r"longer than 0\.2 seconds"):
+        pool._limits = Limits(seconds=0.2)
+        with pytest.raises(RequestError, match=r"longer than 0\.2 seconds"):
             await pool.run(PATIENT, write_late, str(file))
         await anyio.sleep(1.0)
 
@@ -97,8 +105,8 @@ def test_work_that_takes_too_long_is_stopped(tmp_path):
 
 def test_a_process_that_ends_is_replaced():
     async def test():
-        pool = Pool(1, 30)
-        with pytest.raises(WorkerError):
+        pool = pool_of(1, 30)
+        with pytest.raises(RequestError, match="its process ended"):
             await pool.run(PATIENT, end)
         return await pool.run(PATIENT, os.getpid)
 
@@ -109,7 +117,7 @@ def test_a_process_that_ends_is_replaced():
 @pytest.mark.parametrize("pause", [0.0, 0.5])
 def test_a_process_that_was_killed_while_it_had_no_work_fails_no_request(pause):
     async def test():
-        pool = Pool(2, 30)
+        pool = pool_of(2, 30)
         async with pool.running():
             first = await pool.run(PATIENT, os.getpid)
             async with anyio.create_task_group() as group:
@@ -137,9 +145,9 @@ def test_work_that_ends_its_process_is_not_done_again(tmp_path):
     file = tmp_path / "begun"
 
     async def test():
-        pool = Pool(1, 30)
+        pool = pool_of(1, 30)
         async with pool.running():
-            with pytest.raises(WorkerError):
+            with pytest.raises(RequestError, match="its process ended"):
                 await pool.run(PATIENT, note_and_end, str(file))
             return await pool.run(PATIENT, os.getpid)
 
@@ -147,22 +155,54 @@ def test_work_that_ends_its_process_is_not_done_again(tmp_path):
     assert file.read_text() == "begun\n"
 
 
-def test_a_replacement_that_ends_at_once_does_not_end_the_pool(monkeypatch):
-    async def test():
-        pool = Pool(1, 30)
-        async with pool.running():
-            monkeypatch.setattr(pool, "_in_turn", gone)
-            await pool._replace()
+def test_idle_processes_are_kept(monkeypatch):
+    """By itself anyio ends those that had no work for five minutes."""
+    moved = [0.0]
+    real = to_process.current_time
+    monkeypatch.setattr(to_process, "current_time", lambda: real() + moved[0])
 
-    async def gone(*_):
-        raise ProcessLookupError
+    async def test():
+        pool = pool_of(3, 30)
+        async with pool.running():
+            before = {process.pid for process in to_process._process_pool_workers.get()}
+            moved[0] = 3600.0
+            await pool.run(PATIENT, os.getpid)
+            after = {process.pid for process in to_process._process_pool_workers.get()}
+            return before, after
+
+    before, after = run(test)
+    assert len(before) == 3
+    assert before == after
+
+
+def test_the_last_process_is_not_for_the_gallery_and_waits_end():
+    async def test():
+        settings = Settings(workers=1, gallery="prints.db", limits=Limits(wait_seconds=0.5))
+        pool = PoolOfSettings(settings)
+        async with anyio.create_task_group() as group:
+            group.start_soon(partial(pool.run, PATIENT, time.sleep, 5, gallery=True))
+            await anyio.sleep(0.1)
+            with pytest.raises(RequestError, match="too many requests") as caught:
+                await pool.run(PATIENT, os.getpid, gallery=True)
+            assert caught.value.status == 503
+            assert await pool.run(PATIENT, os.getpid)
+            group.cancel_scope.cancel()
 
     run(test)
 
 
+def test_notes_of_workers_reach_the_log_of_the_server(caplog):
+    async def test():
+        pool = pool_of(1, 30)
+        await pool.run(PATIENT, note, "the index is kept in memory")
+
+    run(test)
+    assert ("notes", logging.WARNING, "the index is kept in memory") in caplog.record_tuples
+
+
 def test_a_process_that_was_stopped_is_replaced_before_it_is_needed():
     async def test():
-        pool = Pool(1, 30)
+        pool = pool_of(1, 30)
         async with pool.running():
             before = await pool.run(PATIENT, os.getpid)
             with pytest.raises(ClientGoneError):

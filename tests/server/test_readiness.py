@@ -9,10 +9,11 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 
 import pytest
+from anyio import to_thread
 
 from fpmatch.errors import GalleryError
-from fpmatch.server import readiness
-from fpmatch.server.readiness import Check, in_own_thread
+from fpmatch.server import watch as readiness
+from fpmatch.server.watch import Check
 
 from .conftest import served_gallery, wait_until_ready
 
@@ -41,7 +42,7 @@ class Looks:
 def test_one_look_answers_all_who_ask_within_a_second(monkeypatch):
     looks = Looks()
     looks.open.set()
-    check = Check("the gallery", lambda: in_own_thread(looks))
+    check = Check("the gallery", lambda: to_thread.run_sync(looks))
 
     async def ask(times):
         return codes(await asyncio.gather(*(check.fault() for _ in range(times))))

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 _PACKAGES: Final = (
     "fastapi",
+    "hypercorn",
     "prometheus_client",
     "python_multipart",
     "pythonjsonlogger",
-    "uvicorn",
 )
 
 
@@ -45,7 +45,7 @@ Token:
 Settings:
   A table of FILE.toml is a client, with a role (read: the state of the server; verify: compare and
   identify too; enrol: enrol too; admin: remove too) and its token, or the token's SHA-256. The
-  table limits bounds sizes, times and connections; an unknown name is answered with all of them:
+  table limits bounds sizes, times and requests; an unknown name is answered with all of them:
     [reception]
     role = "verify"
     token = "WNfOYJvW3B3A0nUqVYxw"
@@ -57,7 +57,7 @@ Examples:
   fpmatch serve
   fpmatch serve --gallery prints.db --port 9000
   fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
-  fpmatch serve --gallery prints.db --settings server.toml --audit-log audit.jsonl --log json
+  fpmatch serve --gallery prints.db --settings server.toml --log json
 
 Ctrl-C or SIGTERM stops the server; requests have 5 seconds to end.
 
@@ -79,11 +79,6 @@ Exit status: 0 when it was stopped, 2 when it could not start.
     "file",
     metavar="FILE.toml",
     help="Clients with roles and tokens, and limits; see --help-all.",
-)
-@file_option(
-    "--audit-log",
-    metavar="FILE",
-    help="Append who requested what of whom to this file, a line an event.",
 )
 @click.option(
     "--log",
@@ -112,7 +107,6 @@ def serve(
     port: int,
     token: str | None,
     file: Path | None,
-    audit_log: Path | None,
     log: Literal["none", "text", "json"],
     allowed_hosts: tuple[str, ...],
     pattern: str | None,
@@ -134,7 +128,6 @@ def serve(
     settings = replace(
         Settings() if file is None else load_settings(file),
         gallery=gallery,
-        audit_log=None if audit_log is None else str(audit_log),
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )

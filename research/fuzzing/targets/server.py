@@ -53,7 +53,9 @@ class _InThisProcess:
     def __init__(self, *_: object) -> None:
         pass
 
-    async def run(self, _: object, work: Callable[..., Any], *args: Any) -> Any:
+    async def run(
+        self, _: object, work: Callable[..., Any], *args: Any, gallery: bool = False
+    ) -> Any:
         """Return ``work(*args)``."""
         return work(*args)
 
@@ -63,7 +65,7 @@ class _InThisProcess:
 
 def _http() -> Reader:
     made = gallery_file()
-    limits = Limits(file_megabytes=2.0, megapixels=1.0, wait_seconds=0.5, upload_seconds=5.0)
+    limits = Limits(file_megabytes=2.0, megapixels=1.0, wait_seconds=0.5, slow_seconds=5.0)
 
     settings = Settings(gallery=str(made), workers=1, limits=limits)
     with patch.object(web, "Pool", _InThisProcess):

@@ -38,7 +38,7 @@ role = "admin"
 sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
 [limits]
 wait_seconds = 2.5
-connections = 20
+requests = 20
 """
 _DATASET = (
     b'name = "synthetic"\ndpi = 500\nsensor = "plain"\npolarity = "auto"\n[synthesis]\nseed = 1\n'

@@ -47,7 +47,7 @@ class MatchParameters:
         9.0, "how far a neighbour may lie from its counterpart", 0.1, 100
     )
     tolerance_per_px: float = parameter(
-        0.08, "what a px of the neighbour's own distance adds to it", 0, 0.5
+        0.08, "growth of this distance per px of the neighbour's distance", 0, 0.5
     )
     second_ring_weight: float = parameter(
         0.5, "weight of neighbours beyond the one-ring, the least in it; the mean is 1", 0, 1
@@ -60,7 +60,9 @@ class MatchParameters:
         16, "pairs compared with each other: those that share most words", 1, 64
     )
     near_px: float = parameter(12.0, "distance within which two pairs agree", 0, 100)
-    near_per_px: float = parameter(0.1, "what a px between them adds to it, squared", 0, 1)
+    near_per_px: float = parameter(
+        0.1, "growth of this distance per px between them, added as squares", 0, 1
+    )
     pair_turn_deg: float = parameter(
         15.0, "largest difference of the rotations of two pairs", 0, 22.5
     )
@@ -82,7 +84,9 @@ class MatchParameters:
     distance_px: float = parameter(
         6.0, "largest difference of the distances between the minutiae of two candidates", 0.1, 100
     )
-    distance_per_px: float = parameter(0.08, "what a px of the distance adds to it", 0, 1)
+    distance_per_px: float = parameter(
+        0.08, "growth of this difference per px of the distance", 0, 1
+    )
     max_rotation_deg: float = parameter(
         25.0, "largest difference of the rotations of two candidates", 1, 180
     )
@@ -112,7 +116,7 @@ class MatchParameters:
         3.0, "standard deviation of the distance from the prediction", 0.1, 100
     )
     residual_per_px: float = parameter(
-        0.08, "what a px of the mean radius of the ring adds to it", 0, 1
+        0.08, "growth of this deviation per px of the mean radius of the ring", 0, 1
     )
 
     # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
@@ -127,7 +131,7 @@ class MatchParameters:
         10.0, "distance from its prediction within which a minutia is paired", 0.1, 100
     )
     reach_per_px: float = parameter(
-        0.12, "what a px of the distance from the nearest other pair adds to it", 0, 1
+        0.12, "growth of this distance per px to the nearest other pair", 0, 1
     )
     reach_limit_px: float = parameter(24.0, "largest such distance", 1, 100)
 
@@ -172,7 +176,11 @@ class MatchParameters:
     doubt_minutiae: float = parameter(5.0, "added to the number of minutiae", 0, 1000)
     doubt_cells: float = parameter(10.0, "added to the number of cells of ridges", 0, 1000)
     beyond_from: float = parameter(
-        2.0, "rarity from which pairs are held against chance", 0, 1000, "decades of the FMR"
+        2.0,
+        "rarity from which pairs are compared with those by chance",
+        0,
+        1000,
+        "decades of the FMR",
     )
     beyond_less: float = parameter(
         1.0, "how much chance makes of the best transform", 0, 100, "decades of the FMR"

@@ -1,4 +1,4 @@
-"""`fpmatch gallery audit`: the audit of a gallery, or the log of a server."""
+"""`fpmatch gallery audit`: the audit of a gallery, or a file of its lines."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def audit() -> None:
     what, by commands and over HTTP; the event of a change is stored together with the change. It
     contains neither pictures nor templates. An action whose event cannot be stored is not done.
 
-    A LOG is a file that `fpmatch serve --audit-log` wrote.
+    A LOG is a file of such lines as `show --lines` prints.
     """
 
 

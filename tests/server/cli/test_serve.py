@@ -14,15 +14,15 @@ import pytest
 def test_without_the_extra_one_line_says_so(run, monkeypatch):
     found = importlib.util.find_spec
     monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name == "uvicorn" else found(name)
+        importlib.util, "find_spec", lambda name: None if name == "hypercorn" else found(name)
     )
     done = run("serve")
     assert done.exit_code == 2
-    assert done.stderr == "fpmatch: error: serve needs uvicorn: pip install 'fpmatch[web]'\n"
+    assert done.stderr == "fpmatch: error: serve needs hypercorn: pip install 'fpmatch[web]'\n"
 
 
 def test_bad_options_are_one_line(run, tmp_path):
-    pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+    pytest.importorskip("hypercorn", reason="the extra `web` is not installed")
     (tmp_path / "no.db").write_text("no gallery")
     for words in (["--token", "short"], ["--gallery", tmp_path / "no.db"], ["--pattern", "("]):
         done = run("serve", "--port", 0, *words)
@@ -33,7 +33,7 @@ def test_bad_options_are_one_line(run, tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
 def test_it_opens_answers_and_ends(tmp_path, kernels_line):
-    pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+    pytest.importorskip("hypercorn", reason="the extra `web` is not installed")
     gallery = tmp_path / "prints.db"
     command = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0"]
     with subprocess.Popen(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import zlib
 from dataclasses import replace
@@ -147,7 +146,7 @@ def _template_files(codec: Codec) -> list[bytes]:
             files.append(codec.encode(record).data)
         except FpmatchError:  # several prints, for a format of one
             continue
-    return [*files, base64.b64encode(files[0])] if codec.name == "iso2005" else files
+    return files
 
 
 def _records() -> list[TemplateRecord]:

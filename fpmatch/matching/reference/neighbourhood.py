@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from fpmatch.matching.constants.prints import LEAST_WEIGHT
 from fpmatch.matching.parameters import USUAL, MatchParameters
@@ -98,9 +97,9 @@ def like_neighbours(a: Neighbourhoods, b: Neighbourhoods, min_cosine: float) -> 
     """Return the weight of the neighbours of A's minutiae that are like some of B's, (N, M)."""
     (owner_a, rank_a, ours), (owner_b, _, theirs) = map(_neighbours, (a, b))
     reach = 1.01 * np.sqrt(1.0 / ours[4].min(initial=1.0))
-    trees = (KDTree(of[:2].T) for of in (ours, theirs))
-    met = next(trees).sparse_distance_matrix(next(trees), reach, output_type="ndarray")
-    i, j = met["i"], met["j"]
+    apart = np.subtract.outer(ours[0], theirs[0]) ** 2
+    apart += np.subtract.outer(ours[1], theirs[1]) ** 2
+    i, j = np.nonzero(apart <= reach * reach)
     u, v, c, s, precision, _ = ours[:, i]
     other_u, other_v, other_c, other_s, _, weight = theirs[:, j]
     du, dv = u - other_u, v - other_v

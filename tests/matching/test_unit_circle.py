@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from extreme_prints import DEGENERATE, FIELDS, USUAL
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
@@ -121,6 +121,7 @@ def test_nothing_is_aligned_where_nothing_is_similar():
 
 
 @given(templates())
+@example(Template(Minutiae(x=[0, 0, 0], y=[0.0625, 0, 4e-10], angle=[0, 0, 0]), 400, 400, dpi=100))
 def test_any_template_is_aligned_with_itself_by_the_identity(template):
     found = compare(template, template)
     n = len(template.minutiae)

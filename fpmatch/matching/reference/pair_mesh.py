@@ -68,8 +68,9 @@ def _cavities(at: Plane, vertex: Plane, triangles: Numbers) -> list[list[int]]:
     """Return the rings of places as vertices: round the triangles in whose circles they lie."""
     p, q, r = vertex[triangles.T]
     u, v = q - p, r - p
-    centre = 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * cross(u, v))
-    inside = abs(at[:, None] - (p + centre)) ** 2 < abs(centre) ** 2 - ROUNDING
+    with np.errstate(divide="ignore", invalid="ignore"):  # a flat triangle has no circle
+        centre = 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * cross(u, v))
+        inside = abs(at[:, None] - (p + centre)) ** 2 < abs(centre) ** 2 - ROUNDING
     start, end = triangles, np.roll(triangles, -1, axis=1)
     number = np.full((len(vertex), len(vertex)), len(triangles))
     number[start, end] = np.arange(len(triangles))[:, None]

@@ -88,7 +88,7 @@ class _Fpmatch(Group):
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the commands, those of other packages last."""
+        """Return the names of the commands, plug-ins of other packages last."""
         return list(dict.fromkeys([*super().list_commands(ctx), *_added()]))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:

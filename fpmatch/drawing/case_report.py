@@ -236,7 +236,7 @@ def examiner_marks(
 ) -> list[Item]:
     """Draw the marks of an examiner on the print of a `side`, whose pixels `here` maps to the page.
 
-    Each is a cross in a circle, with its letter. Those of the other side are drawn where `there`
+    Each is a cross in a circle, with its letter. Marks of the other side are drawn where `there`
     maps them, as a dashed circle. Marks outside the `panel` are left out.
     """
     drawn: list[Item] = []

@@ -148,7 +148,7 @@ def save_template(
 def save_record(
     path: str | os.PathLike[str], record: TemplateRecord, *, file_format: str | None = None
 ) -> tuple[str, ...]:
-    """Save prints with their metadata; parameters and errors are those of `save_template`."""
+    """Save prints with their metadata; parameters and errors are as for `save_template`."""
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(path)
     if codec.encode is None:
         raise TemplateError(f"{path}: {codec.title} is only read, not written")

@@ -40,7 +40,7 @@ class DatasetInfo:
 def folder_settings(
     path: str | os.PathLike[str], *, polarity: Polarity = "auto", dpi: float | None = None
 ) -> tuple[Polarity, float | None]:
-    """Return the polarity and the dpi given for a print, else those of its ``dataset.toml``."""
+    """Return polarity and dpi of a print as given, else as its ``dataset.toml`` states them."""
     info = read_dataset_info(Path(path).parent)
     return (info.polarity if polarity == "auto" else polarity), info.dpi if dpi is None else dpi
 

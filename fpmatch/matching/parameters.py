@@ -27,7 +27,7 @@ class MatchParameters:
 
     # Preparation; without a ridge field, the cells of the minutiae's hull stand for the print
     max_minutiae: int = parameter(
-        200, "minutiae that take part; of more, those of best quality", 1, 256
+        200, "minutiae that take part; of more, the ones of best quality", 1, 256
     )
     hull_step_px: float = parameter(
         16.0, "side of a cell of the hull, where a template has no ridge field", 4, 64

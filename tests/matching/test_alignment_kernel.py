@@ -37,13 +37,7 @@ def paired_by_reference(a, b, reach):
 
 def aligner_for(a, b, parameters=PARAMETERS, room=3):
     """Return an aligner that holds A and B, and room for more minutiae, which must not matter."""
-    aligner = _alignment_kernel.Aligner(
-        a.shape[1] + room,
-        b.shape[1] + room,
-        parameters,
-        USUAL,
-        USUAL,
-    )
+    aligner = _alignment_kernel.Aligner(a.shape[1] + room, b.shape[1] + room, parameters)
     put(aligner, a, b)
     return aligner
 

@@ -97,7 +97,7 @@ def superposed_page(
 def minutiae_and_pairs(verification: Verification, moving: Matrix, to_page: Matrix) -> list[Item]:
     """Draw the unpaired minutiae, over them the pairs: reference, link, probe.
 
-    `moving` maps pixels of the probe to the page, `to_page` those of the reference.
+    `moving` maps pixels of the probe to the page, `to_page` pixels of the reference.
     """
     ours, theirs = verification.probe.minutiae, verification.reference.minutiae
     i, j = verification.pairs.reshape(-1, 2).T.tolist()

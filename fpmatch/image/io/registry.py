@@ -1,7 +1,6 @@
 """The registry of image formats: the reader of a file is found by its first bytes.
 
-Some files are records that contain an image, compressed like a file of its own or bare pixels:
-those of ANSI/NIST-ITL.
+Records of ANSI/NIST-ITL contain an image, compressed like a file of its own or bare pixels.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ class UnitCircleMatcher(Matcher):
     def prepare(self, template: Template, *_: NDArray[np.uint8]) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         if self.by_reference:
-            from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+            from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
 
             return method.prepare(template, self.parameters)
         return prepare(template, self.parameters)
@@ -84,23 +84,22 @@ class UnitCircleMatcher(Matcher):
         The two are taken in the order of their content, so that exchanging them changes nothing
         but the direction of the transform.
         """
-        swapped = reference.key < probe.key
-        a, b = (reference, probe) if swapped else (probe, reference)
+        a, b, swapped = _in_order(probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         # of two equal prints neither comes first: only the identity is its own inverse
         plain = self.by_reference or a.key == b.key
         find = self._match_by_reference if plain else self._match_by_kernels
-        rejected, compared = find(probe, reference, swapped=swapped)
+        rejected, compared = find(a, b, swapped=swapped)
         if rejected is not None:
             return nothing_found(UNLIKE, as_similarity(rejected))
         return compared or nothing_found(too_few(probe, reference) or UNPAIRED)
 
     def _match_by_kernels(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, *, swapped: bool
+        self, a: PreparedTemplate, b: PreparedTemplate, *, swapped: bool
     ) -> tuple[float | None, Comparison | None]:
         """Return what stands for -ln(FMR) of a rejected pair, or the comparison if it pairs any."""
-        a, b = (reference, probe) if swapped else (probe, reference)
+        probe, reference = (b, a) if swapped else (a, b)
         workspace = workspace_for(max(len(a), len(b)), self.parameters)
         workspace.load(probe)
         rejected = workspace.rejected(reference, reference_first=swapped)
@@ -110,12 +109,11 @@ class UnitCircleMatcher(Matcher):
         return None, matched and _comparison(a, b, matched, swapped=swapped)
 
     def _match_by_reference(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, *, swapped: bool
+        self, a: PreparedTemplate, b: PreparedTemplate, *, swapped: bool
     ) -> tuple[float | None, Comparison | None]:
         """Return the same by the steps of the reference."""
-        from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+        from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
 
-        a, b = (reference, probe) if swapped else (probe, reference)
         rejected = None if a.key == b.key else method.rejected(a, b, self.parameters)
         matched = method.match(a, b, self.parameters) if rejected is None else None
         return rejected, matched and _comparison_by_reference(a, b, matched, swapped=swapped)
@@ -128,10 +126,9 @@ class UnitCircleMatcher(Matcher):
         The result has the similarity of `comparison`, which `compare` returned, and the best
         transform there is; competing transforms are among the reasons.
         """
-        from fpmatch.matching import reference as method  # noqa: PLC0415  (scipy)
+        from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
 
-        swapped = reference.key < probe.key
-        a, b = (reference, probe) if swapped else (probe, reference)
+        a, b, swapped = _in_order(probe, reference)
         p, whole = self.parameters, comparison
         if comparison.detail is None and min(len(a), len(b)) >= MIN_MINUTIAE:
             matched = method.match(a, b, p) or method.match(a, b, p, however_weak=True)
@@ -165,10 +162,9 @@ class UnitCircleMatcher(Matcher):
         """Return where the ridges agree; None where they were not compared."""
         if comparison.detail is None or not comparison.detail[1].cells:
             return None
-        from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415  (scipy)
+        from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415  (else not needed)
 
-        swapped = reference.key < probe.key
-        a, b = (reference, probe) if swapped else (probe, reference)
+        a, b, swapped = _in_order(probe, reference)
         pairing = _pairing(a, b, comparison.detail[0], self.parameters)
         return ridge_map(a, b, pairing, swapped=swapped)
 
@@ -202,7 +198,7 @@ class UnitCircleMatcher(Matcher):
 
         The probe's lengths are multiplied by each.
         """
-        from fpmatch.matching.reference.prefilter import (  # noqa: PLC0415  (scipy)
+        from fpmatch.matching.reference.prefilter import (  # noqa: PLC0415  (else not needed)
             descriptor_similarity,
             rescaled,
         )
@@ -216,6 +212,14 @@ class UnitCircleMatcher(Matcher):
 
 
 MATCHER: Final = UnitCircleMatcher()
+
+
+def _in_order(
+    probe: PreparedTemplate, reference: PreparedTemplate
+) -> tuple[PreparedTemplate, PreparedTemplate, bool]:
+    """Return the prints in the order of their content, and whether the reference comes first."""
+    swapped = reference.key < probe.key
+    return (reference, probe, True) if swapped else (probe, reference, False)
 
 
 def _comparison(
@@ -241,7 +245,7 @@ def _comparison_by_reference(
     a: PreparedTemplate, b: PreparedTemplate, matched: tuple[Pairing, Evidence], *, swapped: bool
 ) -> Comparison:
     """Return the same of a pairing of the reference."""
-    from fpmatch.matching.reference import transform_of  # noqa: PLC0415  (scipy)
+    from fpmatch.matching.reference import transform_of  # noqa: PLC0415  (else not needed)
 
     pairing, _evidence = matched
     transform, rms = transform_of(a, b, pairing)
@@ -273,7 +277,7 @@ def _pairing(
     parameters: MatchParameters,
 ) -> Pairing:
     """Return what kernels or the reference have paired, as the reference has it."""
-    from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (scipy)
+    from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (else not needed)
 
     if isinstance(aligned, Pairing):
         return aligned

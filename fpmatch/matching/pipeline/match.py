@@ -115,15 +115,14 @@ def workspace_for(minutiae: int, parameters: MatchParameters = USUAL) -> Workspa
 
 def make_aligner(size_a: int, size_b: int, parameters: MatchParameters = USUAL) -> Aligner:
     """Return an empty aligner for prints of up to so many minutiae, for one thread."""
-    p = parameters
-    return Aligner(size_a, size_b, p, p, p)
+    return Aligner(size_a, size_b, parameters)
 
 
 def evidence_scorer(
-    room: int, weights: ScoreWeights | None = None, parameters: MatchParameters = USUAL
+    capacity: int, weights: ScoreWeights | None = None, parameters: MatchParameters = USUAL
 ) -> EvidenceScorer:
-    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
-    return EvidenceScorer(parameters, weights or score.load_weights(), room)
+    """Return what scores alignments with a print of up to `capacity` minutiae, for one thread."""
+    return EvidenceScorer(parameters, weights or score.load_weights(), capacity)
 
 
 @lru_cache(maxsize=PREPARED_KEPT)

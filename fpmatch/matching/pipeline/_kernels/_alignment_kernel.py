@@ -105,13 +105,13 @@ class Aligner:
     which hypothesis k of the local matches is row k, and others have the rows after these.
     """
 
-    def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
+    def __init__(self, size_a, size_b, parameters) -> None:
         p = parameters
         self.size_a = self.size_b = 0
         self.a = np.empty((4, size_a))
         self.b = np.empty((4, size_b))
-        self.relaxation = Relaxation(relaxation, size_a, size_b)
-        self.mesh = PairMesh(mesh, size_a)
+        self.relaxation = Relaxation(p, size_a, size_b)
+        self.mesh = PairMesh(p, size_a)
         self.predicted = self.mesh.predicted
         self.reach = np.empty(size_a)
         self.pairs = 0

@@ -149,7 +149,7 @@ class NeighbourIndex:
         """Fill ``similarity[i, j]`` for the minutiae i of print A and j of print B.
 
         The indexed print is B, and the other comes `before` it, or it is A. `count` and `frame`
-        are those of the other, of which the first `minutiae` are compared.
+        belong to the other, of which the first `minutiae` are compared.
         """
         if before:
             return _compare(self, count, frame, minutiae, min_cosine, similarity, True)

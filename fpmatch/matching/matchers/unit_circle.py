@@ -87,9 +87,7 @@ class UnitCircleMatcher(Matcher):
         a, b, swapped = _in_order(probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
-        # of two equal prints neither comes first: only the identity is its own inverse
-        plain = self.by_reference or a.key == b.key
-        find = self._match_by_reference if plain else self._match_by_kernels
+        find = self._match_by_reference if self.by_reference else self._match_by_kernels
         rejected, compared = find(a, b, swapped=swapped)
         if rejected is not None:
             return nothing_found(UNLIKE, as_similarity(rejected))
@@ -102,10 +100,14 @@ class UnitCircleMatcher(Matcher):
         probe, reference = (b, a) if swapped else (a, b)
         workspace = workspace_for(max(len(a), len(b)), self.parameters)
         workspace.load(probe)
-        rejected = workspace.rejected(reference, reference_first=swapped)
+        same = a.key == b.key
+        rejected = None if same else workspace.rejected(reference, reference_first=swapped)
         if rejected is not None:
             return rejected, None
         matched = workspace.match(reference, reference_first=swapped)
+        if same and not (matched and _is_identity(matched[0])):
+            # of two equal prints neither comes first: only the identity is its own inverse
+            return self._match_by_reference(a, b, swapped=swapped)
         return None, matched and _comparison(a, b, matched, swapped=swapped)
 
     def _match_by_reference(
@@ -220,6 +222,12 @@ def _in_order(
     """Return the prints in the order of their content, and whether the reference comes first."""
     swapped = reference.key < probe.key
     return (reference, probe, True) if swapped else (probe, reference, False)
+
+
+def _is_identity(alignment: Alignment) -> bool:
+    """Return whether each minutia is paired with the same one, by the transform that moves none."""
+    own = np.arange(len(alignment.partner))
+    return bool((alignment.partner == own).all() and (alignment.transform == (1, 0, 0, 0)).all())
 
 
 def _comparison(

@@ -3,9 +3,9 @@
 
     .venv/bin/python research/benchmarks/stages.py [--json FILE]
 
-They are CPU times, medians of many runs: of the stages of the extraction, by the recorder, on one
-thread; of the steps before and after it; and of one `fpmatch verify` in a process of its own, where
-everything runs for the first time.
+They are CPU times, medians of many runs: of the stages of the extraction, on one thread; of the
+steps before and after it; and of one `fpmatch verify` in a process of its own, where everything
+runs for the first time.
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ import time
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
+from unittest.mock import patch
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.gallery.engine.processes import single_threaded
+from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -29,18 +31,16 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data"
 PRINTS = (SAMPLE / "101_1.tif", SAMPLE / "101_3.tif")
 ROUNDS = 25
-# What has been done when the recorder receives the array of that name; ridges count as one stage.
+RIDGES = "find ridges, mask and orientation"
+# What has been done when the function of that name in `fpmatch.image.extract` returns.
 STAGES = {
-    "normalised": "normalise",
-    "mask": "find ridges, mask and orientation",
-    "binary": "binarise",
-    "skeleton": "thin, remove spurs",
-    "minutiae": "minutiae and their quality",
+    "normalize": "normalise",
+    "binarize": "binarise",
+    "remove_spurs_and_islands": "thin, remove spurs",
+    "minutia_quality": "minutiae and their quality",
 }
 PROCESS = """
 import json, time
@@ -69,28 +69,41 @@ print(json.dumps(took))
 
 
 class _Clock:
-    """Note when each stage is recorded."""
-
-    wanted = frozenset(STAGES)
+    """Note when each stage has been done."""
 
     def __init__(self) -> None:
         self.last = time.process_time()
         self.took: dict[str, float] = {}
 
-    def record(self, name: str, array: NDArray) -> None:
+    def note(self, stage: str) -> None:
         now = time.process_time()
-        self.took[STAGES[name]] = now - self.last
+        self.took[stage] = now - self.last
         self.last = now
+
+    def noting(self, stage: str, function: Callable[..., object]) -> Callable[..., object]:
+        """Return the function, which notes its stage when it returns."""
+
+        def timed(*arguments: object) -> object:
+            result = function(*arguments)
+            self.note(stage)
+            return result
+
+        return timed
 
 
 def extraction() -> dict[str, float]:
     """Return the milliseconds of each stage of an extraction."""
     image = read_image(PRINTS[0])
+    module = sys.modules["fpmatch.image.extract"]
     runs = []
     for _ in range(ROUNDS):
         clock = _Clock()
-        extract(image, recorder=clock)
-        clock.took["ridges for the template"] = time.process_time() - clock.last
+        timed = {name: clock.noting(stage, getattr(module, name)) for name, stage in STAGES.items()}
+        learned = clock.noting(RIDGES, ENHANCERS["learned"])
+        with patch.multiple(module, **timed), patch.dict(ENHANCERS, learned=learned):
+            clock.last = time.process_time()
+            extract(image)
+            clock.note("ridges for the template")
         runs.append(clock.took)
     return {name: 1e3 * median(run[name] for run in runs) for name in runs[0]}
 

@@ -47,10 +47,10 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.base.kernels import kernels_text, outdated_kernels
+    from fpmatch.base.kernels import build_command, outdated_kernels
 
     if outdated_kernels():
-        raise pytest.UsageError(kernels_text())
+        raise pytest.UsageError(f"kernels out of date: {build_command()}")
 
 
 @cache

@@ -8,8 +8,14 @@ import click
 
 from fpmatch.cli.command import Command, check_combination, load_object
 from fpmatch.cli.notes import say_note, say_notes_on, show
-from fpmatch.cli.options import file_option, json_option
-from fpmatch.cli.pair import compare_files, pair_options, pair_options_of
+from fpmatch.cli.options import (
+    PRINT,
+    compare_files,
+    file_option,
+    json_option,
+    pair_options,
+    pair_options_of,
+)
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -77,7 +83,9 @@ Examples:
 Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
 """,
 )
-@pair_options(reference_required=False)
+@click.argument("probe", type=PRINT)
+@click.argument("reference", type=PRINT, required=False)
+@pair_options
 @click.option(
     "--gallery",
     metavar="GALLERY",
@@ -183,21 +191,17 @@ def verify(
     show(answer)
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
-        _draw(overlay_file, pair, view or "superposed")
+        from fpmatch.drawing.overlay.draw import missing, overlay_scene, save_scene
+
+        view = view or "superposed"
+        images = pair.probe.pixels, pair.reference.pixels
+        save_scene(overlay_file, overlay_scene(*images, pair.verification, view))
+        if words := missing(view, pair.verification):
+            say_note(f"{overlay_file}: {words}")
     if case_report is not None:
         written = {"case_number": case_number, "notes": notes}
         _write_case_report(case_report, pair, values, written)
     return EXIT_STATUS[pair.verification.decision]
-
-
-def _draw(target: Path, pair: ComparedPair, view: View) -> None:
-    """Draw a comparison of two files; print a note where another picture is drawn."""
-    from fpmatch.drawing.overlay.draw import missing, overlay_scene, save_scene
-
-    images = pair.probe.pixels, pair.reference.pixels
-    save_scene(target, overlay_scene(*images, pair.verification, view))
-    if words := missing(view, pair.verification):
-        say_note(f"{target}: {words}")
 
 
 def _write_case_report(

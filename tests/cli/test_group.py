@@ -90,16 +90,11 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
     [
         ("verfy a b", "'verify'"),
         ("verify a b --overly c", "--overlay"),
-        ("convert a b --format iso205", "'iso2005'"),
-        ("convert a b --from xty", "'xyt'"),
-        ("synth x --preset clen", "'clean'"),
         ("points a b --matcher triangle", "'triangles'"),
-        ("calibrate x -o c.json --matcher unit-circl", "'unit-circle'"),
         ("zzz", "Error: No such command 'zzz'.\n"),
     ],
 )
-def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, suggestion):
-    monkeypatch.chdir(tmp_path)
+def test_the_closest_name_is_suggested(run, words, suggestion):
     result = run(*words.split())
     assert (result.exit_code, suggestion in result.stderr.split("ean ")[-1]) == (2, True)
 
@@ -116,22 +111,10 @@ def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run,
     words = ("verify", "odd.png", "odd.png")
     failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
     assert_refused(run(*words), "odd\\nname.png: no such file\n")
-    caused = FpmatchError("a worker ended")
-    caused.__cause__ = KeyboardInterrupt()
-    for interrupt in (KeyboardInterrupt(), caused):
-        failing(monkeypatch, interrupt)
-        assert (run(*words).exit_code, run(*words).output) == (130, "")
+    failing(monkeypatch, KeyboardInterrupt())
+    assert (run(*words).exit_code, run(*words).output) == (130, "")
     failing(monkeypatch, ZeroDivisionError())
     assert isinstance(run(*words).exception, ZeroDivisionError)
-
-
-def test_an_interrupt_is_quiet_while_the_command_line_is_parsed(run, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("click.Group.make_context", interrupted)
-    result = run("inspect", "odd.png")
-    assert (result.exit_code, result.output) == (130, "")
 
 
 def start(command, **options):

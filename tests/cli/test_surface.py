@@ -9,7 +9,6 @@ from tests.conftest import leaves
 
 HELP = {"-h", "--help", "--help-all"}
 COMMANDS = list(leaves(main))
-GROUPS_OF_COMMANDS = sorted({words.rpartition(" ")[0] for words in COMMANDS} - {""})
 
 
 def command_of(words):
@@ -22,15 +21,6 @@ def command_of(words):
 def options_of(words):
     of = [one for one in command_of(words).params if isinstance(one, click.Option)]
     return [one for one in of if not HELP & {*one.opts}]
-
-
-@pytest.mark.parametrize("words", GROUPS_OF_COMMANDS)
-def test_lists_of_commands_contain_whole_sentences(run, words):
-    sections = command_of(words).sections(click.Context(main))
-    summaries = {name: text for of in sections.values() for name, text in of.items()}
-    assert all(text.endswith(".") for text in summaries.values())
-    shown = " ".join(run(*words.split(), "--help").stdout.split())
-    assert all(f" {name} {text} " in shown for name, text in summaries.items())
 
 
 @pytest.mark.parametrize("words", COMMANDS)

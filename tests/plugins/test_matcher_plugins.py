@@ -9,8 +9,7 @@ import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
 from fpmatch import Minutiae, Template, enrol, extract, save_template, verify
-from fpmatch.base.plugins import MATCHERS, forget_plugins
-from fpmatch.cli.matchers import matcher_failures
+from fpmatch.base.plugins import MATCHERS, forget_plugins, load_plugins
 from fpmatch.errors import MatcherError, ScoringError
 from fpmatch.gallery.batch.pair_list import print_names
 from fpmatch.gallery.batch.plan import ListedPairs
@@ -142,7 +141,7 @@ def test_a_matcher_that_cannot_be_loaded_is_one_line_with_the_reason(name):
 
 @pytest.mark.usefixtures("broken")
 def test_the_others_work_beside_it(run, few_prints):
-    assert set(matcher_failures()) == set(BROKEN)
+    assert set(load_plugins(MATCHERS).failures) == set(BROKEN)
     assert get_matcher("unit-circle").name == "unit-circle"
     result = run("evaluate", few_prints, "--matcher", "all", "--bootstrap", 0, "--workers", 1)
     assert result.exit_code == 0

@@ -178,13 +178,13 @@ def test_output_that_cannot_be_written_is_one_line_and_status_2():
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_a_bar_tells_stage_share_and_rate_on_a_terminal(monkeypatch, terminal):
+def test_a_bar_has_stage_share_and_text_on_a_terminal(monkeypatch, terminal):
     stream = io.StringIO()
     stream.isatty = lambda: terminal
     monkeypatch.setattr(sys, "stderr", stream)
     with ProgressBars({"enrol": "enrolling"}) as bars:
         for done in (0, 5, 10):
-            bars.show("enrol", done, 10)
+            bars.show("enrol", done, 10, f"{done} prints")
     shown = stream.getvalue()
-    assert all((words in shown) == terminal for words in ("enrolling", "100%", " a second"))
+    assert all((words in shown) == terminal for words in ("enrolling", "100%", "10 prints"))
     assert bool(shown) == terminal

@@ -173,27 +173,21 @@ def load_object(place: str, *, used_by: str) -> Any:
         raise click.UsageError(reason) from error
 
 
-def check_combination(
-    needs: Mapping[str, str] | None = None, *, excluding: str = "", excluded: tuple[str, ...] = ()
-) -> None:
+def check_combination(needs: Mapping[str, str], *, not_with_gallery: tuple[str, ...]) -> None:
     """Fail where options of the current command line do not go together.
 
-    `needs` names, for parameters, another one without which they mean nothing; those that are
-    `excluded` cannot be combined with the parameter `excluding`, if that is given.
+    `needs` names, for options, another one without which they mean nothing; those of
+    `not_with_gallery`, arguments among them, cannot be combined with ``--gallery``.
     """
     ctx = click.get_current_context()
-    names = {
-        str(param.name): param.opts[0]
-        if isinstance(param, click.Option)
-        else param.human_readable_name
-        for param in ctx.command.params
-    }
     given = {
-        name for name in names if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        param.opts[0] if isinstance(param, click.Option) else param.human_readable_name
+        for param in ctx.command.params
+        if ctx.get_parameter_source(str(param.name)) is ParameterSource.COMMANDLINE
     }
-    for name, needed in (needs or {}).items():
-        if name in given and needed not in given:
-            raise click.UsageError(f"{names[name]} needs {names[needed]}")
-    for name in excluded if excluding in given else ():
-        if name in given:
-            raise click.UsageError(f"{names[name]} cannot be combined with {names[excluding]}")
+    for option, needed in needs.items():
+        if option in given and needed not in given:
+            raise click.UsageError(f"{option} needs {needed}")
+    for option in not_with_gallery:
+        if option in given and "--gallery" in given:
+            raise click.UsageError(f"{option} cannot be combined with --gallery")

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
 _OF_IMAGES: Final = (
-    *("images", "dpi", "polarity", "raw", "record", "mirror", "enhance", "angles", "as_json"),
+    *("IMAGE|DIR...", "--dpi", "--polarity", "--raw", "--record", "--mirror", "--enhance"),
+    *("--angles", "--json"),
 )
 
 
@@ -116,7 +117,7 @@ def extract(
     from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
 
-    check_combination({"subject": "gallery"}, excluding="gallery", excluded=_OF_IMAGES)
+    check_combination({"--subject": "--gallery"}, not_with_gallery=_OF_IMAGES)
     if gallery is not None:
         if file_format == STAGES:
             raise click.UsageError("--format stages cannot be combined with --gallery")

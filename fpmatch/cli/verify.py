@@ -27,16 +27,13 @@ if TYPE_CHECKING:
 
 EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
 _NEEDS: Final = {
-    "subject": "gallery",
-    "finger": "gallery",
-    "view": "overlay_file",
-    "case_number": "case_report",
-    "notes": "case_report",
-    "ridge_map": "as_json",
+    "--subject": "--gallery",
+    "--finger": "--gallery",
+    "--view": "--overlay",
+    "--case-number": "--case-report",
+    "--notes": "--case-report",
 }
-_OF_TWO_FILES: Final = (
-    *("reference", "reference_dpi", "overlay_file", "case_report", "ridge_map"),
-)
+_OF_TWO_FILES: Final = ("REFERENCE", "--reference-dpi", "--overlay", "--case-report")
 
 
 @click.command(
@@ -125,12 +122,6 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
 @click.option(
     "--notes", metavar="TEXT", default="", hidden=True, help="Notes of the examiner, for that page."
 )
-@click.option(
-    "--ridge-map",
-    is_flag=True,
-    hidden=True,
-    help="With --json: add the agreement of the ridges of each cell, in pixels of REFERENCE.",
-)
 @json_option
 def verify(
     gallery: str | None,
@@ -141,7 +132,6 @@ def verify(
     case_report: Path | None,
     case_number: str,
     notes: str,
-    ridge_map: bool,
     as_json: bool,
     **values: Any,
 ) -> int:
@@ -151,7 +141,7 @@ def verify(
     is -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000
     scores as high.
     """
-    check_combination(_NEEDS, excluding="gallery", excluded=_OF_TWO_FILES)
+    check_combination(_NEEDS, not_with_gallery=_OF_TWO_FILES)
     if gallery is not None:
         if subject is None:
             raise click.UsageError("--gallery needs --subject")
@@ -180,9 +170,7 @@ def verify(
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
     try:
         if as_json:
-            ridges = pair.verification.ridge_map if ridge_map else None
-            cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
-            answer = json_text(pair.as_dict() | cells)
+            answer = json_text(pair.as_dict())
         else:
             # images are graded where the text states it
             answer = as_text(pair.verification, None if match else pair.quality)

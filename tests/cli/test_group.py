@@ -151,7 +151,7 @@ def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
         ("fpmatch gallery audit ", ["show", "switch", "verify"]),
         ("fpmatch verify --sub", ["--subject"]),
         ("fpmatch verify --probe-d", []),
-        ("fpmatch verify --ridge-map --view o", ["overlay"]),
+        ("fpmatch verify --json --view o", ["overlay"]),
         ("fpmatch rates --gen", ["--genuine-scores"]),
     ):
         monkeypatch.setenv("COMP_WORDS", words)

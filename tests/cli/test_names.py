@@ -106,7 +106,7 @@ CASES = {
         ("{0} {1}", {0, 1}),
         ("{0} {1} --overlay {out}/o.png --case-report {out}/c.html", {0, 1}),
         ("{0} {1} --json --overlay {out}/o.svg --view side-by-side", {0, 1}),
-        ("{template} {1} --ridge-map --json", {0, 1}),
+        ("{template} {1} --json", {0, 1}),
         ("--gallery {gallery} --subject {subject} {0}", {0, 1}),
         ("--gallery {gallery} --subject {subject} {0} --json", {0, 1}),
         ("--gallery {gallery} --subject {missing} {0}", {2}),

@@ -192,23 +192,10 @@ def test_what_cannot_be_drawn_is_noted(run, prints, tmp_path):
     assert (result.exit_code, f"note: {picture}: no transform" in result.stderr) == (3, True)
 
 
-def test_the_map_of_ridges_is_in_the_json_if_requested(run, prints):
-    pair = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
-    assert "ridge_map" not in decision(run("verify", *pair, "--json"))
-    document = decision(run("verify", *pair, "--json", "--ridge-map"))
-    mean, cells = document["ridge_map"]["mean"], document["ridge_map"]["cells"]
-    assert mean == pytest.approx(document["compared"]["ridge_agreement"], rel=1e-12)
-    assert np.mean([value for _, _, value in cells]) == pytest.approx(mean, abs=1e-4)
-    blank = run("verify", prints / "blank.png", prints / "1_1.png", "--json", "--ridge-map")
-    assert decision(blank)["ridge_map"] is None
-
-
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
         ("verify {a} {b} --view ridges", "--overlay"),
-        ("verify {a} {b} --ridge-map", "--json"),
-        ("verify {a} --gallery {db} --subject 1 --ridge-map --json", "--ridge-map"),
         ("verify --gallery {db} --subject 7 {a}", "subject 7"),
         ("verify --gallery {db} {a}", "--subject"),
         ("verify --gallery {db} --subject 1 {a} {a}", "REFERENCE"),
@@ -244,9 +231,8 @@ def test_the_reference_lists_every_field_of_the_json(run):
     rows = [line.split("|")[1] for line in of_verify if line.startswith("| `")]
     listed = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     pair = SAMPLES / "101_1.tif", SAMPLES / "101_3.tif"
-    document = decision(run("verify", *pair, "--json", "--ridge-map"))
-    inner = document["compared"].keys() | document.pop("ridge_map").keys()
-    assert listed == document.keys() | inner
+    document = decision(run("verify", *pair, "--json"))
+    assert listed == document.keys() | document["compared"].keys()
 
 
 OUTPUTS = [("--overlay", "a.png"), ("--overlay", "a.svg"), ("--case-report", "a.html")]

@@ -78,7 +78,7 @@ class RidgeMap:
         return np.asarray(middle[:, None, :] + square)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the object that ``fpmatch verify --json --ridge-map`` prints."""
+        """Return its values as JSON has them, with the compared cells alone."""
         chosen = self.compared
         columns = np.column_stack([self.x[chosen], self.y[chosen]]).round(2)
         values = self.correlation[chosen].round(4)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Final
@@ -74,11 +73,7 @@ def other_sources_note() -> str | None:
 
 def build_command() -> str:
     """Return the command that compiles the kernels of this installation."""
-    clone = _PACKAGE.parent
-    if not (clone / _BUILD).exists():
-        return "pip install ."
-    own = Path(sys.prefix).resolve() == (clone / ".venv").resolve()
-    return "scripts/build" if own else "pip install --no-deps --editable ."
+    return "scripts/build" if (_PACKAGE.parent / _BUILD).exists() else "pip install ."
 
 
 def _times() -> dict[str, tuple[int, int | None]]:

@@ -156,31 +156,13 @@ def test_overlay_writes_a_picture_whatever_the_decision(run, prints, tmp_path):
     assert len({*drawn}) == 3
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("verify {a} {b} --view ridges", "--overlay"),
-        ("verify --gallery {db} --subject 7 {a}", "subject 7"),
-        ("verify --gallery {db} {a}", "--subject"),
-        ("verify --gallery {db} --subject 1 {a} {a}", "REFERENCE"),
-        ("verify --gallery {db} --subject 1 --matcher paper:rho=0.5 {a}", "rho"),
-        ("verify --gallery {db} --subject 1 --overlay o.png {a}", "--overlay"),
-        ("verify {a}", "REFERENCE"),
-    ],
-)
-def test_options_that_contradict_one_another_are_refused(run, prints, gallery, words, reason):
-    named = {"a": prints / "1_1.png", "b": prints / "1_2.png", "db": gallery}
-    result = run(*(word.format(**named) for word in words.split()))
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert reason in result.stderr
-
-
 def test_a_claimed_identity_is_checked_against_all_its_impressions(run, gallery, prints):
     words = ("verify", "--gallery", gallery, prints / "1_1.png", "--subject")
     result = run(*words, 1)
     assert (result.exit_code, result.stderr) == (0, "")
     verdict, finger, *_ = result.stdout.splitlines()
     assert (verdict, finger.split()[1:3]) == ("MATCH, identical templates", ["2", "impressions"])
+    assert_refused(run(*words, 7), "subject 7")
     other = run(*words, 2, "--json")
     assert (other.exit_code, other.stderr) == (1, "")
     document = decision(other)

@@ -47,9 +47,7 @@ def test_an_evaluation_of_synthetic_prints_has_both_matchers(tmp_path):
 def test_the_stars_are_found_and_only_where_they_are(tmp_path):
     text = printed(tmp_path, "match_stars")
     assert "found 32 of them" in text
-    assert text.count("is not in the catalogue") == 40 - 32
     assert "random points: no match" in text
-    assert list(tmp_path.iterdir()) == []
 
 
 NOTEBOOK = EXAMPLES / "quick_tour.ipynb"

@@ -79,7 +79,7 @@ def test_what_cannot_be_written_is_named(tmp_path, target):
     for write in (check_writable, partial(atomic_write_bytes, content=b"1")):
         with pytest.raises(OutputError, match=rf"{target}: cannot be written: [\w ]+$"):
             write(tmp_path / target)
-    with pytest.raises(OutputError, match="cannot be written: file name too long$"):
+    with pytest.raises(OutputError, match=r"cannot be written: file name too long$"):
         atomic_write_bytes(tmp_path / ("x" * 5000), b"")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
 

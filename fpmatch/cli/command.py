@@ -57,7 +57,10 @@ class Command(click.Command):
     def __init__(self, *args: Any, details: str = "", **attrs: Any) -> None:
         super().__init__(*args, **attrs)
         self.details = details
-        self.params.append(HELP_ALL)
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return the parameters, the options about help last."""
+        return [*super().get_params(ctx), HELP_ALL]
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the options in groups."""

@@ -14,7 +14,6 @@ from fpmatch.base import kernels
 from fpmatch.base.kernels import slow_kernels_note
 from fpmatch.base.threads import available_cores
 from fpmatch.cli import doctor as installation
-from fpmatch.matching.compiled import COMPILED
 from research.commands import Command
 from tests.conftest import copied
 
@@ -73,14 +72,6 @@ def test_batches_note_first_that_kernels_are_not_compiled(
     assert result.exit_code == 0, result.stderr
     assert result.stderr.startswith("fpmatch: note: 2 of 3 kernels are not compiled") is noted
     assert result.stderr.count("kernels") == noted
-
-
-def test_kernels_are_compiled_where_they_are_loaded_so():
-    states = kernels.compiled_kernels()
-    assert len(states) > 20
-    assert set(states.values()) == {COMPILED}
-    for name, compiled in states.items():
-        assert str(importlib.import_module(name).__file__).endswith(".py") is not compiled
 
 
 @pytest.mark.usefixtures("outdated")

@@ -1,8 +1,6 @@
 """Numbers and texts at the end of what can be written: one line, status 2, nothing written."""
 
-import json
 import re
-import sqlite3
 
 import pytest
 
@@ -98,23 +96,6 @@ def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path):
     (folder / "1_1.png").rename(folder / " _1.png")
     result = run("enrol", gallery, folder, "--pattern", r"(?P<subject>\s)_.", "--workers", 1)
     assert (result.exit_code, result.stderr.count("subject: is blank")) == (1, 1)
-
-
-def test_a_label_of_an_older_gallery_reaches_no_terminal(run, gallery, tmp_path):
-    """Galleries of other versions may hold any text: it is shown escaped, JSON reads it back."""
-    path = tmp_path / "old.db"
-    path.write_bytes(gallery.read_bytes())
-    with sqlite3.connect(path) as database:
-        database.execute(
-            "UPDATE fpmatch_entry SET subject = 'a\x1b[2J\nb', finger = id, source = 'c\u202e\x9b'"
-        )
-    database.close()
-    shown = run("gallery", "list", path)
-    assert shown.exit_code == 0
-    assert not CONTROLS.search(shown.stdout)
-    assert len(shown.stdout.splitlines()) == 4  # the header, too
-    listed = json.loads(run("gallery", "list", path, "--json").stdout)
-    assert {(one["subject"], one["source"]) for one in listed} == {("a\x1b[2J\nb", "c\u202e\x9b")}
 
 
 @pytest.mark.parametrize(

@@ -1,21 +1,24 @@
-"""What commands make of images: bare pixels, standard input, ``--polarity``, ``--enhance``."""
+"""How commands read files: bare pixels, standard input, ``--polarity``, one print of several."""
 
 import io
 import json
 import sys
 
 import click
+import numpy as np
 import pytest
 from PIL import Image
 
 from fpmatch import load_template, verify
 from fpmatch.cli.options import PRINT
-from fpmatch.image import extract as extraction_of_one
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.formats.files import save_record
+from fpmatch.formats.record import TemplateRecord, View
+from fpmatch.image.enhancement.enhancers import ENHANCERS
+from fpmatch.image.extract import extract
 from fpmatch.image.io import grey
 from fpmatch.image.quality.polarity import INVERTED
-from fpmatch.prints import reading
 from tests.conftest import assert_refused, copied
+from tests.image.made_files import an2, tagged_print, with_fields
 
 
 def first_score(result):
@@ -142,27 +145,43 @@ def test_the_polarity_asked_for_is_taken_and_said(run, pressed, tmp_path, words)
         assert INVERTED not in run(*given).stderr
 
 
-@pytest.mark.parametrize("options", [[], ["--enhance", "filters"]])
-@pytest.mark.parametrize(
-    ("words", "extractions"),
-    [
-        ("verify {folder}/1_1.png {folder}/1_2.png", 2),
-        ("extract {folder}/1_1.png -o {folder}/out", 1),
-        ("evaluate {folder} --workers 1 --bootstrap 0", 3),
-    ],
-)
-def test_every_command_enhances_as_it_is_told(
-    run, prints, tmp_path, monkeypatch, words, extractions, options
-):
-    ways = []
+def test_commands_enhance_as_they_are_told(run, prints, tmp_path):
+    image = prints / "1_1.png"
+    for words, way in (((), "learned"), (("--enhance", "filters"), "filters")):
+        assert run("extract", image, "-o", tmp_path / way, *words).exit_code == 0
+        assert load_template(tmp_path / way / "1_1.json") == extract(image, enhance=way)
+    one, other = (run("verify", image, image, "--json", "--enhance", way) for way in ENHANCERS)
+    assert json.loads(one.stdout)["pairs"] != json.loads(other.stdout)["pairs"]
 
-    def noted(*arguments, enhance="", **others):
-        ways.append(enhance)
-        return extract(*arguments, enhance=enhance, **others)
 
-    monkeypatch.setattr(extraction_of_one, "extract", noted)
-    monkeypatch.setattr(reading, "extract", noted)
-    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png", "2_1.png")
-    result = run(*words.format(folder=folder).split(), *options)
-    assert (result.exit_code, result.stderr) == (0, "")
-    assert ways == [options[1] if options else DEFAULT_ENHANCEMENT] * extractions
+@pytest.fixture(params=["card.an2", "two.iso"])
+def several(request, prints, tmp_path):
+    """Return a card, whose first finger is missing, or a record of prints of two fingers."""
+    path = tmp_path / request.param
+    files = prints / "1_1.png", prints / "2_1.png"
+    if path.suffix == ".an2":
+        amputated = (14, with_fields(14, [(18, b"1\x1fXX")]))
+        images = [tagged_print(np.asarray(Image.open(file))) for file in files]
+        path.write_bytes(an2(amputated, *images))
+    else:
+        save_record(path, TemplateRecord("", tuple(View(extract(file)) for file in files)))
+    return path
+
+
+def test_a_print_of_several_is_chosen_by_its_number(run, prints, several, tmp_path):
+    first = run("verify", several, prints / "1_1.png")
+    assert (first.exit_code, first.stderr.count(f"{several}: ")) == (0, 1)
+    for number, status in ((1, 1), (2, 0)):
+        chosen = run("verify", several, prints / "2_1.png", "--record", number)
+        assert (chosen.exit_code, "first of its 2" in chosen.stderr) == (status, False)
+    second = extract(prints / "2_1.png")
+    out, gallery, words = tmp_path / "out.json", tmp_path / "x.db", ("--record", 2)
+    assert run("convert", several, out, *words).exit_code == 0
+    assert len(load_template(out).minutiae) == len(second.minutiae)
+    assert run("extract", several, "-o", tmp_path, *words).exit_code == 0
+    extracted = load_template(tmp_path / f"{several.stem}.json")
+    assert len(extracted.minutiae) == len(second.minutiae)
+    assert run("enrol", gallery, several, "--pattern", "(?P<subject>.*)", *words).exit_code == 0
+    found = run("identify", gallery, prints / "2_1.png", "--workers", 1, "--json")
+    assert json.loads(found.stdout)["probes"][0]["candidates"][0]["score"] > 90
+    assert_refused(run("verify", several, several, "--record", 3), "not 3")

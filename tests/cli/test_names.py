@@ -167,15 +167,14 @@ def test_every_command_has_a_case():
     assert set(CASES) == set(leaves(main))
 
 
-def each_case():
-    """Yield command, words and statuses; the first case of each command is a `smoke` test."""
-    for command, cases in CASES.items():
-        for k, case in enumerate(cases):
-            marks = () if k else pytest.mark.smoke
-            yield pytest.param(command, *case, id=f"{command}-{k}", marks=marks)
-
-
-@pytest.mark.parametrize(("command", "words", "expected"), [*each_case()])
+@pytest.mark.parametrize(
+    ("command", "words", "expected"),
+    [
+        pytest.param(command, *case, marks=() if k else pytest.mark.smoke)
+        for command, cases in CASES.items()
+        for k, case in enumerate(cases)  # the first of each command is a `smoke` test
+    ],
+)
 def test_hostile_names_go_through(command, words, expected, run, place, images, stored, out):
     missing = "no\udcff\x1b[2J\nsuch"
     copy = out / "copy.db"

@@ -50,20 +50,10 @@ def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
     original, copy = prints / "1_1.png", tmp_path / "copy.bmp"
     Image.open(original).save(copy, dpi=(500, 500))
     assert run("verify", original, copy).stdout.startswith("MATCH, identical images\n")
-    assert run("extract", original, "-o", tmp_path / "templates").exit_code == 0
-    template = tmp_path / "templates" / "1_1.json"
-    for probe, reference, identical in (
-        (original, copy, "pixels"),
-        (template, template, "template"),
-        (copy, template, "template"),
-        (original, prints / "1_2.png", None),
-    ):
-        result = decision(run("verify", probe, reference, "--json"))
+    for reference, identical in ((copy, "pixels"), (prints / "1_2.png", None)):
+        result = decision(run("verify", original, reference, "--json"))
         assert (result["match"], result["identical"]) == (True, identical)
         assert (result["fmr"] is None) == (identical is not None)
-    drawn = run("verify", original, copy, "--overlay", tmp_path / "overlay.png")
-    assert "same pixels" in drawn.output
-    assert "pairs of different fingers" not in drawn.output
 
 
 def test_different_fingers_do_not_match_and_it_says_why(run, prints):

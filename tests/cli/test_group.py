@@ -205,13 +205,6 @@ def test_rare_options_are_in_the_whole_help_alone(run, words):
     assert len(short) <= len(whole)
 
 
-@pytest.mark.parametrize("words", LEAVES)
-def test_commands_that_read_prints_have_the_same_options(words):
-    names = {one.name for one in options_of(words)}
-    reading = {"dpi", "polarity", "raw"}
-    assert not reading & names or reading <= names or words == "synth"
-
-
 def test_groups_name_options_that_exist():
     names = {one.name for words in LEAVES for one in options_of(words)}
     assert {name for of in GROUPS.values() for name in of} <= names

@@ -125,6 +125,15 @@ def test_a_reader_that_leaves_is_met_in_silence():
     assert not any(word in done.stderr for word in ("Traceback", "Exception"))
 
 
+def test_numpy_starts_no_threads_in_a_command():
+    program = (
+        "import atexit, os; from fpmatch.cli import main\n"
+        "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS']))\n"
+        "main(['--version'])"
+    )
+    assert start([sys.executable, "-c", program]).stdout.splitlines()[-1] == "1"
+
+
 @pytest.mark.parametrize("closed", [False, True], ids=["stderr open", "stderr closed"])
 def test_decoders_keep_silent_about_a_damaged_file(tmp_path, closed):
     path = tmp_path / "print.tif"

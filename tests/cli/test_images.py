@@ -47,6 +47,7 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
     assert run("enrol", gallery, bare, *size, "--workers", 1).exit_code == 0
     assert first_score(run("identify", gallery, bare, *size, "--workers", 1, "--json")) > 40
     assert "280 x 300 px" in run("inspect", bare, "--raw", "280x300").stdout
+    assert_refused(run("verify", bare, prints / "1_1.png", "--raw", "100x100"), "84000")
 
 
 def test_a_dash_is_standard_input(run, prints, tmp_path):
@@ -79,22 +80,6 @@ def test_standard_input_may_be_closed_or_too_large(monkeypatch):
         pytest.raises(click.BadParameter, match="standard input is closed"),
     ):
         PRINT.convert("-", None, context)
-
-
-def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, tmp_path):
-    assert_refused(run("verify", bare, prints / "1_1.png", "--raw", "100x100"), "84000")
-    square = tmp_path / "1_2.dat"
-    square.write_bytes(bare.read_bytes()[: 280 * 280])
-    for words in (
-        ("verify", prints / "1_1.png", square),
-        ("extract", square, "-o", tmp_path / "out"),
-        ("convert", square, tmp_path / "t.json"),
-        ("inspect", square),
-        ("enrol", tmp_path / "prints.db", square, "--workers", 1),
-    ):
-        assert "; if its 78400 bytes are pixels: --raw 280x280" in run(*words).stderr, words
-    read = run("convert", square, tmp_path / "t.json", "--raw", "280x280", "--dpi", 500)
-    assert (read.exit_code, read.stderr) == (0, "")
 
 
 def test_a_dataset_toml_beside_the_file_counts_unless_an_option_is_given(run, prints, tmp_path):

@@ -46,16 +46,6 @@ def test_a_turned_print_matches_and_the_turn_is_told(run, prints):
     assert (document["probe"], document["reference"]) == (str(probe), str(reference))
 
 
-def test_two_copies_of_one_print_are_called_identical(run, prints, tmp_path):
-    original, copy = prints / "1_1.png", tmp_path / "copy.bmp"
-    Image.open(original).save(copy, dpi=(500, 500))
-    assert run("verify", original, copy).stdout.startswith("MATCH, identical images\n")
-    for reference, identical in ((copy, "pixels"), (prints / "1_2.png", None)):
-        result = decision(run("verify", original, reference, "--json"))
-        assert (result["match"], result["identical"]) == (True, identical)
-        assert (result["fmr"] is None) == (identical is not None)
-
-
 def test_different_fingers_do_not_match_and_it_says_why(run, prints):
     words = ("verify", prints / "1_1.png", prints / "2_1.png", "--json")
     result = run(*words)

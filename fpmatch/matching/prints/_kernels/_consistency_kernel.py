@@ -3,7 +3,7 @@
 
 import cython
 import numpy as np
-from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
+from cython.cimports.fpmatch.matching.prints._kernels._bits import lowest_place
 from cython.cimports.libc.math import sqrt
 
 from fpmatch.matching.constants import prints

@@ -8,7 +8,7 @@ import numpy as np
 
 from fpmatch.matching.constants.prints import LEAST_WEIGHT
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.prepared import Neighbourhoods, rounded
+from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, Neighbourhoods, root_weight_codes
 from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
 from fpmatch.pointset.geometry.frames import UnitFrame
@@ -51,7 +51,8 @@ def neighbourhoods(
         rows = place.real, place.imag, direction.real, direction.imag, tolerance**-2
         neighbour[i, : len(j)] = j
         frame[i, :, : len(j)] = *rows, np.sqrt(weight)
-    return rounded(Neighbourhoods(count, neighbour, frame))
+    frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
+    return Neighbourhoods(count, neighbour, frame)
 
 
 def _mesh(z: Plane) -> tuple[NDArray[np.bool_], list[list[int]]]:

@@ -218,7 +218,7 @@ def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
     described, (direction_bin, neighbour_bits, orientation_bins) = describe(
         points, quality, given.start, areas
     )
-    columns = np.ascontiguousarray(points.T, np.float32)
+    columns, known = np.ascontiguousarray(points.T, np.float32), np.ones(len(zoom), np.uint8)
     return PreparedPrints(
         minutiae_start=given.start,
         cell_start=given.cell_start,
@@ -237,8 +237,8 @@ def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
         shape=areas.shape,
         step=areas.step,
         to_500dpi=zoom,
-        has_flow=areas.has_flow,
-        has_ridges=areas.has_flow,
+        has_flow=known,
+        has_ridges=known,
         inside=inside_counts(given.mask, given.cell_start),
     )
 
@@ -277,5 +277,4 @@ def _areas(given: StoredColumns) -> PrintAreas:
     """Return the print areas of compact templates, as `area_of_field` does."""
     code = np.zeros(len(given.mask), np.uint8)
     code[given.mask.view(bool)] = _CODES[given.orientation]
-    known = np.ones(len(given.dpi), np.uint8)
-    return PrintAreas(given.cell_start, code, given.shape, given.step, known)
+    return PrintAreas(given.cell_start, code, given.shape, given.step)

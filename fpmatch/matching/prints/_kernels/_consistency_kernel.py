@@ -22,17 +22,17 @@ class PairSet:
     """The pairs of minutiae of two prints, of at most `size` minutiae each.
 
     ``pair[:, k]`` are the number of the own minutia, that of the other's, and the weight; `count`
-    pairs are set. At most `most` pairs, 64 or fewer, are compared with each other: two agree where
-    they lie at most ``sqrt(near² + (spread * d)²)`` pixels off, d apart, and their rotations differ
-    by at most `most_turn` 256ths of a turn, 16 or fewer.
+    pairs are set. At most `most_pairs`, 64 or fewer, are compared with each other: two agree where
+    they lie at most ``sqrt(near² + (near_per_px * d)²)`` pixels off, d apart, and their rotations
+    differ by at most `pair_turn_deg`, which is 22.5 or less.
     """
 
-    def __init__(self, size, most, near, spread, most_turn) -> None:
+    def __init__(self, size, parameters) -> None:
+        p, most = parameters, parameters.most_pairs
         self.count = self.least = 0
         self.most = self.equal = most
-        self.near2 = near * near
-        self.spread2 = spread * spread
-        self.most_turn = most_turn
+        self.near2, self.spread2 = p.near_px * p.near_px, p.near_per_px * p.near_per_px
+        self.most_turn = round(p.pair_turn_deg * prints.TURNS / 360)
         self.c = 1.0
         self.s = self.x = self.y = 0.0
         angle = np.arange(256) * (2 * np.pi / 256)

@@ -1,9 +1,8 @@
 # Types of the kernel.
-cimport cython
 
 
 cdef class NeighbourhoodWriter:
-    cdef const double[::1] x, y, c, s
+    cdef const double[:, ::1] points
     cdef int[::1] count, joined, joined_start, met
     cdef int[:, ::1] near
     cdef float[:, :, ::1] frame

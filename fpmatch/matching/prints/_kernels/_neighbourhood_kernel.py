@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
     shape_preserving_weights,
 )
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import rint, sqrt
 
 from fpmatch.matching.constants import prints
 
@@ -28,25 +28,17 @@ class NeighbourhoodWriter:
     """
 
     def __init__(self, points, parameters, capacity, count, near, frame) -> None:
-        m: cython.Py_ssize_t = points.shape[1]
-        flat: cython.const[cython.double][::1] = points.reshape(-1)
-        self.x, self.y = flat[:m], flat[m : 2 * m]
-        self.c, self.s = flat[2 * m : 3 * m], flat[3 * m :]
-        self.count, self.near, self.frame = count, near, frame
-        self.size = parameters.neighbours
-        self.second_weight = parameters.second_ring_weight
-        self.tolerance = parameters.tolerance_px
-        self.growth = parameters.tolerance_per_px
-        entries = 2 * EDGES * capacity
-        integers: cython.int[::1] = np.zeros(entries + 2 * capacity + 2, np.int32)
-        self.joined = integers[:entries]
-        self.met = integers[entries : entries + capacity]
-        self.joined_start = integers[entries + capacity :]
-        weights = np.full(entries + capacity + self.size, self.second_weight)
-        numbers: cython.double[::1] = weights
-        self.ring_weight = numbers[:entries]
-        self.weight = numbers[entries : entries + capacity]
-        self.distance = numbers[entries + capacity :]
+        p, entries = parameters, 2 * EDGES * capacity
+        self.points, self.count, self.near, self.frame = points, count, near, frame
+        self.size, self.second_weight = p.neighbours, p.second_ring_weight
+        self.tolerance, self.growth = p.tolerance_px, p.tolerance_per_px
+        self.joined, self.joined_start = (
+            np.empty(entries, np.int32),
+            np.empty(capacity + 2, np.int32),
+        )
+        self.met = np.empty(capacity, np.int32)
+        self.ring_weight, self.distance = np.empty(entries), np.empty(p.neighbours)
+        self.weight = np.full(capacity, p.second_ring_weight)
 
     @cython.locals(begin=cython.Py_ssize_t, k=cython.Py_ssize_t)
     def write(self, first, edge, start, ring, interior):
@@ -67,13 +59,13 @@ class NeighbourhoodWriter:
             if interior[i]:
                 end = start[i + 1]
                 if not shape_preserving_weights(
-                    self.x[first : first + n],
-                    self.y[first : first + n],
+                    self.points[0, first : first + n],
+                    self.points[1, first : first + n],
                     ring,
                     begin,
                     end,
-                    self.x[first + i],
-                    self.y[first + i],
+                    self.points[0, first + i],
+                    self.points[1, first + i],
                     self.ring_weight,
                 ):
                     end = begin  # rounding has put the minutia outside its ring
@@ -110,9 +102,7 @@ class NeighbourhoodWriter:
     @cython.locals(e=cython.Py_ssize_t)
     def _list_nearest(self, first, i):
         """List the nearest minutiae of the first two rings of minutia i; return their number."""
-        x = self.x[first + i]
-        y = self.y[first + i]
-        size = self.size
+        x, y, size = self.points[0, first + i], self.points[1, first + i], self.size
         listed: cython.int = 0
         self.met[i] = i
         for e in range(self.joined_start[i], self.joined_start[i + 1]):
@@ -123,8 +113,8 @@ class NeighbourhoodWriter:
                 if self.met[j] == i:
                     continue
                 self.met[j] = i
-                dx = self.x[first + j] - x
-                dy = self.y[first + j] - y
+                dx = self.points[0, first + j] - x
+                dy = self.points[1, first + j] - y
                 squared = dx * dx + dy * dy
                 if listed < size:
                     listed += 1
@@ -144,20 +134,29 @@ class NeighbourhoodWriter:
         return squared < self.distance[k] or (squared == self.distance[k] and j < self.near[row, k])
 
     def _write_frame(self, first, i, listed, scale):
-        """Write the listed neighbours of minutia i in its frame; `scale` is that of weights."""
+        """Write the listed neighbours of minutia i in its frame; `scale` is that of weights.
+
+        The square roots of weights are rounded to hundredths, so that a byte keeps each of them.
+        """
         row = first + i
-        x, y, c, s = self.x[row], self.y[row], self.c[row], self.s[row]
+        x, y, c, s = (
+            self.points[0, row],
+            self.points[1, row],
+            self.points[2, row],
+            self.points[3, row],
+        )
         for k in range(listed):
             j: cython.Py_ssize_t = self.near[row, k]
-            dx = self.x[first + j] - x
-            dy = self.y[first + j] - y
+            dx = self.points[0, first + j] - x
+            dy = self.points[1, first + j] - y
             tolerance = self.tolerance + self.growth * sqrt(self.distance[k])
             self.frame[row, 0, k] = c * dx + s * dy
             self.frame[row, 1, k] = c * dy - s * dx
-            dx = self.c[first + j]
-            dy = self.s[first + j]
+            dx = self.points[2, first + j]
+            dy = self.points[3, first + j]
             self.frame[row, 2, k] = c * dx + s * dy
             self.frame[row, 3, k] = c * dy - s * dx
             self.frame[row, 4, k] = 1.0 / (tolerance * tolerance)
-            self.frame[row, 5, k] = sqrt(self.weight[j] * scale)
+            root: cython.float = sqrt(self.weight[j] * scale)
+            self.frame[row, 5, k] = min(rint(100.0 * root), 255.0) / 100.0
         return 0

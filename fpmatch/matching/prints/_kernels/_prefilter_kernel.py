@@ -39,9 +39,9 @@ ONE = cython.declare(cython.ulonglong, 1)
 @cython.final
 @cython.cclass
 class Prefilter:
-    """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
+    """Score prints against one print, which is in the tables; for one thread."""
 
-    def __init__(self, most_pairs, near, spread, most_turn) -> None:
+    def __init__(self, parameters) -> None:
         self.neighbour_table = np.zeros(LAST + 1, np.uint64)
         self.orientation_table = np.zeros((WORDS, UNKNOWN + 1), np.uint64)
         self.used = np.zeros(2 * ROOM * WORDS, np.int32)
@@ -50,7 +50,7 @@ class Prefilter:
         self.own_turn = np.zeros(ROOM, np.int32)
         self.own_xy = np.zeros((ROOM, 2))
         self.cell = np.zeros((2, ROOM, WORDS), np.uint16)
-        self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
+        self.pairs = PairSet(ROOM, parameters)
 
     @cython.locals(k=cython.Py_ssize_t, b=cython.int, d=cython.int)
     def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):

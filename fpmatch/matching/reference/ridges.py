@@ -25,7 +25,7 @@ from fpmatch.matching.constants.comparison import (
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.print_area import codes_at
-from fpmatch.matching.reference.triangulation import cross
+from fpmatch.matching.reference.pair_mesh import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -20,6 +20,7 @@ from matching_prints import (
     EMPTY,
     along,
     distorted,
+    fragment,
     jittered,
     moved,
     on_pixels,
@@ -93,25 +94,18 @@ def without_ridges(template):
     return replace(template, field=None)
 
 
-def fragment(template, side=140):
-    """Return the middle of a print, `side` pixels wide, with its ridges."""
-    centre = np.median(template.minutiae.xy, axis=0)
-    inside = np.flatnonzero((abs(template.minutiae.xy - centre) < side / 2).all(axis=1))
-    field = template.field
-    row, column = np.indices(field.mask.shape) + 0.5
-    near = abs(column * field.step - centre[0]) < side / 2
-    near &= abs(row * field.step - centre[1]) < side / 2
-    field = replace(field, mask=field.mask & near)
-    return replace(template, minutiae=template.minutiae.take(inside), field=field)
+def middle(template):
+    """Return the middle of a print, with its ridges."""
+    return fragment(template, 12)
 
 
 KINDS = {
     "whole": (lambda print_: print_,) * 2,
     "minutiae alone": (without_ridges,) * 2,
     "one without ridges": (without_ridges, lambda print_: print_),
-    "fragments": (fragment,) * 2,
-    "fragments of minutiae": (lambda print_: without_ridges(fragment(print_)),) * 2,
-    "a fragment and a whole print": (fragment, lambda print_: print_),
+    "fragments": (middle,) * 2,
+    "fragments of minutiae": (lambda print_: without_ridges(middle(print_)),) * 2,
+    "a fragment and a whole print": (middle, lambda print_: print_),
 }
 
 

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     any_points,
-    contains,
     even_field,
-    flow_of,
     on_pixels,
+    plane,
     seeds,
     spread_points,
     striped_field,
@@ -24,7 +23,7 @@ from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, qualities, root_weight_codes
-from fpmatch.matching.prints.print_area import orientation_codes
+from fpmatch.matching.prints.print_area import codes_at, orientation_codes
 from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from fpmatch.templates.plausibility import least_evenness
@@ -141,10 +140,9 @@ def test_every_orientation_has_a_code_and_comes_back_from_it():
     mask[0, 2500] = False
     codes = orientation_codes(orientation, mask)
     assert set(codes.ravel().tolist()) == set(range(ORIENTATIONS + 1))
-    cosine, sine = flow_of(codes)
-    off = np.angle(np.exp(2j * orientation) * (cosine - 1j * sine))[mask]
+    known = (codes - 1.0) * np.pi / ORIENTATIONS
+    off = np.angle(np.exp(2j * (orientation - known)))[mask]
     assert np.abs(off).max() <= np.pi / ORIENTATIONS + 1e-9
-    known = np.arctan2(sine, cosine) / 2 % np.pi
     assert orientation_codes(known, mask).tolist() == codes.tolist()
 
 
@@ -153,10 +151,8 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae():
     region = prepare(template_of(corners)).region
     assert not region.has_flow
     assert region.code.max() == 1
-    inside = np.array([25.0, 100, 175]), np.array([-25.0, -100, -175])
-    outside = np.array([2.0, 100, 250]), np.array([-100.0, -250, -100])
-    assert contains(region, *inside).all()
-    assert not contains(region, *outside).any()
+    assert codes_at(region, np.array([25 - 25j, 100 - 100j, 175 - 175j])).all()
+    assert not codes_at(region, np.array([2 - 100j, 100 - 250j, 250 - 100j, -9 + 9j])).any()
     assert region.area == pytest.approx(160**2, rel=0.25)
     beside = prepare(template_of(corners * [[-1], [1], [1], [1]])).region
     assert beside.inside == beside.area == 0  # outside of the image
@@ -168,7 +164,7 @@ def test_far_minutiae_take_no_more_memory(reach):
     p = MatchParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
     assert max(prepared.region.code.shape) <= p.max_hull_cells + 1
-    assert contains(prepared.region, *prepared.points[:2]).all()
+    assert codes_at(prepared.region, plane(prepared.points)).all()
 
 
 def test_key_differs_where_anything_that_is_compared_does():

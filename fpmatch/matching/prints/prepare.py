@@ -13,7 +13,6 @@ time of a whole comparison, and rejects most impostor pairs.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,76 +30,53 @@ from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, e
 from fpmatch.matching.prints._kernels._neighbourhood_kernel import NeighbourhoodWriter
 from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 from fpmatch.matching.prints.prepared import BitDescriptors, Neighbourhoods, prepare_by
-from fpmatch.matching.prints.print_area import PrintAreas
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
-    from typing import TypeAlias
-
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.templates.minutiae import Template
 
-    EncodedMinutiae: TypeAlias = tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint8]]
-
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
-
-    def describe_one(
-        points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
-    ) -> tuple[Neighbourhoods, BitDescriptors]:
-        start, r, areas = np.array((0, len(quality)), np.int64), region, None
-        if r.has_flow:
-            shape = np.array(((*r.code.shape, r.first_row, r.first_column),), np.int32)
-            cells = np.array((0, r.code.size), np.int64)
-            areas = PrintAreas(cells, r.code.reshape(-1), shape, np.array((r.step,), np.float64))
-        described, bits = describe(points, quality, start, areas, parameters)
-        xy = np.ascontiguousarray(points[:2].T, np.float32)
-        return described, BitDescriptors(xy, *bits, region.has_flow)
-
-    return prepare_by(describe_one, template, parameters)
+    return prepare_by(describe, template, parameters)
 
 
 def describe(
     points: NDArray[np.float64],
     quality: NDArray[np.float64],
-    start: NDArray[np.int64],
-    areas: PrintAreas | None,
-    parameters: MatchParameters = USUAL,
-) -> tuple[Neighbourhoods, EncodedMinutiae]:
-    """Describe the minutiae of many prints, each from an entry of `start` up to the next.
+    region: PrintArea,
+    parameters: MatchParameters,
+) -> tuple[Neighbourhoods, BitDescriptors]:
+    """Describe the minutiae (4, N) of a print of an area by their neighbourhoods and by bits.
 
-    Return their neighbourhoods, numbered from the print's first minutia, with direction bins, bits
-    of neighbours and bins of orientation, as `BitDescriptors` has them.
+    Of many minutiae, only those of best quality have bits.
     """
-    p, n = parameters, points.shape[1]
+    p, r, n = parameters, region, len(quality)
     count = np.empty(n, np.int32)
     neighbour = np.zeros((n, p.neighbours), np.int32)
     frame = np.zeros((n, 6, p.neighbours), np.float32)
+    mesh = triangulate_checked(points[:2].T.copy())
+    writer = NeighbourhoodWriter(points, p, count, neighbour, frame)
+    writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
     coded = np.ones(n, np.uint8)
-    bounds = list(pairwise(start.tolist()))
-    most = max((end - first for first, end in bounds), default=0)
-    writer = NeighbourhoodWriter(points, p, most, count, neighbour, frame)
-    for first, end in bounds:
-        mesh = triangulate_checked(points[:2, first:end].T.copy())
-        closed = mesh.interior.view(np.uint8)
-        writer.write(first, mesh.edges, mesh.ring_start, mesh.ring, closed)
-        if end - first > MAX_ENCODED:
-            best_first = np.argsort(-quality[first:end], kind="stable")
-            coded[first:end][best_first[MAX_ENCODED:]] = 0
-    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
-    direction_bin = turn.astype(np.uint8)  # 256 steps are a turn
+    if n > MAX_ENCODED:
+        coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
     encode_neighbours(count, frame, angle, coded, 1.0 / p.cell_px, neighbour_bits)
+    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
+    direction_bin = turn.astype(np.uint8)  # 256 steps are a turn
     orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
-    if areas is not None:
-        encode_orientations(points, direction_bin, start, *areas, FLOW_PLACES, orientation_bins)
-    encoded = direction_bin, neighbour_bits, orientation_bins
-    return Neighbourhoods(count, neighbour, frame), encoded
+    if r.has_flow:
+        place = r.code, r.first_row, r.first_column, r.step
+        encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
+    xy = np.ascontiguousarray(points[:2].T, np.float32)
+    bits = BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
+    return Neighbourhoods(count, neighbour, frame), bits
 
 
 def prefilter_of(descriptors: BitDescriptors) -> Prefilter:

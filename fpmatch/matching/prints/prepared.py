@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -90,7 +89,7 @@ class PreparedTemplate:
 
 def prepare_by(
     describe: Callable[
-        [NDArray[np.float64], NDArray[np.float64], PrintArea],
+        [NDArray[np.float64], NDArray[np.float64], PrintArea, MatchParameters],
         tuple[Neighbourhoods, BitDescriptors],
     ],
     template: Template,
@@ -107,13 +106,18 @@ def prepare_by(
         best_first = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")
         index = np.sort(best_first[: p.max_minutiae]).astype(np.int32)
         minutiae = minutiae.take(index)
-    points = points_at_500dpi(minutiae.x, minutiae.y, minutiae.angle, to_500dpi)
+    columns = np.empty((4, len(index)), np.float32)
+    np.multiply(minutiae.x, to_500dpi, out=columns[0])
+    np.multiply(minutiae.y, -to_500dpi, out=columns[1])
+    angle = minutiae.angle.astype(np.float64)
+    columns[2], columns[3] = np.cos(angle), np.sin(angle)
+    points = columns.astype(np.float64)
     if template.field is not None:
         region = area_of_field(template.field, to_500dpi)
     else:
         region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
-    quality = qualities(minutiae.quality, np.array((0, len(index))), p.usual_quality)
-    described, bits = describe(points, quality, region)
+    quality = qualities(minutiae.quality, p.usual_quality)
+    described, bits = describe(points, quality, region, p)
     key = content_key(points, quality, region)
     return PreparedTemplate(points, quality, index, described, region, bits, to_500dpi, key)
 
@@ -128,40 +132,20 @@ def lies_off_ridges(side: PreparedTemplate) -> bool:
     return lie_off_ridges(on, (np.arctan2(dy, dx) - ridges)[on])
 
 
-def points_at_500dpi(
-    x: NDArray[np.float32],
-    y: NDArray[np.float32],
-    angle: NDArray[np.float32],
-    to_500dpi: float | NDArray[np.float32],
-) -> NDArray[np.float64]:
-    """Return minutiae in pixels and radians, each (N,), as the points (4, N) of a prepared one."""
-    columns = np.empty((4, len(x)), np.float32)
-    np.multiply(x, to_500dpi, out=columns[0])
-    np.multiply(y, -to_500dpi, out=columns[1])
-    turn = angle.astype(np.float64)
-    columns[2], columns[3] = np.cos(turn), np.sin(turn)
-    return columns.astype(np.float64)
+def qualities(quality: NDArray[np.uint8], usual: float) -> NDArray[np.float64]:
+    """Return the qualities of the minutiae of a print, 0 to 1, from 0 to 100.
 
-
-def qualities(
-    quality: NDArray[np.uint8], start: NDArray[np.int64], usual: float
-) -> NDArray[np.float64]:
-    """Return the qualities of the minutiae of many prints, 0 to 1, from 0 to 100.
-
-    Print k has the minutiae from ``start[k]`` up to the next. Where a print gives none, which is
-    all 100 or all 0, they are the usual one, and so they are where a few minutiae have nearly all
-    of the quality (`plausibility.evenness`): no extraction gives such qualities, by which most
-    minutiae would count for nothing where they have no partner.
+    Where a print gives none, which is all 100 or all 0, they are the usual one, and so they are
+    where a few minutiae have nearly all of the quality (`plausibility.evenness`): no extraction
+    gives such qualities, by which most minutiae would count for nothing where they have no partner.
     """
-    scaled = quality / 100.0
-    for first, end in pairwise(start.tolist()):
-        value, count = quality[first:end].astype(np.float64), end - first
-        total = value @ value
-        even = np.minimum(count * (value * value), total).sum()  # by `count`
-        least = LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
-        if not (0.0 < total < 10_000.0 * count and even >= least * count * total):
-            scaled[first:end] = usual
-    return np.asarray(scaled)
+    value, count = quality.astype(np.float64), len(quality)
+    total = value @ value
+    even = np.minimum(count * (value * value), total).sum()  # by `count`
+    least = LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
+    if 0.0 < total < 10_000.0 * count and even >= least * count * total:
+        return np.asarray(value / 100.0)
+    return np.full(count, usual)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -40,18 +40,6 @@ class PrintArea:
     def area(self) -> float:
         """Area of the print."""
         return self.inside * (self.step * self.step)
-
-
-class PrintAreas(NamedTuple):
-    """The areas of K prints of known orientation in flat arrays, without their ridges.
-
-    Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row.
-    """
-
-    start: NDArray[np.int64]  # (K + 1,)
-    code: NDArray[np.uint8]
-    shape: NDArray[np.int32]  # (K, 4): rows and columns, first row and first column
-    step: NDArray[np.float64]  # (K,)
 
 
 def orientation_codes(

@@ -64,14 +64,18 @@ APART_PX: Final = 30.0  # at 500 dpi, between the images of a print under compet
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings."""
-
-    def describe(
-        points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
-    ) -> tuple[Neighbourhoods, BitDescriptors]:
-        rings = neighbourhoods(points, parameters)
-        return rings, encode(points, quality, rings, region, parameters)
-
     return prepare_by(describe, template, parameters)
+
+
+def describe(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    region: PrintArea,
+    parameters: MatchParameters,
+) -> tuple[Neighbourhoods, BitDescriptors]:
+    """Describe the minutiae (4, N) of a print of an area by their rings and by bits."""
+    rings = neighbourhoods(points, parameters)
+    return rings, encode(points, quality, rings, region, parameters)
 
 
 def rejected(

@@ -1,7 +1,6 @@
 """Prepared prints: points, qualities, neighbourhoods, areas, and the key of their content."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -41,21 +40,15 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
     assert prepared.index.tolist() == [0, 1]
 
 
-@given(seeds)
-def test_qualities_that_are_none_or_of_few_minutiae_are_the_usual_one(seed):
+@given(seeds, st.integers(0, 40))
+def test_qualities_that_are_none_or_of_few_minutiae_are_the_usual_one(seed, n):
     rng = np.random.default_rng(seed)
-    quality = rng.choice([0, 40, 99, 100], 40, p=rng.dirichlet(np.full(4, 0.3))).astype(np.uint8)
-    start = np.array([0, *np.sort(rng.integers(0, 41, 3)), 40], np.int64)
-
-    def expected_of(part):
-        squares = part.astype(float) ** 2
-        given_ = part.any() and not (part == 100).all()
-        least = least_evenness(len(part))
-        even = given_ and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
-        return part / 100 if even else np.full(len(part), 0.7)
-
-    expected = [expected_of(quality[a:b]) for a, b in pairwise(start)]
-    assert qualities(quality, start, 0.7).tolist() == np.concatenate(expected).tolist()
+    quality = rng.choice([0, 40, 99, 100], n, p=rng.dirichlet(np.full(4, 0.3))).astype(np.uint8)
+    squares, least = quality.astype(float) ** 2, least_evenness(n)
+    some = quality.any() and not (quality == 100).all()
+    even = some and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
+    expected = quality / 100 if even else np.full(n, 0.7)
+    assert qualities(quality, 0.7).tolist() == expected.tolist()
 
 
 def test_of_too_many_minutiae_the_best_take_part_in_their_order():

@@ -8,7 +8,6 @@ cpdef int encode_neighbours(
 ) noexcept
 cpdef int encode_orientations(
     const double[:, ::1] points, const unsigned char[::1] direction_bin,
-    const long long[::1] start, const long long[::1] cell_start, const unsigned char[::1] cell,
-    const int[:, ::1] shape, const double[::1] step, const double[:, ::1] places,
-    unsigned char[:, ::1] word,
+    const unsigned char[:, ::1] cell, int first_row, int first_column, double step,
+    const double[:, ::1] places, unsigned char[:, ::1] word,
 ) noexcept

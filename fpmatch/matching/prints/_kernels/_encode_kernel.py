@@ -85,34 +85,30 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
     return 0
 
 
-@cython.locals(rows=cython.Py_ssize_t, columns=cython.Py_ssize_t, k=cython.Py_ssize_t)
-def encode_orientations(points, direction_bin, start, cell_start, cell, shape, step, places, word):
+@cython.locals(k=cython.Py_ssize_t)
+def encode_orientations(points, direction_bin, cell, first_row, first_column, step, places, word):
     """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's own frame.
 
     Where it is not known, `word` is left as it is. `direction_bin` is a minutia's direction in
-    256ths of a turn. Print p has the minutiae from ``start[p]`` up to the next, and the cells of
-    its area likewise, row by row, with their orientation codes, 0 outside; its `shape` has rows,
-    columns, first row and first column.
+    256ths of a turn; `cell`, and what follows, are as `PrintArea` has them.
     """
     with cython.nogil:
-        for p in range(step.shape[0]):
-            rows, columns, side = shape[p, 0], shape[p, 1], step[p]
-            for i in range(start[p], start[p + 1]):
-                c, s = points[2, i], points[3, i]
-                for k in range(ORIENTATION_WORDS):
-                    x = (points[0, i] + c * places[0, k] - s * places[1, k]) / side - shape[p, 3]
-                    y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / side - shape[p, 2]
-                    if not (0.0 <= x < columns and 0.0 <= y < rows):
-                        continue
-                    row: cython.Py_ssize_t = int(y)
-                    column: cython.Py_ssize_t = int(x)
-                    code: cython.int = cell[cell_start[p] + row * columns + column]
-                    if code > 0:
-                        # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
-                        relative = (code - 1.0) * BINS / ORIENTATIONS
-                        relative -= direction_bin[i] * (2.0 * BINS / 256.0)
-                        while relative < 0.0:
-                            relative += BINS
-                        code = int(relative)
-                        word[i, k] = code if code < BINS else BINS - 1
+        for i in range(word.shape[0]):
+            c, s = points[2, i], points[3, i]
+            for k in range(ORIENTATION_WORDS):
+                x = (points[0, i] + c * places[0, k] - s * places[1, k]) / step - first_column
+                y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / step - first_row
+                if not (0.0 <= x < cell.shape[1] and 0.0 <= y < cell.shape[0]):
+                    continue
+                row: cython.Py_ssize_t = int(y)
+                column: cython.Py_ssize_t = int(x)
+                code: cython.int = cell[row, column]
+                if code > 0:
+                    # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
+                    relative = (code - 1.0) * BINS / ORIENTATIONS
+                    relative -= direction_bin[i] * (2.0 * BINS / 256.0)
+                    while relative < 0.0:
+                        relative += BINS
+                    code = int(relative)
+                    word[i, k] = code if code < BINS else BINS - 1
     return 0

@@ -1,6 +1,4 @@
-# The place of a bit, and constants of `_prefilter_kernel` as the C compiler knows them. A word of a
-# neighbour: its cell in the first grid; a bit that is set where this cell does not count; three
-# bits for the step to the cell of the second grid; a bit that is set where that does not count.
+# The bits of words, which `fpmatch.matching.constants.prints` describes, for the C compiler.
 cdef extern from *:
     """
     #if defined(__GNUC__)
@@ -20,10 +18,14 @@ cdef enum:
     ROOM = 64  # minutiae in the tables: bits of a word
     CELL = 0x07FF
     FIRST = 0x0FFF  # cell, and the bit that states whether it counts
-    EMPTY = 2048  # a cell beyond the first grid
-    SECOND = 4096  # where the second grid begins in the tables
     LAST = 6288  # a cell beyond the second grid: the last of the tables
+    SECOND = 4096  # where the second grid begins in the tables
     BEYOND = 8192  # added, to come to the last
     # A pair that agrees in n words of neighbours and f of orientations weighs 3 n + f - 8.
     TOO_LITTLE = 8
     MOST_WEIGHT = 18
+
+# The place in the tables of the cell of the second grid that a word contains. Half a cell on in
+# direction, the last sector runs into the first one of the next column; so it is with every print.
+cdef inline int second(int word) noexcept nogil:
+    return SECOND + (word & CELL) + (word >> 12 & 1) + (word >> 10 & 8) + (word >> 7 & 128)

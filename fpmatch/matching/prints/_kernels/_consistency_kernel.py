@@ -106,13 +106,13 @@ class PairSet:
                 self.b[k, h] = own_xy[own, k] if other_first else xy[other, k]
         return 0
 
-    @cython.locals(best=cython.int, best_bound=cython.int)
+    @cython.locals(best=cython.int)
     def consistent_weight(self):
         """Return the greatest weight of pairs that agree with one of them in rotation and shift.
 
         Only pairs of about the same rotation are compared.
         """
-        best = best_bound = 0
+        best = 0
         for h in range(TURNS_APART):
             self.of_turn[h] = 0
         for h in range(self.count):
@@ -142,12 +142,6 @@ class PairSet:
                     self.consistent[g] |= (ONE << h) & ALL
                     self.bound[h] += self.pair[2, g]
                     self.bound[g] += self.pair[2, h]
-        for h in range(self.count):
-            best_bound = max(best_bound, self.bound[h])
-        # where all pairs of the greatest sum count, it is the answer
-        for h in range(self.count):
-            if self.bound[h] == best_bound:
-                best = max(best, self._weight_with(h))
         for h in range(self.count):
             if self.bound[h] > best:
                 best = max(best, self._weight_with(h))

@@ -1,7 +1,6 @@
 # Types of the kernel. Arrays may be mapped from a file that cannot be written.
 
 
-cpdef int second(int word) noexcept nogil
 cpdef int encode_neighbours(
     const int[::1] count, const float[:, :, ::1] frame, const float[:, ::1] angle,
     const unsigned char[::1] coded, double per_px, unsigned short[:, ::1] word,

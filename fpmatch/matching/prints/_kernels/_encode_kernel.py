@@ -8,6 +8,7 @@ bins of the ridge orientation at places around it.
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.prints._kernels._bits import second
 
 from fpmatch.matching.constants import prints
 
@@ -17,25 +18,12 @@ SIDE = cython.declare(cython.int, prints.CELLS_ALONG)
 SECTORS = cython.declare(cython.int, prints.SECTORS)
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
 APART = cython.declare(cython.double, prints.APART)
-CELL = cython.declare(cython.int, prints.CELL)
 NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
 NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
 NOWHERE = cython.declare(cython.int, prints.NOWHERE)
 STEPS = cython.declare(cython.int, prints.STEPS)
-SECOND = cython.declare(cython.int, prints.SECOND)
 BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
 ORIENTATIONS = cython.declare(cython.int, prints.ORIENTATIONS)
-
-
-def second(word):
-    """Return the place in the tables of the cell of the second grid that a word contains.
-
-    Half a cell on in direction, the last sector runs into the first one of the next column; so it
-    is with every print.
-    """
-    place: cython.int = SECOND + (word & CELL)
-    place += (word >> STEPS & 1) + SECTORS * (word >> (STEPS + 1) & 1)
-    return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
 @cython.locals(k=cython.Py_ssize_t)

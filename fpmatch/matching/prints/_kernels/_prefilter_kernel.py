@@ -13,18 +13,16 @@ import numpy as np
 from cython.cimports.fpmatch.matching.prints._kernels._bits import (
     BEYOND,
     CELL,
-    EMPTY,
     FIRST,
     LAST,
     MOST_WEIGHT,
     ROOM,
-    SECOND,
     TOO_LITTLE,
     WORDS,
     lowest_place,
+    second,
 )
 from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
-from cython.cimports.fpmatch.matching.prints._kernels._encode_kernel import second
 
 from fpmatch.matching.constants import prints
 
@@ -225,12 +223,9 @@ class Prefilter:
         one = cython.address(self.cell[0, 0, 0])
         other = cython.address(self.cell[1, 0, 0])
         for k in range(count * WORDS):
-            one[k] = min(words[k] & FIRST, EMPTY)
+            one[k] = words[k] & FIRST  # beyond the first grid where it does not count
             # beyond all cells, if the highest bit is set
-            cell: cython.int = (
-                SECOND + (words[k] & CELL) + (words[k] >> 12 & 1) + (words[k] >> 10 & 8)
-            )
-            cell += (words[k] >> 7 & 128) + (words[k] >> 2 & BEYOND)
+            cell: cython.int = second(words[k]) + (words[k] >> 2 & BEYOND)
             other[k] = min(cell, LAST)
         return 0
 

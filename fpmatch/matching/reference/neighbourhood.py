@@ -16,15 +16,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def neighbourhoods(
-    points: NDArray[np.float64], parameters: MatchParameters | None = None
-) -> Neighbourhoods:
+def neighbourhoods(points: NDArray[np.float64], p: MatchParameters = USUAL) -> Neighbourhoods:
     """Describe the nearest neighbours, in the first two rings, of minutiae (4, N).
 
     A neighbour is seen in the frame of its minutia, whose direction is +u. It counts by its weight
     of eq. (4) where it is in the ring, by a constant beyond.
     """
-    p = parameters or USUAL
     z, d = points[0] + 1j * points[1], points[2] + 1j * points[3]
     mesh = triangulate_checked(np.column_stack([z.real, z.imag]))
     joined = np.zeros((len(z), len(z)), bool)
@@ -56,13 +53,12 @@ def neighbourhoods(
 
 
 def local_similarity(
-    a: Neighbourhoods, b: Neighbourhoods, parameters: MatchParameters | None = None
+    a: Neighbourhoods, b: Neighbourhoods, p: MatchParameters = USUAL
 ) -> NDArray[np.float32]:
     """Return the similarity of all minutiae of A and B: the weighted share of like neighbours.
 
     A neighbour in A counts by the most similar one in B, or not at all.
     """
-    p = parameters or USUAL
     total = like_neighbours(a, b, p.neighbour_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
     return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)

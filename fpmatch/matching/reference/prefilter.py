@@ -34,10 +34,9 @@ def encode(
     quality: Floats,
     neighbours: Neighbourhoods,
     region: PrintArea,
-    parameters: MatchParameters | None = None,
+    p: MatchParameters = USUAL,
 ) -> BitDescriptors:
     """Encode the minutiae (4, N) of a print, or those of best quality where there are many."""
-    p = parameters or USUAL
     coded = np.zeros(len(quality), bool)
     coded[np.argsort(-quality, kind="stable")[: fixed.MAX_ENCODED]] = True
     turn = np.rint(np.arctan2(points[3], points[2]) * (fixed.TURNS / (2 * np.pi))).astype(np.int64)
@@ -49,7 +48,7 @@ def encode(
 
 
 def rescaled(
-    prepared: PreparedTemplate, ratio: float, parameters: MatchParameters | None = None
+    prepared: PreparedTemplate, ratio: float, p: MatchParameters = USUAL
 ) -> BitDescriptors:
     """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
     points, frame = prepared.points.copy(), prepared.neighbourhoods.frame.copy()
@@ -57,7 +56,7 @@ def rescaled(
     frame[:, :2] *= ratio
     neighbours = replace(prepared.neighbourhoods, frame=frame)
     region = replace(prepared.region, step=prepared.region.step * ratio)
-    return encode(points, prepared.quality, neighbours, region, parameters)
+    return encode(points, prepared.quality, neighbours, region, p)
 
 
 def _neighbour_bits(
@@ -115,14 +114,11 @@ def _orientation_bins(
     return bins
 
 
-def descriptor_similarity(
-    a: BitDescriptors, b: BitDescriptors, parameters: MatchParameters | None = None
-) -> int:
+def descriptor_similarity(a: BitDescriptors, b: BitDescriptors, p: MatchParameters = USUAL) -> int:
     """Return the greatest weight of pairs of minutiae that agree in one rotation and shift.
 
     Of the pairs of one minutia, the first counts.
     """
-    p = parameters or USUAL
     i, j, weight = _pairs(a, b, p.most_pairs)
     angle = (a.direction_bin[i].astype(np.int64) - b.direction_bin[j]) % fixed.TURNS
     c, s = (of(angle * (2 * np.pi / fixed.TURNS))[:, None] for of in (np.cos, np.sin))

@@ -229,16 +229,15 @@ def search_by_ridges(
     a: PreparedTemplate,
     b: PreparedTemplate,
     pairs: tuple[Numbers, Numbers] | None,
-    parameters: MatchParameters | None = None,
+    p: MatchParameters = USUAL,
 ) -> list[tuple[int, int]]:
     """Return pairs of minutiae under whose transforms the ridges correlate best, the best first.
 
     Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
     """
     if b.region.area < a.region.area:
-        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], parameters)
+        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], p)
         return [(j, i) for i, j in swapped]
-    p = parameters or USUAL
     if pairs is None:
         i, j = np.indices((len(a), len(b))).reshape(2, -1)
         trials, most, least_flow, least_value = p.ridge_trials, p.ridge_starts, p.least_flow, 0.0

@@ -20,7 +20,7 @@ from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
 from fpmatch.formats.registry import codec_of_name
 from fpmatch.image.preprocess.arrays import StageRecorder
-from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
+from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_rows, odds
@@ -203,7 +203,7 @@ def _ridges(verification: Verification) -> dict[str, Any] | None:
     document = ridges.as_dict()
     cells = [(*cell, hexadecimal(agreement(cell[2]))) for cell in document["cells"]]
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
-    beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_MEAN}
+    beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_RIDGES}
     return {**document, **beside, "cells": cells, "colours": colours}
 
 

@@ -27,7 +27,7 @@ from fpmatch.matching.pipeline.score_model import (
     RIDGE_FEATURES,
     ScoreWeights,
 )
-from fpmatch.matching.reference.bounds import most_decades
+from fpmatch.matching.reference.evidence import most_decades
 from research.commands import (
     Command,
     folders,

@@ -29,7 +29,7 @@ from fpmatch.matching.pipeline.match import (
     evidence_scorer,
     workspace_for,
 )
-from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
 from fpmatch.matching.reference import transform_of
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.pointset.geometry.similarity import Similarity

@@ -31,14 +31,14 @@ from fpmatch.drawing.scene.items import (
     of_transform,
     zoomed,
 )
-from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
+from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.overlay.page import Entry
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
+    from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.matching.verification import Verification
 
 _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
@@ -46,7 +46,7 @@ _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
 _INK: Final[palette.Colour] = (70, 72, 76)
 _STEPS: Final = 64  # of the scale of colours
 _AGREEMENTS: Final = (
-    *((0.0, "0"), (IMPOSTOR_MEAN, f"{IMPOSTOR_MEAN:.2g}: mean of different fingers")),
+    *((0.0, "0"), (IMPOSTOR_RIDGES, f"{IMPOSTOR_RIDGES:.2g}: mean of different fingers")),
     *((0.6, "0.6"), (0.8, "0.8"), (1.0, "1: the ridges coincide")),
 )
 
@@ -77,7 +77,7 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
     caption, place = header(v, (round(view.width * zoom), round(view.height * zoom)))
     to_page = zoomed(zoom, (view.x, view.y), (place.x, place.y))
-    values = ridges.correlation[ridges.compared].tolist()
+    values = ridges.correlation.tolist()
     pens = [Pen(agreement(value), agreement(value)) for value in values]
     j = v.pairs.reshape(-1, 2)[:, 1].tolist()
     titles = {

@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.pipeline.evidence import Evidence
     from fpmatch.matching.pipeline.match import Alignment
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.alignment import Pairing
+    from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.templates.minutiae import Template
 
 if COMPILED:

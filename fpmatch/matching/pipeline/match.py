@@ -18,7 +18,7 @@ from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.pipeline.evidence import Evidence
-from fpmatch.matching.prints.bit_descriptors import prefilter
+from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,7 +60,7 @@ class Workspace:
         self.capacity = capacity
         self.weights = score.load_weights()
         self.scorer = evidence_scorer(capacity, None, p) if scorer is None else scorer
-        tables, search = prefilter(p), RidgeSearch(p)
+        tables, search = Prefilter(p), RidgeSearch(p)
         steps = make_aligner(capacity, capacity, p), self.scorer, search
         self._kernel: Any = Pipeline(capacity, tables, *steps, p)
         self._probe: PreparedTemplate | None = None

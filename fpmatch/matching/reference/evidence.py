@@ -65,16 +65,16 @@ def weigh(
     model = load_weights().model_of(a, b)
     p = pairing.parameters
     entries = _gather(a, b, candidates, pairing)
-    features = _features(model, entries, p)
+    features = features_of(model, entries, p)
     if model.sums(features) > ridges_from:
         drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
         ridges = compare_ridges(a.region, b.region, pairing.move, drift)
         entries |= zip(("ridges", "cells"), ridges, strict=True)
-        features = _features(model, entries, p)
+        features = features_of(model, entries, p)
     total = float(model.sums(features))
     estimate = _condition(model, total, entries, p.usual_correlation)
     estimate = _beyond_chance(a, b, pairing, entries, estimate, p)
-    entries |= {"features": features, "total": total, "minus_log_fmr": estimate}
+    entries |= {"total": total, "minus_log_fmr": estimate}
     return pairing, Evidence(**entries)
 
 
@@ -130,7 +130,7 @@ def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -
     return int(np.count_nonzero(codes_at(b, shift + linear * a.step * at)))
 
 
-def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
+def features_of(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
     """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [

@@ -8,6 +8,7 @@ The pairs of the databases are compared once. Then the score is fitted again wit
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -19,7 +20,7 @@ from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.match import Workspace
+from fpmatch.matching.pipeline.match import pipeline_for
 from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     MODELS,
@@ -143,9 +144,8 @@ def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
     """Compare the impressions of a database with one another."""
     made = prints_of(extracted)
     prints = [MATCHER.prepare(one if ridges else without_ridges(one)) for _, one in made]
-    workspace = Workspace(max((len(one) for one in prints), default=1))
     rows = [
-        (made[i][0].finger == made[j][0].finger, *_compared(workspace, prints[i], prints[j]))
+        (made[i][0].finger == made[j][0].finger, *_compared(prints[i], prints[j]))
         for i in range(len(prints))
         for j in range(i + 1, len(prints))
     ]
@@ -153,24 +153,23 @@ def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
 
 
 def _compared(
-    workspace: Workspace, probe: PreparedTemplate, reference: PreparedTemplate
+    probe: PreparedTemplate, reference: PreparedTemplate
 ) -> tuple[int, NDArray[np.float64], NDArray[np.float64], float, float]:
     """Return model, features, amounts, limit and estimate of a pair, as `Pairs` has them."""
     nothing = -1, np.zeros(len(FEATURES)), np.zeros(5), 0.0
     if min(len(probe), len(reference)) < MIN_MINUTIAE:
         return *nothing, LEAST
-    workspace.load(probe)
-    first = reference.key < probe.key
-    rejected = workspace.rejected(reference, reference_first=first)
-    matched = None if rejected is not None else workspace.match(reference, reference_first=first)
-    if matched is None:
-        return *nothing, LEAST if rejected is None else rejected
-    e, weights = matched[1], load_weights()
+    compared = MATCHER.compare(probe, reference)
+    if compared.detail is None:
+        rejected = math.log(math.expm1(compared.similarity)) if compared.similarity else LEAST
+        return *nothing, rejected
+    e, weights = compared.detail.evidence, load_weights()
+    scorer = pipeline_for(probe, len(probe)).scorer
     unusual = e.ridges - MATCHER.parameters.usual_correlation
     return (
         weights.models.index(weights.model_of(probe, reference)),
-        e.features,
-        np.array(workspace.scorer.term),
+        np.array(scorer.feature),
+        np.array(scorer.term),
         most_decades(e.pairs, e.chance, unusual, e.cells),
         e.minus_log_fmr,
     )

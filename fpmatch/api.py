@@ -243,7 +243,7 @@ def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
-        source = reading.dpi_source(print_)
+        source, _ = reading.dpi_source(print_)
         return reading.GivenPrint("template", print_, dpi_source=source)
     if isinstance(print_, str | os.PathLike):
         path = Path(print_)

@@ -110,7 +110,7 @@ def test_all_kinds_of_tries_together_have_the_stated_rate(verified, monkeypatch)
 @pytest.mark.parametrize("dpi", [500, 363])
 def test_templates_of_unknown_resolution_are_compared_once_and_keep_that(verified, dpi):
     sides = [
-        GivenPrint(one.name, one.template, dpi_source=dpi_source(one.template))
+        GivenPrint(one.name, one.template, dpi_source=dpi_source(one.template)[0])
         for one in (unstated("101_1.tif", dpi).at(dpi), unstated("101_3.tif", 500))
     ]
     pair = verify_given(*sides)

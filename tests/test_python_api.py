@@ -66,25 +66,6 @@ def test_a_print_verified_with_itself_is_identical(template, result):
     assert fpmatch.verify(A, template).identical == "template"
 
 
-def test_what_is_no_print_is_refused_in_a_line(tmp_path):
-    for wrong in (7, None, [1, 2], np.zeros((3, 3)), tmp_path / "missing.tif"):
-        with pytest.raises(fpmatch.FpmatchError) as caught:
-            fpmatch.verify(A, wrong)
-        assert "\n" not in str(caught.value)
-
-
-def test_it_decides_as_the_functions_on_templates_do(result):
-    from fpmatch.matching.verify import verify
-
-    plain = verify(result.probe, result.reference)
-    assert (plain.score, plain.match, plain.transform) == (
-        result.score,
-        result.match,
-        result.transform,
-    )
-    assert np.array_equal(plain.pairs, result.pairs)
-
-
 def test_minutiae_are_a_sequence(template):
     minutiae = template.minutiae
     assert len(template) == len(minutiae) == len(list(template))
@@ -99,25 +80,9 @@ def test_minutiae_are_a_sequence(template):
         minutiae[len(minutiae)]
 
 
-def test_texts_are_short(template, result):
+def test_notebooks_show_templates_and_results(template, result):
     assert repr(template) == "Template(388 x 374 px, 500 dpi, 28 minutiae, ridges)"
     assert repr(template.minutiae) == "Minutiae(28: 14 endings, 14 bifurcations)"
-    assert repr(fpmatch.Minutiae.empty()) == "Minutiae(0)"
-    assert len(repr(result)) < 300
-
-
-@pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_minutiae_become_data_frames(library, template):
-    pytest.importorskip(library, reason=f"{library} is not installed")
-    frame = template.minutiae.to_dataframe(library)
-    assert type(frame).__module__.split(".")[0] == library
-    assert list(frame.columns) == ["x", "y", "angle", "kind", "quality"]
-    assert frame["x"].to_numpy().tolist() == template.minutiae.x.tolist()
-    with pytest.raises(ImportError, match="no_such_library"):
-        template.minutiae.to_dataframe("no_such_library")
-
-
-def test_notebooks_show_templates_and_results(template, result):
     drawn = template._repr_html_()
     assert drawn.count("<circle") == len(template)
     assert len(drawn) < 5000
@@ -278,19 +243,6 @@ def test_every_result_can_be_compared_and_hashed_or_says_in_one_line_that_it_can
     }
 
 
-def test_an_overlay_is_saved_in_the_format_of_its_suffix(tmp_path, template):
-    overlay = fpmatch.verify(template, template).overlay()
-    svg, png = tmp_path / "new" / "a.svg", tmp_path / "new" / "a.PNG"
-    overlay.save(svg)
-    overlay.save(png)
-    assert svg.read_text("utf-8").startswith("<svg")
-    assert np.array_equal(np.asarray(Image.open(png)), overlay.pixels)
-    for name in ("a.jpg", "a"):
-        with pytest.raises(OutputError, match=r"an overlay is written as \.png or \.svg"):
-            overlay.save(tmp_path / name)
-    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.PNG", "a.svg", "new"]
-
-
 def test_a_comparison_opens_no_connection(monkeypatch):
     def refuse(*_):
         raise AssertionError("a connection was opened")
@@ -299,3 +251,26 @@ def test_a_comparison_opens_no_connection(monkeypatch):
         monkeypatch.setattr(socket.socket, name, refuse)
     monkeypatch.setattr(socket, "getaddrinfo", refuse)
     assert fpmatch.verify(A, B).match
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_minutiae_become_data_frames(library, template):
+    pytest.importorskip(library, reason=f"{library} is not installed")
+    frame = template.minutiae.to_dataframe(library)
+    assert type(frame).__module__.split(".")[0] == library
+    assert list(frame.columns) == ["x", "y", "angle", "kind", "quality"]
+    assert frame["x"].to_numpy().tolist() == template.minutiae.x.tolist()
+    with pytest.raises(ImportError, match="no_such_library"):
+        template.minutiae.to_dataframe("no_such_library")
+
+
+def test_an_overlay_is_saved_in_the_format_of_its_suffix(tmp_path, template):
+    overlay = fpmatch.verify(template, template).overlay()
+    svg, png = tmp_path / "new" / "a.svg", tmp_path / "new" / "a.PNG"
+    overlay.save(svg)
+    overlay.save(png)
+    assert svg.read_text("utf-8").startswith("<svg")
+    assert np.array_equal(np.asarray(Image.open(png)), overlay.pixels)
+    with pytest.raises(OutputError, match=r"an overlay is written as \.png or \.svg"):
+        overlay.save(tmp_path / "a.jpg")
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.PNG", "a.svg", "new"]

@@ -1,12 +1,12 @@
-"""What is a match, the three outcomes, and what two prints lack where one is inconclusive.
+"""What is a match, and what two prints lack where a comparison is inconclusive.
 
 A comparison is a match by its score, or by the share `rho` of paired minutiae. A score below the
 threshold is evidence of different fingers only where genuine comparisons of prints with as many
-minutiae, on as large an area, reach the threshold. The score that half of them
-reach is the reachable score of two prints. It was measured on synthetic prints and parts of them,
-by ``python -m research train score``. Where it is below the threshold, the comparison is
-inconclusive; so it is where a print shows no ridges of a finger, or minutiae that do not lie along
-them, and where a resolution that no file states decides.
+minutiae, on as large an area, reach the threshold. The score that half of them reach is the
+reachable score of two prints, measured on synthetic prints by ``python -m research train score``.
+Where it is below the threshold, the comparison is inconclusive; so it is where a print shows no
+ridges of a finger, or minutiae that do not lie along them, and where a resolution that no file
+states decides.
 """
 
 from __future__ import annotations
@@ -21,14 +21,7 @@ import numpy as np
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import MAX_SCORE, is_calibrated, load_calibration
 from fpmatch.matching.registry import get_matcher
-from fpmatch.matching.result import (
-    INCONCLUSIVE,
-    MATCH,
-    NO_MATCH,
-    Matcher,
-    Shortage,
-    call_matcher,
-)
+from fpmatch.matching.result import Matcher, Shortage, call_matcher
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from fpmatch.templates.plausibility import OFF_RIDGES
@@ -36,7 +29,7 @@ from fpmatch.templates.plausibility import OFF_RIDGES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Side
@@ -97,18 +90,6 @@ class Rule:
         """Return whether a comparison of this score is a match; one that aligns nothing is none."""
         enough = score >= self.threshold if self.rho is None else comparison.similarity > self.rho
         return bool(enough) and comparison.transform is not None
-
-
-def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[np.str_]:
-    """Return the outcome of each comparison, by whether it is a match and its reachable score.
-
-    Examples
-    --------
-    >>> decide([True, True, False, False], [60, 20, 60, 20], 40).tolist()
-    ['match', 'match', 'no match', 'inconclusive']
-    """
-    lacking = np.asarray(reachable, np.float64) < threshold
-    return np.where(match, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
 
 
 def evidence_in(matcher: Matcher, template: Template, prepared: object) -> NDArray[np.float64]:

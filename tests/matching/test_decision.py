@@ -1,5 +1,6 @@
 """`fpmatch.matching.decision`: a third outcome where prints lack evidence, and only there."""
 
+import re
 from dataclasses import replace
 from itertools import product
 
@@ -19,6 +20,10 @@ from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 from fpmatch.matching.verify import verify as verify_templates
 
 MATCHER = get_matcher("unit-circle")
+FORM = (
+    r"(\d+) minutiae on (\d+) mm² in the smaller print, where about (\d+) on (\d+) mm² are "
+    r"usually needed for a score of 40\.0"
+)
 SENTENCE = "the quick brown fox jumps over the lazy dog 0123"
 
 
@@ -130,6 +135,9 @@ def test_a_fragment_is_too_little_skin(print_, impostor, minutiae):
         found = verify(*pair)
         assert (found.decision, found.shortage.code) == (INCONCLUSIVE, "too little skin")
         assert "mm² in the smaller print" in found.reason
+        if minutiae > 1:
+            here, area, needed, needed_area = map(int, re.fullmatch(FORM, found.reason).groups())
+            assert (here < needed, area < needed_area) == (True, True)
         assert found.reachable_score < found.threshold
     bare = replace(part, field=None)
     assert verify(bare, impostor).decision == INCONCLUSIVE

@@ -56,43 +56,6 @@ def test_a_template_is_written_and_read(template, tmp_path):
 
 
 @pytest.mark.usefixtures("deg")
-def test_the_commands_of_the_guide_work(run):
-    commands = shown_commands(GUIDE)
-    assert [words[0] for words in commands] == ["convert", "verify"]
-    for words in commands:
-        result = run(*(ROOT / word if word.startswith("sample_data") else word for word in words))
-        assert result.exit_code == 0, result.stderr
-
-
-@pytest.mark.usefixtures("deg")
-def test_every_command_takes_it(run, tmp_path):
-    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
-    assert "Minutiae in degrees" in run("inspect", "templates/101_1.deg").stdout
-    assert run("convert", "templates/101_1.deg", "a.json", "--from", "deg").exit_code == 0
-    assert run("enrol", "prints.db", "templates").exit_code == 0
-    assert run("extract", "--gallery", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
-    assert sorted(path.name for path in (tmp_path / "work/out").iterdir()) == [
-        "101_1.deg",
-        "101_3.deg",
-    ]
-    score = ("score", "--references", "out", "--probes", "templates", "-o", "scores.csv")
-    assert run(*score).exit_code == 0
-    for command in ("convert", "extract"):
-        assert "|deg]" in "".join(run(command, "--help-all").stdout.split())
-    wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
-    assert wrong.exit_code == 2
-    assert "'deg'" in wrong.stderr
-
-
-def test_processes_find_it(site, deg, run, tmp_path):
-    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
-    words = ("--references", "templates", "--probes", "templates", "-o", "s.csv", "--workers", 2)
-    done = fpmatch("score", *words, cwd=tmp_path / "work", path=site)
-    assert done.returncode == 0, done.stderr
-    assert len((tmp_path / "work/s.csv").read_text().splitlines()) == 1 + 4
-
-
-@pytest.mark.usefixtures("deg")
 @pytest.mark.parametrize(
     "text", ["#deg 1", "#deg a b c", "#deg 9 9 500\n1 2", "#deg 9 9 500\n1 2 x"]
 )
@@ -146,3 +109,24 @@ def test_what_is_no_record_is_an_error_of_the_format(site, template, tmp_path):
     path.write_bytes(b"idle")
     with pytest.raises(TemplateError, match="idle: TypeError: returned int, not TemplateRecord"):
         load_template(path)
+
+
+def test_every_command_takes_it(site, deg, run, tmp_path):
+    commands = shown_commands(GUIDE)
+    assert [words[0] for words in commands] == ["convert", "verify"]
+    for words in commands:
+        result = run(*(ROOT / word if word.startswith("sample_data") else word for word in words))
+        assert result.exit_code == 0, result.stderr
+    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
+    assert "Minutiae in degrees" in run("inspect", "templates/101_1.deg").stdout
+    assert run("convert", "templates/101_1.deg", "a.json", "--from", "deg").exit_code == 0
+    assert run("enrol", "prints.db", "templates").exit_code == 0
+    assert run("extract", "--gallery", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
+    words = ("--references", "out", "--probes", "templates", "-o", "s.csv", "--workers", 2)
+    done = fpmatch("score", *words, cwd=tmp_path / "work", path=site)
+    assert done.returncode == 0, done.stderr
+    assert len((tmp_path / "work/s.csv").read_text().splitlines()) == 1 + 4
+    assert "|deg]" in "".join(run("extract", "--help-all").stdout.split())
+    wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
+    assert wrong.exit_code == 2
+    assert "'deg'" in wrong.stderr

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -104,9 +103,7 @@ def decide(
     match = rule.is_match(comparison, score)
     both = probe[1], reference[1]
     evidence = comparison if match else call_matcher(matcher, "explain", *both, comparison)
-    if not impressions:
-        compared = call_matcher(matcher, "compared", *both, evidence)
-        evidence = replace(evidence, compared=compared)
+    compared = None if impressions else call_matcher(matcher, "compared", *both, evidence)
     references = impressions or [reference]
     shortage, reason = None, ""
     if match:
@@ -144,7 +141,7 @@ def decide(
         rms_px=evidence.rms_px,
         agreement=evidence.agreement,
         overlap=evidence.overlap,
-        compared=evidence.compared,
+        compared=compared,
         reason=reason,
         shortage=shortage,
         scale=scale,

@@ -10,8 +10,7 @@ import numpy as np
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.overlay.superposed import superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
-from fpmatch.errors import ImageError, OutputError, check_type
-from fpmatch.matching.verification import Verification
+from fpmatch.errors import ImageError, OutputError
 
 # The pages that few calls draw are imported where they are drawn.
 if TYPE_CHECKING:
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Scene
+    from fpmatch.matching.verification import Verification
 
 NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
 NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"
@@ -146,7 +146,6 @@ def overlay_scene(
 ) -> Scene:
     """Return what `draw` paints, which can also be written as SVG; its errors are raised."""
     v = verification
-    check_type(v, Verification, "what is drawn is a Verification", ImageError)
     images = []
     for side, image, t in (("probe", probe, v.probe), ("reference", reference, v.reference)):
         pixels = np.asarray(getattr(image, "pixels", image))

@@ -251,6 +251,7 @@ def test_every_result_can_be_compared_and_hashed_or_says_in_one_line_that_it_can
         )
         yield from (
             fpmatch.assess(fingers[0]),
+            fpmatch.assess(fingers[0]).quality,
             fpmatch.GreyImage(fingers[0]),
             fpmatch.match_points(points, 2 * points),
         )

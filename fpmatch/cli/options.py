@@ -104,7 +104,7 @@ _DPI: Final = click.option(
 )
 _RAW: Final = click.option(
     "--raw",
-    metavar="WxH[,bottom-up][,mirrored]",
+    metavar="WxH",
     multiple=True,
     type=image_size,
     hidden=True,

@@ -16,13 +16,11 @@ from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.quality.polarity import background_level
 from fpmatch.image.quality.ridge_scale import (
-    TYPICAL_MM,
     clear_period_px,
     common_dpi,
     is_sound,
-    sensors_of,
 )
-from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -34,22 +32,16 @@ MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
 FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
 LEAST_LEVEL: Final = 1.5  # sum of background levels from which a folder's polarity is certain
-OF_TWO_SENSORS: Final = (
-    "the prints are of two sensors by their ridges, of {:g} and {:g} dpi: each has the nearer one"
-)
 
 Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, slots=True)
 class FolderTraits:
-    """What the images of a folder share; "auto" and no resolution leave it to each image.
-
-    `dpi` has the resolution of images that state none, or two if they are of two sensors.
-    """
+    """What the images of a folder share; "auto" and None leave it to each image."""
 
     polarity: Polarity = "auto"
-    dpi: tuple[float, ...] = ()
+    dpi: float | None = None  # of images that state none
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,13 +58,9 @@ class FolderReader(Generic[Read]):
         content = self.reader(path, polarity=traits.polarity, dpi=self.dpi)
         if self.dpi is not None or not isinstance(content, GreyImage) or content.dpi is not None:
             return content
-        possible = [dpi for dpi in traits.dpi if is_sound(content.pixels.shape, dpi)]
-        notes = content.notes
-        if len(possible) > 1:
-            notes += (OF_TWO_SENSORS.format(*possible),)
-            period = clear_period_px(content.pixels)
-            possible.sort(key=lambda dpi: 0.0 if period is None else _unlike(period, dpi))
-        return replace(content, likely_dpi=possible[0], notes=notes) if possible else content
+        if traits.dpi is None or not is_sound(content.pixels.shape, traits.dpi):
+            return content
+        return replace(content, likely_dpi=traits.dpi)
 
 
 class _Evidence(NamedTuple):
@@ -130,39 +118,27 @@ def find_traits(
     if sum(len(folders[f]) for f in open_) < 2 and not known_dpi:  # one decides for itself
         return {folder: FolderTraits(one) for folder, one in polarities.items()}
     most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
-    samples = [
-        (path, resolutions[folder], polarities[folder])
-        for folder in open_
-        for path in _sample(folders[folder], most)
-    ]
+    samples: list[tuple[Path, float | None, Polarity]] = []
+    for folder in open_:
+        paths_of = folders[folder]
+        places_of = np.linspace(0, len(paths_of) - 1, min(most, len(paths_of))).round()
+        chosen = [paths_of[number] for number in places_of.astype(int).tolist()]
+        samples += [(path, resolutions[folder], polarities[folder]) for path in chosen]
     evidence: dict[Path, list[_Evidence]] = {group[folder]: [] for folder in open_}
     for (path, *_), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
         if one is not None:
             evidence[group[path.parent]].append(one)
-    unstated = {f: _resolutions(evidence[group[f]], known_dpi.get(f)) for f in open_}
+    traits = {folder: FolderTraits(one) for folder, one in polarities.items()}
     for folder in open_:
+        of_group = evidence[group[folder]]
         if polarities[folder] == "auto":
-            polarities[folder] = common_polarity([e.background for e in evidence[group[folder]]])
-    return {f: FolderTraits(one, unstated.get(f, ())) for f, one in polarities.items()}
-
-
-def _resolutions(evidence: Sequence[_Evidence], earlier: float | None) -> tuple[float, ...]:
-    """Return the resolutions of images of one place; none where one alone shows clear ridges."""
-    periods = [one.period_px for one in evidence if one.period_px is not None]
-    if len(periods) < 2 and earlier is None:
-        return ()
-    usual = earlier or STANDARD_DPI
-    return tuple(dict.fromkeys(common_dpi(of, usual) for of in sensors_of(periods)))
-
-
-def _unlike(period_px: float, dpi: float) -> float:
-    return abs(math.log(period_px * MM_PER_INCH / dpi / TYPICAL_MM))
-
-
-def _sample(paths: Sequence[Path], most: int) -> list[Path]:
-    """Return some images of a folder, evenly chosen."""
-    places = np.linspace(0, len(paths) - 1, min(most, len(paths)))
-    return [paths[number] for number in places.round().astype(int).tolist()]
+            polarities[folder] = common_polarity([one.background for one in of_group])
+        periods = [one.period_px for one in of_group if one.period_px is not None]
+        usual, common = known_dpi.get(folder), None
+        if len(periods) > 1 or usual is not None:  # one print alone decides for itself
+            common = common_dpi(periods, usual or STANDARD_DPI)
+        traits[folder] = FolderTraits(polarities[folder], common)
+    return traits
 
 
 def _evidence(

@@ -8,7 +8,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image import folder_traits
 from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
 from fpmatch.image.extract import extract
-from fpmatch.image.folder_traits import OF_TWO_SENSORS, FolderReader, FolderTraits, find_traits
+from fpmatch.image.folder_traits import FolderReader, FolderTraits, find_traits
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.polarity import INVERTED
 from tests.conftest import ROOT
@@ -128,18 +128,6 @@ def test_a_folder_without_resolutions_has_one(tmp_path, dpi):
 def test_a_folder_of_usual_prints_is_of_500_dpi(tmp_path, dpi):
     found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
     assert set(found) == {(500, 500)}
-
-
-def test_each_image_of_two_sensors_has_the_resolution_of_its_group(tmp_path):
-    half = len(SAMPLES) // 2
-    images = [*SAMPLES[:half], *resized(SAMPLES[half:], 1000)]
-    paths = folder_of(tmp_path, "a", images, dpi=None)
-    expected = [(500, 500)] * half + [(1000, 1000)] * half
-    assert of_folder(paths) == expected
-    assert of_folder(paths[::-1]) == expected[::-1]
-    reader = FolderReader(read_image, find_traits(paths))
-    assert {reader(path).notes for path in paths} == {(OF_TWO_SENSORS.format(500, 1000),)}
-    assert of_folder([paths[0], paths[-1]]) == [(500, 500), (1000, 1000)]
 
 
 def test_prints_alone_or_with_a_resolution_have_no_likely_one(tmp_path):

@@ -1,4 +1,3 @@
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +9,6 @@ from fpmatch.image.preprocess.arrays import (
     StageRecorder,
     block_mean_product,
     blocks_to_pixels,
-    blur_blocks,
     percentiles,
 )
 
@@ -62,14 +60,3 @@ def test_products_are_averaged_over_blocks_that_repeat_the_edge(rng, shape):
     at_pixels = blocks_to_pixels(means, shape)
     assert at_pixels.shape == shape
     assert means.min() - 1e-5 <= at_pixels.min() <= at_pixels.max() <= means.max() + 1e-5
-
-
-@pytest.mark.parametrize("channels", [1, 3, 4, 5, 16])
-def test_each_channel_is_blurred_by_itself(rng, channels):
-    blocks = rng.random((9, 7, channels), dtype=np.float32)
-    blurred = blur_blocks(blocks, 1.2)
-    for k in range(channels):
-        alone = np.ascontiguousarray(blocks[:, :, k])
-        once = cv2.GaussianBlur(alone, (0, 0), 1.2, borderType=cv2.BORDER_REPLICATE)
-        np.testing.assert_allclose(blurred[:, :, k], once, rtol=1e-5, atol=1e-6)
-        np.testing.assert_array_equal(blur_blocks(alone, 1.2), once)

@@ -5,14 +5,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch.image.enhancement.enhancers import enhance_by_network
-from fpmatch.image.preprocess.arrays import Box
+from fpmatch.image.preprocess.arrays import Box, blocks_to_pixels
 from fpmatch.image.preprocess.foreground import (
     ALIGNMENT_PX,
     MARGIN_PX,
     MIN_SIDE_PX,
     WINDOW_PX,
     foreground_box,
-    mask_at_pixels,
     segment,
     segment_enhanced,
 )
@@ -87,17 +86,21 @@ def test_what_belongs_to_the_box_is_placed_in_the_image():
     assert np.argwhere(blocks)[[0, -1]].tolist() == [[1, 2], [2, 4]]
 
 
+def at_pixels(blocks, picture):
+    return blocks_to_pixels(blocks.astype(np.float32), picture.shape) > 0.5
+
+
 def masks_of(picture):
     """Return the mask of a picture by its spectrum, on blocks and on pixels."""
     image = normalize(picture)
     blocks = segment(image, ridge_spectrum(image.pixels))
-    return blocks, mask_at_pixels(blocks, picture.shape)
+    return blocks, at_pixels(blocks, picture)
 
 
 def learned_masks_of(picture):
     image = normalize(picture)
     blocks = segment_enhanced(image, enhance_by_network(image.pixels))
-    return blocks, mask_at_pixels(blocks, picture.shape)
+    return blocks, at_pixels(blocks, picture)
 
 
 both_methods = pytest.mark.parametrize("masks", [masks_of, learned_masks_of])

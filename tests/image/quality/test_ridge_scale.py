@@ -14,13 +14,11 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.image.extract import assess
 from fpmatch.image.io.read import decode_image
 from fpmatch.image.quality.ridge_scale import (
-    PRINTS_SD,
     common_dpi,
     contradiction,
     likely_dpi,
     possible_dpi,
     ridge_period_px,
-    sensors_of,
 )
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 from tests.image.made_files import saved
@@ -171,19 +169,6 @@ def test_a_possible_resolution_makes_no_image_too_large_or_small(period, shape):
 def test_the_order_of_prints_changes_no_resolution(periods, random):
     shuffled = random.sample(periods, len(periods))
     assert common_dpi(shuffled) == common_dpi(periods)
-    groups = sensors_of(periods)
-    assert sensors_of(shuffled) == groups
-    assert sorted(period for group in groups for period in group) == sorted(periods)
-
-
-def test_prints_of_one_sensor_are_one_group():
-    rng = np.random.default_rng(1)
-    for size in (2, 8, 16, 32, 80):
-        several = 9.0 * np.exp(rng.normal(0, PRINTS_SD, (200, size)))
-        assert np.mean([len(sensors_of(periods)) for periods in several.tolist()]) < 1.02
-        periods = 9.0 * np.exp(rng.normal(0, PRINTS_SD / 2, size))
-        two = np.r_[periods, periods[: size // 2] / 2]
-        assert list(map(len, sensors_of(two.tolist()))) == [size // 2, size]
 
 
 def test_what_shows_no_ridges_is_taken_for_500_dpi():

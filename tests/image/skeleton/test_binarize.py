@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.image.skeleton import _small_parts_kernel as kernel
-from fpmatch.image.skeleton import binarize as module
-from fpmatch.image.skeleton.binarize import binarize, flip_with_kernel, flip_with_opencv
+from fpmatch.image.skeleton import thin as module
+from fpmatch.image.skeleton.thin import binarize, flip_small_parts, flip_with_opencv
 from tests.image.made_images import extremes_too, parts, plane_wave, shapes
 
 
@@ -50,14 +50,6 @@ def test_specks_go_and_pores_are_filled_by_their_area():
     assert (~filled).sum() == 16
 
 
-def test_what_lies_outside_the_mask_is_neither_ridge_nor_a_pore():
-    ridges = np.ones((5, 7), bool)
-    mask = ridges.copy()
-    mask[2, 3] = False
-    assert np.array_equal(binarized(ridges, min_hole_area=5, mask=mask), mask)
-    assert not binarized(ridges, min_hole_area=5, mask=~ridges).any()
-
-
 @given(shapes, st.integers(0, 1), st.integers(0, 40), st.booleans())
 def test_the_kernel_its_twin_and_opencv_turn_over_the_same_parts(
     interpreted, binary, colour, min_area, corners
@@ -67,7 +59,8 @@ def test_the_kernel_its_twin_and_opencv_turn_over_the_same_parts(
     for flipping, image in zip((kernel, interpreted("_small_parts_kernel")), others, strict=True):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(kernel, "flip_small_parts", flipping.flip_small_parts)
-            flip_with_kernel(image, colour, min_area, corners=corners)
+            patch.setattr(kernel, "COMPILED", True)
+            flip_small_parts(image, colour, min_area, corners=corners)
         assert np.array_equal(image, oracle)
 
 
@@ -85,7 +78,7 @@ def test_a_spiral_and_a_comb_are_one_part_each():
                 y, x = min(max(y + sign * dy, 0), 40), min(max(x + sign * dx, 0), 40)
     for picture in (comb, spiral):
         kept, gone = picture.copy(), picture.copy()
-        flip_with_kernel(kept, 1, int(picture.sum()), corners=False)
-        flip_with_kernel(gone, 1, int(picture.sum()) + 1, corners=False)
+        flip_small_parts(kept, 1, int(picture.sum()), corners=False)
+        flip_small_parts(gone, 1, int(picture.sum()) + 1, corners=False)
         assert np.array_equal(kept, picture)
         assert not gone.any()

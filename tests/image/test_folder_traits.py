@@ -38,7 +38,8 @@ def polarities(*args, **how):
 
 def test_folders_decide_each_for_itself(tmp_path, pressed):
     dark = folder_of(tmp_path, "dark", pressed)
-    white = folder_of(tmp_path, "white", [255 - image for image in pressed])
+    doubtful = pressed[0][120:270, 110:270]  # filled by the print
+    white = folder_of(tmp_path, "white", [255 - image for image in (*pressed, doubtful)])
     found = find_traits([*dark, *white, dark[0].parent / "gone.png"])
     assert found == {
         tmp_path / "dark": FolderTraits("dark"),
@@ -48,14 +49,8 @@ def test_folders_decide_each_for_itself(tmp_path, pressed):
     assert reader(white[0]).notes == (INVERTED,)
     assert np.array_equal(reader(white[0]).pixels, pressed[0])
     assert reader(dark[0]).notes == ()
-
-
-def test_a_doubtful_image_follows_its_folder(tmp_path, pressed):
-    middle = pressed[0][120:270, 110:270]
-    paths = folder_of(tmp_path, "white", [255 - image for image in (*pressed, middle)])
-    assert read_image(paths[-1]).notes == ()
-    reader = FolderReader(read_image, find_traits(paths))
-    assert np.array_equal(reader(paths[-1]).pixels, middle)
+    assert read_image(white[-1]).notes == ()
+    assert np.array_equal(reader(white[-1]).pixels, doubtful)
 
 
 def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed):
@@ -73,42 +68,48 @@ def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed)
 
 
 def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
-    monkeypatch.setattr(folder_traits, "background_level", None)
     paths = folder_of(tmp_path, "dark", pressed[:2])
-    assert polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
-    description = tmp_path / "dark" / "dataset.toml"
-    description.write_text('polarity = "dark"\n')
-    assert polarities(paths) == {tmp_path / "dark": "dark"}
-    description.write_text('polarity = "grey"\n')
-    with pytest.raises(DatasetError, match=r"dataset\.toml: no polarity 'grey'"):
-        find_traits(paths)
-
-
-def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pressed):
+    monkeypatch.setattr(folder_traits, "MOST_IMAGES", 1)
     looked = []
 
     def reader(path, **how):
         looked.append(path)
-        assert how == {"polarity": "dark"}
-        return read_image(tmp_path / "small" / "0_1.png")
+        return read_image(path, **how)
 
-    folder_of(tmp_path, "small", pressed[:1])
-    monkeypatch.setattr(folder_traits, "background_level", lambda _: 1.0)
-    paths = [tmp_path / f"{number}.png" for number in range(1000)]
-    assert polarities(paths, reader=reader) == {tmp_path: "dark"}
-    assert len(looked) == len(set(looked)) == folder_traits.MOST_IMAGES
-    assert {paths[0], paths[-1]} <= set(looked)
+    assert polarities(paths, reader=reader) == {tmp_path / "dark": "auto"}
+    assert looked == paths[:1]  # of large folders a few images
+    monkeypatch.setattr(folder_traits, "background_level", None)
+    assert polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
+    description = tmp_path / "dark" / "dataset.toml"
+    description.write_text('polarity = "dark"\n')
+    assert polarities(paths) == {tmp_path / "dark": "dark"}
 
 
-def test_a_description_says_what_it_says(tmp_path):
-    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "")
-    (tmp_path / "dataset.toml").write_text("dpi = 569\n")
-    assert read_dataset_info(tmp_path) == DatasetInfo(None, 569.0, "")
-    (tmp_path / "dataset.toml").write_text('polarity = "white"\n')
-    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "", "white")
-    (tmp_path / "dataset.toml").write_text("dpi = 50\n")
-    with pytest.raises(DatasetError, match=r"dataset\.toml: .*50 dpi"):
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", DatasetInfo()),
+        ('dpi = 569\nname = "A"\nsensor = "optical"', DatasetInfo("A", 569.0, "optical")),
+        ('polarity = "white"', DatasetInfo(polarity="white")),
+        ("dpi = 50", "50 dpi"),
+        ("dpi = true", "dpi must be a number"),
+        ("dpi = ", "not a readable TOML file"),
+        ("#" * 2**20 + "#", "not a readable TOML file: more than 1048576 bytes"),
+        ('name = "a\\nb"', "name must be text of one line"),
+        ('name = " "', "name is empty"),
+        ('polarity = "grey"', "no polarity 'grey'"),
+    ],
+    ids=lambda value: str(value)[:20],
+)
+def test_a_description_is_read_or_refused_in_one_line(tmp_path, text, expected):
+    assert read_dataset_info(tmp_path) == DatasetInfo()
+    (tmp_path / "dataset.toml").write_text(text)
+    if isinstance(expected, DatasetInfo):
+        assert read_dataset_info(tmp_path) == expected
+        return
+    with pytest.raises(DatasetError, match=rf"dataset\.toml: .*{expected}") as caught:
         read_dataset_info(tmp_path)
+    assert "\n" not in str(caught.value)
 
 
 def of_folder(paths, **how):
@@ -117,17 +118,11 @@ def of_folder(paths, **how):
     return [(image.likely_dpi, extract(image).dpi) for image in map(reader, paths)]
 
 
-@pytest.mark.parametrize("dpi", [330, 350, 360])
-def test_a_folder_without_resolutions_has_one(tmp_path, dpi):
+@pytest.mark.parametrize(("dpi", "expected"), [(330, 330), (360, 360), (500, 500), (569, 500)])
+def test_a_folder_without_resolutions_has_one(tmp_path, dpi, expected):
     found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
     assert len(set(found)) == 1
-    assert found[0][0] == found[0][1] == pytest.approx(dpi, rel=0.1)
-
-
-@pytest.mark.parametrize("dpi", [500, 569])
-def test_a_folder_of_usual_prints_is_of_500_dpi(tmp_path, dpi):
-    found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
-    assert set(found) == {(500, 500)}
+    assert found[0][0] == found[0][1] == pytest.approx(expected, rel=0.1)
 
 
 def test_prints_alone_or_with_a_resolution_have_no_likely_one(tmp_path):
@@ -164,12 +159,3 @@ def test_prints_enrolled_later_have_the_resolution_of_their_folder(run, tmp_path
     assert len(templates) == len(images)
     assert not any(template.dpi_known for template in templates)
     assert f"{dpi:g} dpi by the ridges of the prints with it" in done.stderr
-
-
-def test_evaluate_and_enrol_name_it_once(run, tmp_path):
-    paths = folder_of(tmp_path, "a", resized(SAMPLES, 350), dpi=None)
-    for words in (("evaluate",), ("enrol", tmp_path / "a.db")):
-        lines = run(*words, tmp_path / "a", "--workers", 1).stderr.splitlines()
-        (line,) = [line for line in lines if "resolution" in line]
-        assert f"{paths[0]} and {len(paths) - 1} others: resolution unknown; " in line
-        assert line.endswith(" dpi by the ridges of the prints with it (--dpi sets it)")

@@ -25,11 +25,6 @@ def exif(dpi, unit=2):
     return tags.tobytes()
 
 
-def test_exif():
-    assert told(saved(GREY, "JPEG", exif=exif(500))) == (500, ())
-    assert told(saved(GREY, "JPEG", exif=exif(200, unit=3))) == (508, ())
-
-
 @pytest.mark.parametrize(
     ("tags", "expected"),
     [
@@ -65,23 +60,18 @@ def test_comments(comment, dpi):
         assert told(data)[0] == dpi, data[:60]
 
 
-def test_a_tag_goes_before_a_comment_unless_it_is_a_placeholder():
+def test_what_is_usable():
+    assert told(saved(GREY, "JPEG", exif=exif(500))) == (500, ())
+    assert told(saved(GREY, "JPEG", exif=exif(200, unit=3))) == (508, ())
     assert told(saved(GREY, "JPEG", dpi=(500, 500), comment=b"PPI 569"))[0] == 500
     assert told(saved(GREY, "JPEG", dpi=(96, 96), comment=b"PPI 569"))[0] == 569
-
-
-def test_what_is_usable():
+    assert told(saved(GREY, "TIFF", dpi=(1000, 1001))) == (1000, ())
+    assert usable_axes(500, 506) == (500, 506)
     damaged = exif(500)[:10] + bytes(len(exif(500)) - 10)
     assert told(saved(GREY, "JPEG", exif=damaged))[0] is None
     assert usable_dpi("500") == 500
     for value in (None, "wide", float("nan"), float("inf"), 0, -500, 99.9, 4000.5, BytesIO()):
         assert usable_dpi(value) is None
-
-
-def test_axes_that_differ_by_a_hundredth_are_equal():
-    assert told(saved(GREY, "TIFF", dpi=(1000, 1001))) == (1000, ())
-    assert told(saved(GREY, "TIFF", dpi=(569, 570))) == (569, ())
-    assert usable_axes(500, 506) == (500, 506)
 
 
 def test_an_image_of_two_resolutions_is_resampled_to_the_higher():

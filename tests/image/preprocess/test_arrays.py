@@ -37,15 +37,6 @@ def test_they_are_those_of_numpy(values, percents):
     np.testing.assert_allclose(percentiles(values, 50, *percents), expected, rtol=1e-9, atol=1e-9)
 
 
-def test_interpolation_is_linear_between_the_centres_of_blocks():
-    ramp = np.tile(np.arange(5, dtype=np.float32), (2, 1))
-    pixels = blocks_to_pixels(ramp, (16, 37))
-    assert pixels.shape == (16, 37)
-    between = np.arange(4, 28)
-    assert pixels[5, between] == pytest.approx((between + 0.5) / 8 - 0.5, abs=1e-4)
-    assert blocks_to_pixels(np.dstack([ramp, ramp]), (16, 37)).shape == (16, 37, 2)
-
-
 @pytest.mark.parametrize("shape", [(1, 1), (7, 9), (8, 8), (17, 40), (48, 1)])
 def test_products_are_averaged_over_blocks_that_repeat_the_edge(rng, shape):
     a, b = rng.normal(0, 1, (2, *shape)).astype(np.float32)

@@ -1,37 +1,30 @@
-"""Polarity and resolution of folders: images of one sensor share them, so a folder decides both."""
+"""Resolution of folders: images of one sensor share it, so those of a folder decide together."""
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import numpy as np
 
 from fpmatch.errors import FpmatchError
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.quality.polarity import background_level
-from fpmatch.image.quality.ridge_scale import (
-    clear_period_px,
-    common_dpi,
-    is_sound,
-)
+from fpmatch.image.quality.ridge_scale import clear_period_px, common_dpi, is_sound
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
 
     from fpmatch.image.quality.polarity import Polarity
 
 MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
 FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
-LEAST_LEVEL: Final = 1.5  # sum of background levels from which a folder's polarity is certain
 
 Read = TypeVar("Read")
 
@@ -63,13 +56,6 @@ class FolderReader(Generic[Read]):
         return replace(content, likely_dpi=traits.dpi)
 
 
-class _Evidence(NamedTuple):
-    """The background of an image, and the distance of its ridges, where these are needed."""
-
-    background: float
-    period_px: float | None
-
-
 def find_traits(
     paths: Iterable[str | os.PathLike[str]],
     *,
@@ -82,9 +68,8 @@ def find_traits(
 ) -> dict[Path, FolderTraits]:
     """Find the polarity, "dark", "white" or "auto", and the resolution of the folders of images.
 
-    The polarity is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder;
-    else that of the sum of the images' background levels; "auto" leaves the decision to each image.
-    The resolution of those that state none is found from their ridges; see
+    The polarity is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder.
+    The resolution of images that state none is found from their ridges; see
     `fpmatch.image.quality.ridge_scale.common_dpi`.
 
     Of each folder at most `MOST_IMAGES` are looked at, chosen by their places in the list, so that
@@ -113,52 +98,35 @@ def find_traits(
                 polarities[folder] = known(described).polarity
             resolutions[folder] = resolutions[folder] or known(described).dpi
     group = {f: place[f] if len(of) < FEW_IMAGES else f for f, of in folders.items()}
-    open_ = [f for f in folders if polarities[f] == "auto" or resolutions[f] is None]
+    open_ = [folder for folder in folders if resolutions[folder] is None]
     known_dpi = {folder: one for folder, one in (earlier or {}).items() if folder in open_}
-    if sum(len(folders[f]) for f in open_) < 2 and not known_dpi:  # one decides for itself
-        return {folder: FolderTraits(one) for folder, one in polarities.items()}
-    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
-    samples: list[tuple[Path, float | None, Polarity]] = []
-    for folder in open_:
-        paths_of = folders[folder]
-        places_of = np.linspace(0, len(paths_of) - 1, min(most, len(paths_of))).round()
-        chosen = [paths_of[number] for number in places_of.astype(int).tolist()]
-        samples += [(path, resolutions[folder], polarities[folder]) for path in chosen]
-    evidence: dict[Path, list[_Evidence]] = {group[folder]: [] for folder in open_}
-    for (path, *_), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
-        if one is not None:
-            evidence[group[path.parent]].append(one)
     traits = {folder: FolderTraits(one) for folder, one in polarities.items()}
+    if sum(len(folders[f]) for f in open_) < 2 and not known_dpi:  # one decides for itself
+        return traits
+    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
+    samples: list[Path] = []
     for folder in open_:
-        of_group = evidence[group[folder]]
-        if polarities[folder] == "auto":
-            polarities[folder] = common_polarity([one.background for one in of_group])
-        periods = [one.period_px for one in of_group if one.period_px is not None]
-        usual, common = known_dpi.get(folder), None
-        if len(periods) > 1 or usual is not None:  # one print alone decides for itself
-            common = common_dpi(periods, usual or STANDARD_DPI)
-        traits[folder] = FolderTraits(polarities[folder], common)
+        all_of = folders[folder]
+        chosen = np.linspace(0, len(all_of) - 1, min(most, len(all_of))).round().astype(int)
+        samples += [all_of[number] for number in chosen.tolist()]
+    periods: dict[Path, list[float]] = {group[folder]: [] for folder in open_}
+    for path, period in zip(samples, each(partial(_unstated_period, reader), samples), strict=True):
+        if period is not None:
+            periods[group[path.parent]].append(period)
+    for folder in open_:
+        of_group, usual = periods[group[folder]], known_dpi.get(folder)
+        if len(of_group) > 1 or usual is not None:  # one print alone decides for itself
+            dpi = common_dpi(of_group, usual or STANDARD_DPI)
+            traits[folder] = replace(traits[folder], dpi=dpi)
     return traits
 
 
-def _evidence(
-    reader: Callable[..., object], sample: tuple[Path, float | None, Polarity]
-) -> _Evidence | None:
-    """Return the evidence of an image, its resolution and polarity; None if it cannot be read."""
-    path, dpi, polarity = sample
+def _unstated_period(reader: Callable[..., object], path: Path) -> float | None:
+    """Return the distance of the ridges of an image that is read and states no resolution."""
     try:
         image = reader(path, polarity="dark")
     except FpmatchError:
         return None
-    if not isinstance(image, GreyImage):
+    if not isinstance(image, GreyImage) or image.dpi is not None:
         return None
-    level = background_level(image.pixels) if polarity == "auto" else 0.0
-    return _Evidence(level, None if dpi or image.dpi else clear_period_px(image.pixels))
-
-
-def common_polarity(levels: Sequence[float]) -> Polarity:
-    """Return the polarity of images of one sensor by their background levels; "auto" in doubt."""
-    total = math.fsum(levels)
-    if abs(total) < LEAST_LEVEL:
-        return "auto"
-    return "dark" if total > 0 else "white"
+    return clear_period_px(image.pixels)

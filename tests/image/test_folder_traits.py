@@ -1,5 +1,4 @@
 import cv2
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -10,7 +9,6 @@ from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
 from fpmatch.image.extract import extract
 from fpmatch.image.folder_traits import FolderReader, FolderTraits, find_traits
 from fpmatch.image.io.read import read_image
-from fpmatch.image.quality.polarity import INVERTED
 from tests.conftest import ROOT
 
 SAMPLES = [read_image(path).pixels for path in sorted((ROOT / "sample_data").glob("*.tif"))]
@@ -30,59 +28,6 @@ def resized(images, dpi):
     by = {"fx": dpi / 500, "fy": dpi / 500}
     how = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
     return [cv2.resize(image, None, **by, interpolation=how) for image in images]
-
-
-def polarities(*args, **how):
-    return {folder: one.polarity for folder, one in find_traits(*args, **how).items()}
-
-
-def test_folders_decide_each_for_itself(tmp_path, pressed):
-    dark = folder_of(tmp_path, "dark", pressed)
-    doubtful = pressed[0][120:270, 110:270]  # filled by the print
-    white = folder_of(tmp_path, "white", [255 - image for image in (*pressed, doubtful)])
-    found = find_traits([*dark, *white, dark[0].parent / "gone.png"])
-    assert found == {
-        tmp_path / "dark": FolderTraits("dark"),
-        tmp_path / "white": FolderTraits("white"),
-    }
-    reader = FolderReader(read_image, found)
-    assert reader(white[0]).notes == (INVERTED,)
-    assert np.array_equal(reader(white[0]).pixels, pressed[0])
-    assert reader(dark[0]).notes == ()
-    assert read_image(white[-1]).notes == ()
-    assert np.array_equal(reader(white[-1]).pixels, doubtful)
-
-
-def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed):
-    doubtful = folder_of(tmp_path, "one", [255 - pressed[0][120:270, 110:270]])
-    others = folder_of(tmp_path, "other", [255 - image for image in pressed])
-    places = dict.fromkeys([tmp_path / "one", tmp_path / "other"], tmp_path)
-    assert polarities([*doubtful, *others])[tmp_path / "one"] == "auto"
-    found = polarities([*doubtful, *others], places=places)
-    assert found == {tmp_path / "one": "white", tmp_path / "other": "white"}
-    (tmp_path / "dataset.toml").write_text('polarity = "dark"\n')
-    assert set(polarities(others, places=places).values()) == {"dark"}
-    assert set(polarities(others).values()) == {"white"}
-    manifest = dict.fromkeys(places, tmp_path / "manifest.csv")
-    assert set(polarities(others, places=manifest).values()) == {"dark"}
-
-
-def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
-    paths = folder_of(tmp_path, "dark", pressed[:2])
-    monkeypatch.setattr(folder_traits, "MOST_IMAGES", 1)
-    looked = []
-
-    def reader(path, **how):
-        looked.append(path)
-        return read_image(path, **how)
-
-    assert polarities(paths, reader=reader) == {tmp_path / "dark": "auto"}
-    assert looked == paths[:1]  # of large folders a few images
-    monkeypatch.setattr(folder_traits, "background_level", None)
-    assert polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
-    description = tmp_path / "dark" / "dataset.toml"
-    description.write_text('polarity = "dark"\n')
-    assert polarities(paths) == {tmp_path / "dark": "dark"}
 
 
 @pytest.mark.parametrize(
@@ -110,6 +55,32 @@ def test_a_description_is_read_or_refused_in_one_line(tmp_path, text, expected):
     with pytest.raises(DatasetError, match=rf"dataset\.toml: .*{expected}") as caught:
         read_dataset_info(tmp_path)
     assert "\n" not in str(caught.value)
+
+
+def test_small_folders_of_one_place_decide_together_unless_a_description_does(
+    tmp_path, monkeypatch
+):
+    one = folder_of(tmp_path, "one", resized(SAMPLES[:1], 330), dpi=None)
+    other = folder_of(tmp_path, "other", resized(SAMPLES[1:6], 330), dpi=None)
+    looked = []
+
+    def reader(path, **how):
+        looked.append(path)
+        return read_image(path, **how)
+
+    assert find_traits([*one, *other])[other[0].parent].dpi == pytest.approx(330, rel=0.1)
+    monkeypatch.setattr(folder_traits, "MOST_IMAGES", 2)
+    places = {path.parent: tmp_path for path in (*one, *other)}
+    together = find_traits([*one, *other, tmp_path / "gone.png"], places=places, reader=reader)
+    assert together[one[0].parent] == together[other[0].parent]
+    assert looked == [*one, other[0], other[-1], tmp_path / "gone.png"]
+    (tmp_path / "dataset.toml").write_text('polarity = "white"\ndpi = 260\n')
+    for place in (tmp_path, tmp_path / "manifest.csv"):
+        described = find_traits(one, places={one[0].parent: place})
+        assert described == {one[0].parent: FolderTraits("white")}
+    white = FolderReader(read_image, find_traits(one, polarity="white"))(one[0])
+    assert (white.pixels == 255 - read_image(one[0]).pixels).all()
+    assert FolderReader(read_image, {}, 260)(one[0]).dpi is None
 
 
 def of_folder(paths, **how):

@@ -19,7 +19,6 @@ from fpmatch.errors import GalleryError, ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
@@ -234,11 +233,10 @@ def extract_template(upload: Upload, reading: PrintOptions, file_format: str) ->
 
 def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
     """Return the stages of an extraction as pictures; by name, range and words."""
-    recorder = StageRecorder()
-    given = open_upload(upload, reading, recorder)
-    if given.image is None:
+    given = open_upload(upload, reading)
+    if given.assessed is None:
         raise ImageError("a template has no stages of extraction", path=given.name)
-    backdrop = recorder.stages["input"]
+    stages = given.assessed.stages()
     return {
         "name": given.name,
         "stages": [
@@ -246,9 +244,9 @@ def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
                 "name": name,
                 "words": STAGE_TEXTS.get(name, ""),
                 "range": value_range(name, array),
-                "picture": _encoded_stage(stage_picture(name, array, backdrop)),
+                "picture": _encoded_stage(stage_picture(name, array, stages["input"])),
             }
-            for name, array in recorder.stages.items()
+            for name, array in stages.items()
         ],
     }
 

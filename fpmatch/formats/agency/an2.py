@@ -31,8 +31,8 @@ from fpmatch.errors import FpmatchError, ImageReadError, TemplateError
 from fpmatch.formats.codec import LARGEST
 from fpmatch.formats.fmr_reader import span
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
-from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
+from fpmatch.image.io.grey import dpi_in_units, usable_dpi
+from fpmatch.image.io.read import UNCOMPRESSED, StoredImage, decode_stored
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH, Minutiae, MinutiaKind, Template
 

@@ -37,14 +37,13 @@ Formats, with their suffixes:
   csv .csv         fpmatch's own, to be read by people and spreadsheets
   minutiae-csv     x, y, theta, type, quality and no comments, for other programs
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
-  iso2011 .iso2011 ISO/IEC 19794-2:2011
   ansi2004 .ansi   ANSI/INCITS 378-2004
-  ansi2009 .ansi2009
-                   ANSI/INCITS 378-2009, with its amendment 1
   xyt .xyt         NIST's, as mindtct writes: y up, degrees, opposite direction
   xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
   numbers          rows of x, y, angle, as np.savetxt writes: only read, with --angles
   npy              the same as np.save writes
+  iso2011          ISO/IEC 19794-2:2011: only read
+  ansi2009         ANSI/INCITS 378-2009, with its amendment 1: only read
   an2              ANSI/NIST-ITL, type 9: only read
   and those of other packages, see docs/how-to/add_a_format.md
 

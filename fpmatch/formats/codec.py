@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import TemplateError
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
@@ -80,24 +79,13 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     return minutiae
 
 
-def side(positions: NDArray[Any]) -> int:
-    """Return the smallest side of an image from 0 that contains positions along it, 1 at least."""
-    return int(np.clip(positions.max(initial=0), 0, 2**31)) + 1
-
-
-def whole_pixels(values: NDArray[np.float32], side: int) -> NDArray[np.int64]:
-    """Return positions along a side of `side` pixels, rounded and clipped to whole pixels."""
-    return np.clip(np.rint(values.astype(np.float64)), 0, side - 1).astype(np.int64)
+def span(x: NDArray[Any], y: NDArray[Any]) -> tuple[int, int]:
+    """Return width and height of the smallest image from 0 that contains positions."""
+    width, height = (int(np.clip(values.max(initial=0), 0, 2**31)) + 1 for values in (x, y))
+    return width, height
 
 
 def whole_steps(angle: NDArray[np.float32], steps: int) -> NDArray[np.int64]:
     """Return angles in radians, rounded to `steps` equal steps of a turn."""
     turns = angle.astype(np.float64) / (2 * np.pi)
     return np.mod(np.rint(turns * steps), steps).astype(np.int64)
-
-
-def check_fits(value: int, bits: int, what: str) -> int:
-    """Return `value`, or raise TemplateError unless `bits` bits can hold it."""
-    if not 0 <= value < 2**bits:
-        raise TemplateError(f"the format cannot hold {what} of {value}: {2**bits - 1} at most")
-    return value

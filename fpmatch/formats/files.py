@@ -8,7 +8,7 @@ from fpmatch.base.output import atomic_write_bytes
 from fpmatch.base.parsing import read_regular
 from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
 from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
+from fpmatch.formats.record import MAX_BYTES, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, codec_of_suffix, failures_text, recognise
 from fpmatch.formats.tables import NPY_CODEC, PLAIN_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.templates.bounds import check_bounds
@@ -72,9 +72,7 @@ def load_record(
 ) -> TemplateRecord:
     """Load all prints of a template file, of the given format or that of its content."""
     options = ReadingOptions() if options is None else options
-    data = read_regular(
-        path, options.limits.max_bytes, lambda why: TemplateError(f"{path}: {why}"), _NO_TEMPLATES
-    )
+    data = read_regular(path, MAX_BYTES, lambda why: TemplateError(f"{path}: {why}"), _NO_TEMPLATES)
     return decode_record(data, str(path), file_format=file_format, options=options)
 
 
@@ -89,7 +87,7 @@ def decode_record(
     options = ReadingOptions() if options is None else options
     if not data:
         raise TemplateError(f"{source}: the file is empty")
-    if len(data) > options.limits.max_bytes:
+    if len(data) > MAX_BYTES:
         raise TemplateError(f"{source}: too large for a template file")
     try:
         record = _codec_of(data, file_format, options).decode(data, options)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
 from fpmatch.printable import count
-from fpmatch.templates.bounds import MOST_SIDE_PX
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
 
 if TYPE_CHECKING:
@@ -16,48 +15,26 @@ if TYPE_CHECKING:
     from fpmatch.formats.angles import AngleConvention
 
 
-@dataclass(frozen=True, slots=True)
-class ReadLimits:
-    """Limits on a template file.
+MAX_BYTES: Final = 16 * 2**20  # of a file: a hundred times that of a full palm print
+MAX_MINUTIAE: Final = 10_000  # of one print
+MAX_VIEWS: Final = 256  # prints in one file
 
-    Parameters
-    ----------
-    max_bytes : int
-        Size of the file; the default is a hundred times that of a full palm print.
-    max_minutiae : int
-        Minutiae of one print.
-    max_views : int
-        Prints in one file.
-    max_side_px : int
-        Width and height of a print in pixels.
-    """
 
-    max_bytes: int = 16 * 2**20
-    max_minutiae: int = 10_000
-    max_views: int = 256
-    max_side_px: int = MOST_SIDE_PX
+def check_minutiae(count: int) -> None:
+    """Raise TemplateError if a print may not have `count` minutiae."""
+    if count > MAX_MINUTIAE:
+        raise TemplateError(f"more than {MAX_MINUTIAE} minutiae in one print")
 
-    def check_minutiae(self, count: int) -> None:
-        """Raise TemplateError if a print may not have `count` minutiae."""
-        if count > self.max_minutiae:
-            raise TemplateError(f"more than {self.max_minutiae} minutiae in one print")
 
-    def check_views(self, count: int) -> None:
-        """Raise TemplateError unless a file may have `count` prints."""
-        if count < 1:
-            raise TemplateError("holds no print")
-        if count > self.max_views:
-            raise TemplateError(f"holds more than {self.max_views} prints")
-
-    def check_size(self, width: int, height: int) -> None:
-        """Raise TemplateError unless a print may have `width` x `height` pixels."""
-        if max(width, height) > self.max_side_px:
-            raise TemplateError(f"a side of the print has more than {self.max_side_px} pixels")
+def check_views(count: int) -> None:
+    """Raise TemplateError unless a file may have `count` prints."""
+    if not 1 <= count <= MAX_VIEWS:
+        raise TemplateError(f"holds more than {MAX_VIEWS} prints" if count else "holds no print")
 
 
 @dataclass(frozen=True, slots=True)
 class ReadingOptions:
-    """Values for what a file leaves out, and limits.
+    """Values for what a file leaves out.
 
     Parameters
     ----------
@@ -67,14 +44,11 @@ class ReadingOptions:
         Width and height in pixels where the file has none; None for the span of the minutiae.
     angles : AngleConvention or None
         How angles are measured where the file does not define it.
-    limits : ReadLimits
-        Files beyond them are refused.
     """
 
     dpi: float | None = None
     size: tuple[int, int] | None = None
     angles: AngleConvention | None = None
-    limits: ReadLimits = ReadLimits()
 
     @property
     def assumed_dpi(self) -> float:
@@ -143,7 +117,6 @@ class View:
 
         Its minutiae are the columns of `Minutiae`; raises MinutiaeError for invalid values.
         """
-        options.limits.check_size(*size)
         columns: Any = minutiae
         template = Template(Minutiae(*columns), *size, options.assumed_dpi, dpi_known=False)
         return cls(template, size_known=False, quality_known=quality_known)

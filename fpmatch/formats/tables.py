@@ -19,11 +19,9 @@ Tables of other programs contain neither size nor resolution. fpmatch writes the
 
 Positions are pixels from the top left, y down. Angles in a column theta are degrees in fpmatch's
 own convention, and so are angles in a column whose name contains the unit (angle_deg,
-direction_rad). For another name, `ReadingOptions.angles` must define them. Types are U, E and B, or
-other, ending and bifurcation, or 0, 1 and 2, or words of other programs for these, such as
-Termination. On reading, type and quality may be missing, the columns may have any order and any of
-the names below, and other columns are ignored. Comma, semicolon, tab or spaces separate them, and
-the header may begin with #.
+direction_rad). For another name, `ReadingOptions.angles` must define them. On reading, type and
+quality may be missing, the columns may have any order, and other columns are ignored. Comma,
+semicolon, tab or spaces separate them, and the header may begin with #.
 
 Tables without a header are arrays of numpy, as text of `np.savetxt` or as `.npy`. Each row is a
 minutia: x, y, its angle, and perhaps its quality. `ReadingOptions.angles` must define how angles
@@ -35,7 +33,7 @@ from __future__ import annotations
 
 import csv
 import re
-from types import MappingProxyType
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -43,12 +41,18 @@ import numpy as np
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, side
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, span
+from fpmatch.formats.record import (
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+)
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -59,38 +63,27 @@ CONVENTION: Final = (
     "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
 )
 COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
-KINDS: Final = {kind.name.lower(): kind for kind in MinutiaKind}
+PLAIN_COLUMNS: Final = ["x", "y", "theta", "type", "quality"]
+OWN_NAMES: Final = dict(zip(PLAIN_COLUMNS, COLUMNS, strict=True))
+NUMBER_NAMES: Final = {"x": "x", "y": "y", "theta": "angle", "quality": "quality"}
 BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
-PLAIN_COLUMNS: Final = ("x", "y", "theta", "type", "quality")
-TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
-DELIMITERS: Final = (",", ";", "\t", " ")
-HEADER_BYTES: Final = 1000  # of the first line
-LONGEST_HEADER: Final = 10_000
-_WORDS: Final = {  # of other programs
-    MinutiaKind.OTHER: "unknown undefined none crossover crossing trifurcation",
-    MinutiaKind.ENDING: "t end term termination terminal rig ridge_ending ridge_end line_ending",
-    MinutiaKind.BIFURCATION: "3 bif fork ridge_bifurcation line_bifurcation",  # 3: crossing number
+LONGEST_HEADER: Final = 1000
+_WORDS: Final = {  # of fpmatch and of other programs; 3 is a crossing number
+    MinutiaKind.OTHER: ("u", "0", "other", "unknown", "none", "crossover"),
+    MinutiaKind.ENDING: ("e", "1", "ending", "end", "termination", "ridge_ending"),
+    MinutiaKind.BIFURCATION: ("b", "2", "3", "bifurcation", "bif", "fork", "ridge_bifurcation"),
 }
-_KNOWN_TYPES: Final = {
-    **TYPES,
-    **KINDS,
-    **{str(kind.value): kind for kind in MinutiaKind},
-    **{word: kind for kind, words in _WORDS.items() for word in words.split()},
-}
+_KINDS: Final = {word: kind for kind, words in _WORDS.items() for word in words}
 _ANGLE: Final = re.compile(
-    r"(?P<name>theta|θ|angle|direction|dir|orientation|ori|phi)"
-    r"[ _.(\[-]*(?P<unit>deg|rad|°)?(rees?|ians?)?[)\]]?"
+    r"(theta|angle|direction|orientation)[ _(\[]*(?P<unit>deg|rad)?(rees?|ians?)?[)\]]?"
 )
-_UNITS: Final = {"deg": "deg", "°": "deg", "rad": "rad"}
 _NAMES: Final = {
     "theta": _ANGLE,
-    "x": re.compile(r"x|col|column|(x|pos)_?(px|pos|x|coord)"),
-    "y": re.compile(r"y|row|(y|pos)_?(px|pos|y|coord)"),
-    "type": re.compile(r"type|kind|minutia_?type"),
-    "quality": re.compile(r"quality|qual"),
+    "x": re.compile("x"),
+    "y": re.compile("y"),
+    "type": re.compile("type|kind"),
+    "quality": re.compile("quality"),
 }
-NUMBER_COLUMNS: Final = ("x", "y", "angle", "quality")
-FEWEST_NUMBERS: Final = 3
 _NUMBER: Final = rb"[-+]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][-+]?\d{1,3})?"
 _BETWEEN: Final = rb"([ \t]*[,;\t ][ \t]*)"
 _ROW: Final = re.compile(rb"[ \t]*%b(%b%b){2,3}[ \t]*\r?(\n|$)" % (_NUMBER, _BETWEEN, _NUMBER))
@@ -106,13 +99,6 @@ class _Header(NamedTuple):
     names: list[str]
     given: dict[str, str]  # the name that the file gives to column x, y, theta, type, quality
 
-    def convention(self) -> AngleConvention | None:
-        """Return the convention that the name of the angles implies."""
-        match = _ANGLE.fullmatch(self.given["theta"])
-        if match and match["unit"]:
-            return AngleConvention(_UNITS[match["unit"]])
-        return OWN_DEGREES if self.given["theta"] == "theta" else None
-
 
 def encode(record: TemplateRecord) -> Encoded:
     """Return a record as bytes of fpmatch's own format, and notes on what they cannot hold."""
@@ -121,50 +107,38 @@ def encode(record: TemplateRecord) -> Encoded:
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     frame += " dpi_known=false" * (not template.dpi_known)
     head = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
-    kinds = {kind: name for name, kind in KINDS.items()}
-    return _encoded(head, view, kinds, dropped_notes(view, field=True))
+    lines = [",".join(row) for row in _cells_of(view, ("other", "ending", "bifurcation"))]
+    text = "\n".join([*head, *lines, ""])
+    return Encoded(text.encode(), tuple(dropped_notes(view, field=True)))
 
 
 def encode_plain(record: TemplateRecord) -> Encoded:
     """Return a record as bytes of the plain format, and notes on what they cannot hold."""
     view = record.single()
+    width = len(PLAIN_COLUMNS) - (not view.quality_known)
+    rows = [PLAIN_COLUMNS, *_cells_of(view, "UEB")]
+    text = "".join(",".join(row[:width]) + "\n" for row in rows)
     notes = ["size and resolution dropped", *dropped_notes(view, field=True)]
-    letters = {kind: letter.upper() for letter, kind in TYPES.items()}
-    head = [",".join(PLAIN_COLUMNS if view.quality_known else PLAIN_COLUMNS[:-1])]
-    return _encoded(head, view, letters, notes, with_quality=view.quality_known)
+    return Encoded(text.encode(), tuple(notes))
 
 
-def _encoded(
-    lines: list[str],
-    view: View,
-    kinds: Mapping[MinutiaKind, str],
-    notes: list[str],
-    *,
-    with_quality: bool = True,
-) -> Encoded:
-    """Return the lines of a header, the lines of the minutiae of a view, and notes."""
+def _cells_of(view: View, kinds: Sequence[str]) -> Iterator[list[str]]:
+    """Yield the cells of each minutia of a view, its kind by the names of `kinds`."""
     m = view.template.minutiae
     degrees = np.degrees(m.angle.astype(np.float64))
     for *place, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):
-        cells = [*(f"{float(value):.{DIGITS}g}" for value in place), kinds[MinutiaKind(kind)]]
-        lines.append(",".join([*cells, str(quality)] if with_quality else cells))
-    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
+        yield [*(f"{float(value):.{DIGITS}g}" for value in place), kinds[kind], str(quality)]
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file of fpmatch's own format, or raise TemplateError."""
     lines = _text_lines(data)
     frame = _frame(lines[0] if lines else "")
-    rows = (
-        (number, _cells(number, line))
-        for number, line in enumerate(lines, start=1)
-        if line.strip() and not line.startswith("#")
-    )
-    number, header = next(rows, (len(lines), []))
+    rows = _rows(lines, ",")
+    place, header = next(rows, (f"line {len(lines)}", []))
     if header != COLUMNS:
-        raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
-    options.limits.check_size(frame["width"], frame["height"])
-    x, y, degrees, kind, quality = _read_table(rows, header, COLUMNS, KINDS, options)
+        raise TemplateError(f"{place}: expected the columns {','.join(COLUMNS)}")
+    x, y, degrees, kind, quality = _read_rows(rows, COLUMNS, OWN_NAMES)
     minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)
     return TemplateRecord(CODEC.name, (View(Template(minutiae, **frame)),))
 
@@ -173,51 +147,44 @@ def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the minutiae in a table with a header, or raise TemplateError."""
     lines = _text_lines(data)
     header = _find_header(lines)
-    if header is None:
-        raise TemplateError(f"line 1: expected the columns {','.join(PLAIN_COLUMNS)}, each once")
-    shown = ", ".join(header.names)
-    if "theta" not in header.given:
+    if header is None or "theta" not in header.given:
         raise TemplateError(
-            f"line {header.line}: found the columns {shown}; minutiae also need one of angles, "
+            f"line {header.line if header else 1}: expected the columns x, y and one of angles, "
             "theta, angle, direction or orientation"
         )
-    convention = options.angles or header.convention()
+    name = header.given["theta"]
+    match = _ANGLE.fullmatch(name)
+    unit = match["unit"] if match else None
+    stated = AngleConvention(unit) if unit else OWN_DEGREES if name == "theta" else None
+    convention = options.angles or stated
     if convention is None:
-        raise TemplateError(f"line {header.line}: columns {shown}: {UNKNOWN}")
-    rows = (
-        (number, _cells(number, line, header.delimiter))
-        for number, line in enumerate(lines[header.line :], start=header.line + 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    )
-    columns = [header.given.get(name, name) for name in PLAIN_COLUMNS]
-    absent = {columns[3]: "u", columns[4]: "100"}
-    table = _read_table(rows, header.names, columns, _KNOWN_TYPES, options, absent)
-    notes = range_notes(table[2], convention)
-    if options.angles is None and header.given["theta"] != "theta":
-        notes.append(f"angles taken for {convention} (--angles sets it)")
-    view = _table_view(table, convention, options, quality_known="quality" in header.given)
-    return TemplateRecord(PLAIN_CODEC.name, (view,), tuple(notes))
+        raise TemplateError(f"line {header.line}: columns {', '.join(header.names)}: {UNKNOWN}")
+    rows = _rows(lines, header.delimiter, header.line)
+    table = _read_rows(rows, header.names, header.given)
+    graded = "quality" in header.given
+    record = _record(PLAIN_CODEC.name, table, convention, options, graded=graded)
+    if options.angles is not None or name == "theta":
+        return record
+    assumed = f"angles taken for {convention} (--angles sets it)"
+    return TemplateRecord(record.format, record.views, (*record.notes, assumed))
 
 
 def decode_text(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the minutiae in a text of numbers, or raise TemplateError."""
-    table: list[list[float]] = []
-    for number, line in enumerate(_text_lines(data), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        options.limits.check_minutiae(len(table) + 1)
-        cells = _SEPARATOR.split(line.strip())
-        if not FEWEST_NUMBERS <= len(cells) <= len(NUMBER_COLUMNS):
-            raise TemplateError(f"line {number}: expected x, y, angle and perhaps quality")
-        if table and len(cells) != len(table[0]):
-            raise TemplateError(
-                f"line {number}: expected {len(table[0])} values, found {len(cells)}"
-            )
-        named = zip(cells, NUMBER_COLUMNS, strict=False)
-        table.append([_parse_number(text, number, column) for text, column in named])
-    if not table:
+    table, graded = read_numbers(data)
+    return _record(TEXT_CODEC.name, table, options.angles, options, graded=graded)
+
+
+def read_numbers(data: bytes) -> tuple[NDArray[np.float64], bool]:
+    """Return the columns x, y, angle, kind and quality of a text, and whether it has the last.
+
+    They have shape (5, N). Raises TemplateError for any other text.
+    """
+    rows = _rows(_text_lines(data))
+    first = next(rows, None)
+    if first is None:
         raise TemplateError("no minutiae, only blank lines and comments")
-    return _number_record(np.array(table), TEXT_CODEC.name, options)
+    return _number_columns(chain([first], rows), len(first[1]))
 
 
 def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -225,46 +192,40 @@ def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if not is_npy(data):
         raise TemplateError("not a .npy file")
     array = decode_npy(data)
-    if not FEWEST_NUMBERS <= array.shape[1] <= len(NUMBER_COLUMNS):
+    check_minutiae(len(array))
+    rows = ((f"row {number}", row) for number, row in enumerate(array.tolist(), start=1))
+    table, graded = _number_columns(rows, array.shape[1])
+    return _record(NPY_CODEC.name, table, options.angles, options, graded=graded)
+
+
+def _number_columns(
+    rows: Iterable[tuple[str, list[Any]]], width: int
+) -> tuple[NDArray[np.float64], bool]:
+    """Return the columns of rows of `width` numbers, as `read_numbers` does."""
+    if not 3 <= width <= len(NUMBER_NAMES):
         raise TemplateError(
-            "expected an array of 3 or 4 columns, x, y, angle and perhaps quality, found "
-            f"{array.shape[1]}"
+            f"expected 3 or 4 columns, x, y, angle and perhaps quality, found {width}"
         )
-    options.limits.check_minutiae(len(array))
-    return _number_record(array, NPY_CODEC.name, options)
+    given = dict(list(NUMBER_NAMES.items())[:width])
+    return _read_rows(rows, list(given.values()), given), "quality" in given
 
 
-def _number_record(
-    array: NDArray[np.float64], name: str, options: ReadingOptions
+def _record(
+    name: str,
+    table: NDArray[np.float64],
+    convention: AngleConvention | None,
+    options: ReadingOptions,
+    *,
+    graded: bool,
 ) -> TemplateRecord:
-    """Return a record of the minutiae in an array (N, 3) or (N, 4)."""
-    if options.angles is None:
+    """Return a record of columns x, y, angle, kind and quality without size and resolution."""
+    if convention is None:
         raise TemplateError(UNKNOWN)
-    finite = np.abs(array) <= LARGEST
-    if not finite.all():
-        first, column = np.argwhere(~finite)[0].tolist()
-        raise TemplateError(
-            f"row {first + 1}, column {NUMBER_COLUMNS[column]}: not a finite number"
-        )
-    x, y, angle, *qualities = array.T
-    quality = qualities[0] if qualities else np.full(len(array), 100.0)
-    outside = np.flatnonzero((quality < 0) | (quality > 100))
-    if len(outside):
-        value = quality[outside[0]]
-        raise TemplateError(f"row {outside[0] + 1}, column quality: {value:g} is not in 0..100")
-    table = x, y, angle, np.zeros(len(array)), quality  # of kind other
-    view = _table_view(table, options.angles, options, quality_known=bool(qualities))
-    return TemplateRecord(name, (view,), tuple(range_notes(angle, options.angles)))
-
-
-def _table_view(
-    table: Any, convention: AngleConvention, options: ReadingOptions, *, quality_known: bool
-) -> View:
-    """Return the print of columns x, y, angle, kind and quality without size and resolution."""
     x, y, angle, kind, quality = table
     minutiae = x, y, convention.to_radians(angle), kind, quality
-    size = options.size or (side(x), side(y))
-    return View.without_frame(minutiae, size, options, quality_known=quality_known)
+    size = options.size or span(x, y)
+    view = View.without_frame(minutiae, size, options, quality_known=graded)
+    return TemplateRecord(name, (view,), tuple(range_notes(angle, convention)))
 
 
 def _text_lines(data: bytes) -> list[str]:
@@ -275,13 +236,27 @@ def _text_lines(data: bytes) -> list[str]:
         raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
 
 
-def _cells(number: int, line: str, delimiter: str = ",") -> list[str]:
-    """Return the cells of line `number`, stripped."""
+def _rows(
+    lines: list[str], delimiter: str | None = None, start: int = 0
+) -> Iterator[tuple[str, list[str]]]:
+    """Yield the place and the cells of each line after the first `start`, but of comments.
+
+    They are separated by `delimiter`, or else as numbers may be.
+    """
+    for number, line in enumerate(lines[start:], start=start + 1):
+        text = line.strip()
+        if text and not text.startswith("#"):
+            place = f"line {number}"
+            yield place, _cells(place, line, delimiter) if delimiter else _SEPARATOR.split(text)
+
+
+def _cells(place: str, line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, stripped."""
     try:
         reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
         return [cell.strip() for cell in next(reader)]
     except csv.Error as error:
-        raise TemplateError(f"line {number}: {error}") from error
+        raise TemplateError(f"{place}: {error}") from error
 
 
 def _frame(line: str) -> dict[str, Any]:
@@ -303,71 +278,69 @@ def _find_header(lines: list[str]) -> _Header | None:
     if number is None or len(lines[number - 1]) > LONGEST_HEADER:
         return None
     line = lines[number - 1].strip().lstrip("# ")
-    for delimiter in DELIMITERS:
-        names = [name.lower() for name in _cells(number, line, delimiter)]
-        while names and not names[-1]:
-            names.pop()
-        meanings = [(_meaning(name), name) for name in names]
-        known = [meaning for meaning, _ in meanings if meaning]
-        if {"x", "y"} <= set(known):
-            if len(set(names)) < len(names) or len(set(known)) < len(known):
-                raise TemplateError(f"line {number}: a column is there twice: {', '.join(names)}")
-            return _Header(number, delimiter, names, dict(pair for pair in meanings if pair[0]))
-    return None
+    delimiter = next((sign for sign in ",;\t" if sign in line), " ")
+    names = [name.lower() for name in _cells(f"line {number}", line, delimiter)]
+    meanings = [
+        (column, name)
+        for name in names
+        for column, known in _NAMES.items()
+        if known.fullmatch(name)
+    ]
+    given = dict(meanings)
+    if not {"x", "y"} <= given.keys():
+        return None
+    if len(set(names)) < len(names) or len(given) < len(meanings):
+        raise TemplateError(f"line {number}: a column is there twice: {', '.join(names)}")
+    return _Header(number, delimiter, names, given)
 
 
-def _meaning(name: str) -> str:
-    """Return which of the five columns a name means, or nothing."""
-    return next((column for column, names in _NAMES.items() if names.fullmatch(name)), "")
+def _read_rows(
+    rows: Iterable[tuple[str, list[Any]]],
+    names: list[str],
+    given: Mapping[str, str],
+) -> NDArray[np.float64]:
+    """Return columns x, y, angle, kind and quality, shape (5, N), of rows with their places.
 
-
-def _read_table(
-    rows: Iterable[tuple[int, list[str]]],
-    header: list[str],
-    columns: Sequence[str],
-    kinds: Mapping[str, int],
-    options: ReadingOptions,
-    absent: Mapping[str, str] = MappingProxyType({}),
-) -> Any:
-    """Return the numbers in `columns`, shape (5, N), of rows given by number and cells.
-
-    The columns are x, y, angle, kind and quality by the names of the file, which are also those of
-    `header`; `absent` has the values of those that may be missing.
+    `names` are those of all columns in the file, `given` those of the known ones; type and quality
+    may be missing.
     """
     table: list[list[float]] = []
-    for number, cells in rows:
-        options.limits.check_minutiae(len(table) + 1)
-        if len(cells) != len(header):
-            raise TemplateError(f"line {number}: expected {len(header)} values, found {len(cells)}")
-        row = {**absent, **dict(zip(header, cells, strict=True))}
-        kind = row[columns[3]]
-        word = re.sub(r"[ -]", "_", kind.lower())
-        if word not in kinds:
-            raise TemplateError(
-                f"line {number}: unknown {columns[3]} of minutia {kind!r} (known: "
-                f"{', '.join(kinds)})"
-            )
-        x, y, angle, quality = (
-            _parse_number(row[name], number, name) for name in (*columns[:3], columns[4])
-        )
-        if not 0 <= quality <= 100:
-            raise TemplateError(f"line {number}, column {columns[4]}: {quality:g} is not in 0..100")
-        table.append([x, y, angle, kinds[word], quality])
-    return np.array(table, dtype=np.float64).reshape(-1, len(columns)).T
+    for place, cells in rows:
+        check_minutiae(len(table) + 1)
+        if len(cells) != len(names):
+            raise TemplateError(f"{place}: expected {len(names)} values, found {len(cells)}")
+        row = dict(zip(names, cells, strict=True))
+        x, y, angle = (_number(row[given[c]], place, given[c]) for c in PLAIN_COLUMNS[:3])
+        kind, quality = MinutiaKind.OTHER, 100.0
+        if "type" in given:
+            word = row[given["type"]]
+            try:
+                kind = _KINDS[re.sub(r"[ -]", "_", word.lower())]
+            except KeyError:
+                raise TemplateError(
+                    f"{place}: unknown {given['type']} of minutia {word!r} (known: other, ending, "
+                    "bifurcation)"
+                ) from None
+        if "quality" in given:
+            quality = _number(row["quality"], place, "quality")
+            if not 0 <= quality <= 100:
+                raise TemplateError(f"{place}, column quality: {quality:g} is not in 0..100")
+        table.append([x, y, angle, kind, quality])
+    return np.array(table, dtype=np.float64).reshape(-1, 5).T
 
 
-def _parse_number(text: str, line: int, column: str) -> float:
+def _number(value: Any, place: str, column: str) -> float:
     """Return a finite number that float32 can hold; raises TemplateError that names its place."""
     try:
-        value = float(text)
+        number = float(value)
     except ValueError as error:
-        shown = repr(text) if text else "nothing"
+        shown = repr(value) if value else "nothing"
         raise TemplateError(
-            f"line {line}, column {column}: expected a number, found {shown}"
+            f"{place}, column {column}: expected a number, found {shown}"
         ) from error
-    if not abs(value) <= LARGEST:
-        raise TemplateError(f"line {line}, column {column}: {value:g} is not finite")
-    return value
+    if not abs(number) <= LARGEST:
+        raise TemplateError(f"{place}, column {column}: {number:g} is not finite")
+    return number
 
 
 def _recognises(data: bytes) -> bool:
@@ -376,7 +349,7 @@ def _recognises(data: bytes) -> bool:
 
 def _recognises_plain(data: bytes) -> bool:
     """Return whether the first line has columns x and y and one of angles."""
-    first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:HEADER_BYTES]
+    first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:LONGEST_HEADER]
     try:
         header = _find_header(first.decode("utf-8", "replace").splitlines()[:1])
         return header is not None and "theta" in header.given

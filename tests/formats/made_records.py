@@ -13,12 +13,10 @@ from fpmatch.templates.minutiae import Minutiae, Template
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN = [codec.name for codec in CODECS if codec.encode]
-FMR = ["iso2005", "iso2011", "ansi2004", "ansi2009"]
+FMR = ["iso2005", "ansi2004"]
 ANGLE_STEP_DEG = {
-    **dict.fromkeys(["iso2005", "iso2011"], 360 / 256),
-    **dict.fromkeys(["ansi2004", "ansi2009", "xyt-m1"], 2.0),
-    **dict.fromkeys(["csv", "minutiae-csv"], 1e-4),
-    **{"xyt": 1.0, "json": 0.0},
+    **{"iso2005": 360 / 256, "ansi2004": 2.0, "xyt": 1.0, "xyt-m1": 2.0},
+    **{"csv": 1e-4, "minutiae-csv": 1e-4, "json": 0.0},
 }
 
 
@@ -54,10 +52,10 @@ def records(draw, views=1, fewest=0):
     """Return a record of as many views as `views` at most, of one frame."""
     first = draw(templates(fewest=fewest))
     others = draw(st.lists(templates(), max_size=views - 1))
-    found = []
+    drawn = []
     for template in [first, *others]:
         inside = (template.minutiae.x < first.width) & (template.minutiae.y < first.height)
-        found.append(
+        drawn.append(
             View(
                 replace(first, minutiae=template.minutiae.take(inside)),
                 finger=draw(st.integers(0, 10)),
@@ -66,16 +64,11 @@ def records(draw, views=1, fewest=0):
                 quality_known=draw(st.booleans()),
             )
         )
-    return TemplateRecord("", tuple(found))
-
-
-def encoded(name, record):
-    encode = codec_of_name(name).encode
-    return encode(record)
+    return TemplateRecord("", tuple(drawn))
 
 
 def written(name, record):
-    return encoded(name, record).data
+    return codec_of_name(name).encode(record).data
 
 
 def record_of(*templates):
@@ -108,10 +101,29 @@ def sample_record(count=20):
     return TemplateRecord("", (view,))
 
 
+# Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
+# degrees, quality 77.
+BY_HAND = {
+    name: bytes.fromhex(text)
+    for name, text in {
+        "iso2005": "464d5200 20323000 00000024 0000 012c 0190 00c5 00c5 01 00"
+        "02 00 50 01 8064 0032 40 4d 0000",
+        "ansi2004": "464d5200 20323000 0026 0000 0000 0000 012c 0190 00c5 00c5 01 00"
+        "02 00 50 01 8064 0032 2d 4d 0000",
+        "ansi2009": "464d5200 30333000 0000002e 0000 0000 00 0000 01 00"
+        "02 00 00 50 0000 0000 012c 0190 00c5 00c5 01 8064 0032 2d 4d 0000",
+        "iso2011": "464d5200 30333000 0000003c 0001 00"
+        "0000002d ffffffffffffffffff 00 0000 0000 01 50 0000 0000"
+        "02 00 00c5 00c5 00 012c 0190 60 01 8064 0032 40 4d 0000",
+    }.items()
+}
+
+
 def sample_files():
-    """Return a file of every format that can be written, by name, and one of AN2."""
+    """Return a file of every format that defines its angles, by name."""
     record = sample_record()
-    return {name: written(name, record) for name in WRITTEN} | {"an2": an2_file()}
+    files = {name: written(name, record) for name in WRITTEN}
+    return {**BY_HAND, **files, "an2": an2_file()}
 
 
 def an2_file(

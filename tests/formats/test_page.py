@@ -6,12 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from made_records import read, record_of, sample_record, written
 
 from fpmatch.errors import FpmatchError
-from fpmatch.formats.record import ReadLimits
+from fpmatch.formats.record import MAX_MINUTIAE
 from fpmatch.formats.registry import CODECS, codec_of_name
+from fpmatch.templates.bounds import MOST_SIDE_PX
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
+from tests.formats.made_records import read, record_of, sample_record, written
 
 DOCS = Path(__file__).parents[2] / "docs" / "reference"
 PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
@@ -43,11 +44,11 @@ def test_the_schema_has_the_members_that_are_written(template):
 
 
 def test_the_schema_has_the_limits_of_the_reader():
-    properties, limits = SCHEMA["properties"], ReadLimits()
-    assert properties["width"]["maximum"] == properties["height"]["maximum"] == limits.max_side_px
+    properties = SCHEMA["properties"]
+    assert properties["width"]["maximum"] == properties["height"]["maximum"] == MOST_SIDE_PX
     assert (properties["dpi"]["minimum"], properties["dpi"]["maximum"]) == (MIN_DPI, MAX_DPI)
     for column in properties["minutiae"]["properties"].values():
-        assert column["maxItems"] == limits.max_minutiae
+        assert column["maxItems"] == MAX_MINUTIAE
 
 
 @pytest.mark.parametrize("member", SCHEMA["required"])

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from made_records import FORMATS, turn_deg
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.files import load_record, load_template
 from fpmatch.image.extract import extract
 from fpmatch.matching.verify import verify
+from tests.formats.made_records import FORMATS, turn_deg
 
 pytestmark = pytest.mark.skipif(not FORMATS.is_dir(), reason="no files of other software here")
 

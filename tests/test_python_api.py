@@ -106,17 +106,6 @@ def test_texts_are_short(template, result):
     assert len(repr(result)) < 300
 
 
-@pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_minutiae_become_data_frames(library, template):
-    pytest.importorskip(library, reason=f"{library} is not installed")
-    frame = template.minutiae.to_dataframe(library)
-    assert type(frame).__module__.split(".")[0] == library
-    assert list(frame.columns) == ["x", "y", "angle", "kind", "quality"]
-    assert frame["x"].to_numpy().tolist() == template.minutiae.x.tolist()
-    with pytest.raises(ImportError, match="no_such_library"):
-        template.minutiae.to_dataframe("no_such_library")
-
-
 def test_notebooks_show_templates_and_results(template, result):
     drawn = template._repr_html_()
     assert drawn.count("<circle") == len(template)
@@ -126,9 +115,6 @@ def test_notebooks_show_templates_and_results(template, result):
     assert result.overlay(side_by_side=True)._repr_png_().startswith(b"\x89PNG")
     templates = fpmatch.verify(result.probe, result.reference)
     assert templates._repr_png_().startswith(b"\x89PNG")
-    table = template.minutiae._repr_html_()
-    assert (table.count("<tr>"), table[-1]) == (11, "…")  # the first ten, and a head
-    assert f"<td>{template[0].x:.1f}</td>" in table
 
 
 MOST_LETTERS = 300

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
     from fpmatch.templates.minutiae import Minutiae, Template
-
-LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,18 +27,16 @@ import numpy as np
 
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
+from fpmatch.formats.codec import Codec, dropped_notes
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View, check_minutiae
 from fpmatch.templates.bounds import check_cells
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import COLUMNS, LARGEST, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORMAT: Final = "fpmatch-template"
 VERSION: Final = 2
-COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 
 
 def encode(record: TemplateRecord) -> Encoded:

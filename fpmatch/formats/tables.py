@@ -41,7 +41,7 @@ import numpy as np
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
 from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, span
+from fpmatch.formats.codec import Codec, dropped_notes, span
 from fpmatch.formats.record import (
     Encoded,
     ReadingOptions,
@@ -49,7 +49,7 @@ from fpmatch.formats.record import (
     View,
     check_minutiae,
 )
-from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
+from fpmatch.templates.minutiae import LARGEST, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

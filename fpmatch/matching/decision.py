@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher, Side
-    from fpmatch.templates.minutiae import Template
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import RidgeField, Template
 
 NO_RIDGES: Final = "no ridges"
 NO_FINGER: Final = "no finger"

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from fpmatch.templates.separate_prints import count_loops, count_prints
 
 

@@ -28,12 +28,12 @@ import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, ImageReadError, TemplateError
-from fpmatch.formats.codec import LARGEST, span
+from fpmatch.formats.codec import span
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View, check_minutiae, check_views
 from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
 from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import MM_PER_INCH, Minutiae, MinutiaKind, Template
+from fpmatch.templates.minutiae import LARGEST, MM_PER_INCH, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable

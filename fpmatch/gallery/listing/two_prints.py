@@ -19,8 +19,7 @@ from fpmatch.templates.separate_prints import coarse, count_loops, count_prints,
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.minutiae import Minutiae, Template
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
     Floats = NDArray[np.float64]
 

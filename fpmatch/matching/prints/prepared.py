@@ -164,7 +164,7 @@ def qualities(
 
     Print k has the minutiae from ``start[k]`` up to the next. Where a print gives none, which is
     all 100 or all 0, they are the usual one, and so they are where a few minutiae have nearly all
-    of the quality (`plausibility.evenness`): no extraction gives such qualities, by which most
+    of the quality (`plausibility.why_no_finger`): no extraction gives such qualities, by which most
     minutiae would count for nothing where they have no partner.
     """
     scaled = quality / 100.0

@@ -20,8 +20,7 @@ from fpmatch.image.io.grey import ImageLimits
 from fpmatch.image.io.read import decode_image, read_image
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.verify import verify
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.fuzzing.damage import with_right_length, with_right_sums
 from research.fuzzing.good_images import IMAGE_KINDS, RAW_SIZES, an2_text, image_files
 from research.fuzzing.target import SAMPLES, Read, Reader, Target

@@ -9,7 +9,7 @@ from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.prints.neighbourhood import neighbourhoods
 from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, qualities, root_weight_codes, rounded
 from fpmatch.matching.prints.print_area import orientation_codes
-from fpmatch.templates.plausibility import least_evenness
+from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
 
 
 def test_every_orientation_has_a_code_and_comes_back_from_it():
@@ -56,7 +56,7 @@ def test_qualities_that_few_minutiae_have_are_the_usual_one(seed):
     def expected_of(part):
         squares = part.astype(float) ** 2
         given_ = part.any() and not (part == 100).all()
-        least = least_evenness(len(part))
+        least = LEAST_EVEN if len(part) >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
         even = given_ and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
         return part / 100 if even else np.full(len(part), 0.7)
 

@@ -23,8 +23,7 @@ from fpmatch.printable import count
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -143,10 +142,10 @@ def _template(
     from fpmatch.formats.files import load_record
     from fpmatch.formats.record import ReadingOptions
     from fpmatch.prints.reading import ASSUMED_DPI
-    from fpmatch.templates.minutiae import check_dpi
+    from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
     sides = None if size is None else (size.width, size.height)
-    options = ReadingOptions(None if dpi is None else check_dpi(dpi), sides, angles)
+    options = ReadingOptions(STANDARD_DPI if dpi is None else check_dpi(dpi), sides, angles)
     record = load_record(path, file_format=file_format, options=options)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)

@@ -22,8 +22,8 @@ import numpy as np
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.base.plugins import FMR_SIGNATURE
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec, fit_minutiae, span, whole_steps
 from fpmatch.formats.record import (
+    Codec,
     Encoded,
     ExtendedData,
     ReadingOptions,
@@ -31,6 +31,9 @@ from fpmatch.formats.record import (
     View,
     check_minutiae,
     check_views,
+    fit_minutiae,
+    span,
+    whole_steps,
 )
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import (
@@ -57,9 +60,7 @@ ANSI_STEPS: Final = 180
 MISMATCH: Final = 0.01  # of horizontal and vertical resolution, attributed to rounding
 MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255
-ISO_HEADER_BYTES: Final = 24
 ANSI_HEADER_BYTES: Final = 26
-VIEW_BYTES: Final = 4  # before the minutiae
 VERSION: Final = b" 20\x00"
 ANSI_VERSIONS: Final = (VERSION, b"020\x00")  # the second in early files only
 Frame = tuple[int, int, int, int]
@@ -145,7 +146,7 @@ class RecordReader(ByteReader):
         extended = self._extended()
         width, height, per_cm_x, per_cm_y = frame
         size_known, dpi_known = min(width, height) > 0, min(per_cm_x, per_cm_y) > 0
-        dpi = dpi_of(per_cm_x, per_cm_y) if dpi_known else self.options.assumed_dpi
+        dpi = dpi_of(per_cm_x, per_cm_y) if dpi_known else self.options.dpi
         if not size_known:
             width, height = self.options.size or span(minutiae.x, minutiae.y)
         return View(
@@ -200,21 +201,6 @@ def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
     return dpi_of_per_cm(per_cm_x)
 
 
-def fills(data: bytes, header: int, view: int) -> bool:
-    """Return whether views of minutiae fill `data`, perhaps but for zeros at the end.
-
-    Before them is a `header` of as many bytes, the number of views last but one; a `view` has as
-    many bytes before its minutiae of six, their number last.
-    """
-    at, views = header, data[header - 2] if header <= len(data) else 0
-    for _ in range(views):
-        if at + view > len(data):
-            return False
-        at += view + 6 * data[at + view - 1]
-        at += 2 + int.from_bytes(data[at : at + 2], "big")  # extended data
-    return views > 0 and at <= len(data) + 2 and not data[at:].strip(b"\x00")
-
-
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in an ISO record, or raise TemplateError."""
     reader = RecordReader(data, options, ISO, VERSION)
@@ -235,9 +221,7 @@ def _decode_views(reader: RecordReader, declared: int) -> TemplateRecord:
 
     def view() -> View:
         finger, both, quality = reader.numbers("3B")
-        number, impression = divmod(both, 16)
-        about = {"finger": finger, "number": number, "impression": impression}
-        return reader.view(tuple(frame), quality=quality, **about)
+        return reader.view(tuple(frame), quality=quality, finger=finger, impression=both % 16)
 
     return reader.record(declared, views, view)
 
@@ -287,9 +271,6 @@ def _encode_view(view: View, number: int, layout: Layout, notes: list[str]) -> b
     if not 0 <= impression < 16:
         notes.append(f"impression type {impression} written as 0, live plain")
         impression = 0
-    if number > 15:
-        notes.append(f"view number {number} written as 15")
-        number = 15
     quality = view.quality
     if quality is None:  # the mean of its minutiae
         quality = round(float(template.minutiae.quality.mean())) if len(template) else 0
@@ -312,36 +293,24 @@ def _encode_view(view: View, number: int, layout: Layout, notes: list[str]) -> b
         else:
             extended = view.extended.data
     _check_fits(len(extended), 16, "extended data")
-    head = bytes([view.finger & 0xFF, number << 4 | impression, quality, len(rows)])
+    head = bytes([view.finger & 0xFF, min(number, 15) << 4 | impression, quality, len(rows)])
     return head + rows.tobytes() + len(extended).to_bytes(2, "big") + extended
 
 
-def _is_ansi(data: bytes) -> bool:
-    """Distinguish ANSI from ISO records, which begin alike, by the layout that fills `data`.
+def _recognises(versions: tuple[bytes, ...], is_ansi: bool, data: bytes) -> bool:
+    """Distinguish ANSI from ISO records, which begin alike, by the length.
 
-    Where both or neither do, as in the beginning of a file, the length decides. ISO's has four
-    bytes, ANSI's two, and is 26 at least.
+    ISO's has four bytes, ANSI's two, and is 26 at least.
     """
-    iso = fills(data, ISO_HEADER_BYTES, VIEW_BYTES)
-    ansi = fills(data, ANSI_HEADER_BYTES, VIEW_BYTES)
-    if iso != ansi:
-        return ansi
-    return int.from_bytes(data[8:10], "big") >= ANSI_HEADER_BYTES
-
-
-def _recognises_iso(data: bytes) -> bool:
-    return data.startswith(FMR_SIGNATURE + VERSION) and not _is_ansi(data)
-
-
-def _recognises_ansi(data: bytes) -> bool:
-    return data[:4] == FMR_SIGNATURE and data[4:8] in ANSI_VERSIONS and _is_ansi(data)
+    known = data[:4] == FMR_SIGNATURE and data[4:8] in versions
+    return known and (int.from_bytes(data[8:10], "big") >= ANSI_HEADER_BYTES) is is_ansi
 
 
 ISO_CODEC: Final = Codec(
     ISO.name,
     "ISO/IEC 19794-2:2005",
     (".iso", ".ist", ".fmr"),
-    _recognises_iso,
+    partial(_recognises, (VERSION,), False),
     decode_iso,
     partial(encode, layout=ISO),
 )
@@ -349,7 +318,7 @@ ANSI_CODEC: Final = Codec(
     ANSI.name,
     "ANSI/INCITS 378-2004",
     (".ansi", ".ansi2004"),
-    _recognises_ansi,
+    partial(_recognises, ANSI_VERSIONS, True),
     decode_ansi,
     partial(encode, layout=ANSI),
 )

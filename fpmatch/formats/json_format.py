@@ -27,8 +27,15 @@ import numpy as np
 
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec, dropped_notes
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View, check_minutiae
+from fpmatch.formats.record import (
+    Codec,
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+    dropped_notes,
+)
 from fpmatch.templates.bounds import check_cells
 from fpmatch.templates.minutiae import COLUMNS, LARGEST, Minutiae, RidgeField, Template
 

@@ -19,8 +19,7 @@ from fpmatch.base.plugins import (
 )
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import fmr, json_format, tables, xyt
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Encoded, TemplateRecord
+from fpmatch.formats.record import Codec, Encoded, TemplateRecord
 
 if TYPE_CHECKING:
     import os

@@ -40,14 +40,19 @@ import numpy as np
 
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
-from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
-from fpmatch.formats.codec import Codec, dropped_notes, span
 from fpmatch.formats.record import (
+    OWN_DEGREES,
+    UNKNOWN,
+    AngleConvention,
+    Codec,
     Encoded,
     ReadingOptions,
     TemplateRecord,
     View,
     check_minutiae,
+    dropped_notes,
+    range_notes,
+    span,
 )
 from fpmatch.templates.minutiae import LARGEST, Minutiae, MinutiaKind, Template
 

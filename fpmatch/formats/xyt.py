@@ -23,8 +23,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec, dropped_notes, fit_minutiae, span, whole_steps
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.record import (
+    Codec,
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    dropped_notes,
+    fit_minutiae,
+    span,
+    whole_steps,
+)
 from fpmatch.formats.tables import read_numbers
 
 if TYPE_CHECKING:

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 
 from fpmatch import verify
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.files import decode_record, load_template
-from fpmatch.formats.record import MAX_BYTES, MAX_MINUTIAE, ReadingOptions
+from fpmatch.formats.record import MAX_BYTES, MAX_MINUTIAE, AngleConvention, ReadingOptions
 from fpmatch.formats.registry import CODECS
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.prints.reading import GivenPrint, PrintReader, decode_print

@@ -95,8 +95,8 @@ def test_what_does_not_fit_is_dropped_with_a_note(name):
     assert encode(record_of(outside)).notes == ("2 minutiae outside the print dropped",)
     view = sample_record().views[0]
     odd = encode(TemplateRecord("", (replace(view, impression=24),) * 17))
-    assert odd.notes[0] == "impression type 24 written as 0, live plain"
-    assert odd.notes[-1] == "view number 16 written as 15"
+    assert set(odd.notes) == {"impression type 24 written as 0, live plain"}
+    assert len(read(odd.data).views) == 17
     ungraded = read(encode(TemplateRecord("", (replace(view, quality=None),))).data).views[0]
     assert ungraded.quality == round(view.template.minutiae.quality.mean())
 

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 from fpmatch.base.npy import decode_npy
 from fpmatch.errors import TemplateError
-from fpmatch.formats.angles import AngleConvention
 from fpmatch.formats.files import decode_record
-from fpmatch.formats.record import ReadingOptions
+from fpmatch.formats.record import AngleConvention, ReadingOptions
 from fpmatch.formats.registry import recognise
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae
 from tests.formats.made_records import columns, sample_record, written

@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec
 from fpmatch.formats.record import (
+    Codec,
     Encoded,
     ReadingOptions,
     TemplateRecord,

@@ -28,8 +28,14 @@ import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, ImageReadError, TemplateError
-from fpmatch.formats.codec import span
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View, check_minutiae, check_views
+from fpmatch.formats.record import (
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+    check_views,
+    span,
+)
 from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
 from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
 from fpmatch.printable import count
@@ -265,7 +271,7 @@ def _view(
 ) -> View:
     """Return the minutiae in the block of a field, in a frame whose parts may be unknown."""
     block = _BLOCKS[number]
-    dpi = known_dpi or options.assumed_dpi
+    dpi = known_dpi or options.dpi
     scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
     check_minutiae(fields[number].count(RS) + 1)
     try:

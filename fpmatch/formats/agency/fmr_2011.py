@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.formats.fmr import ANSI_STEPS, ISO_STEPS, Layout, RecordReader, fills
+from fpmatch.formats.fmr import ANSI_STEPS, ISO_STEPS, Layout, RecordReader
 
 if TYPE_CHECKING:
     from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 VERSION: Final = b"030\x00"
 AMENDED: Final = b"035\x00"
 ISO_HEADER_BYTES: Final = 15
-ANSI_HEADER_BYTES: Final = 21
-ANSI_VIEW_BYTES: Final = 17  # before the minutiae
 FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
 QUALITY_BLOCK_BYTES: Final = 5
 CERTIFICATE_BYTES: Final = 3
@@ -29,21 +27,21 @@ ISO: Final = Layout("iso2011", ISO_STEPS, is_older=False)
 ANSI: Final = Layout("ansi2009", ANSI_STEPS, is_older=False)
 
 
-def is_ansi(data: bytes) -> bool:
-    """Distinguish ANSI/INCITS 378-2009 from ISO/IEC 19794-2:2011, which begin alike.
-
-    The layout of the former fills `data`, or the first view would be shorter than any of the
-    latter, or longer than the record.
-    """
-    if data[4:8] == AMENDED or fills(data, ANSI_HEADER_BYTES, ANSI_VIEW_BYTES):
-        return True
-    declared, length = (int.from_bytes(data[at : at + 4], "big") for at in (8, ISO_HEADER_BYTES))
-    return not FEWEST_VIEW_BYTES <= length <= declared - ISO_HEADER_BYTES
-
-
 def is_iso(data: bytes) -> bool:
-    """Return whether a record of version 030 is one of ISO."""
-    return not is_ansi(data)
+    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
+
+    The first view of the former states a length, that of the rest of the record if it is the only
+    one, and else no more.
+    """
+    bounds = ((8, 12), (12, 14), (ISO_HEADER_BYTES, ISO_HEADER_BYTES + 4))
+    declared, views, length = (int.from_bytes(data[a:b], "big") for a, b in bounds)
+    rest = declared - ISO_HEADER_BYTES
+    return length == rest if views == 1 else FEWEST_VIEW_BYTES <= length <= rest
+
+
+def is_ansi(data: bytes) -> bool:
+    """Return whether a record is one of ANSI/INCITS 378-2009 or its amendment."""
+    return data[4:8] == AMENDED or not is_iso(data)
 
 
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -59,14 +57,13 @@ def _iso_view(reader: RecordReader, *, certified: bool) -> View:
     qualities = [reader.take(QUALITY_BLOCK_BYTES)[0] for _ in range(reader.number())]
     if certified:
         reader.take(CERTIFICATE_BYTES * reader.number())
-    finger, number, per_cm_x, per_cm_y, impression = reader.numbers("BBHHB")
+    finger, per_cm_x, per_cm_y, impression = reader.numbers("BxHHB")
     width, height, size = reader.numbers("HHB")
     view = reader.view(
         (width, height, per_cm_x, per_cm_y),
         size=size >> 4,
         quality=next((quality for quality in qualities if quality <= 100), None),
         finger=finger,
-        number=number,
         impression=impression,
     )
     if reader.at != start + length:
@@ -80,8 +77,8 @@ def decode_ansi(data: bytes, options: ReadingOptions) -> TemplateRecord:
     declared, views = reader.numbers("I7xBx")
 
     def view() -> View:
-        finger, number, impression, quality = reader.numbers("4B4x")
-        about = {"finger": finger, "number": number, "impression": impression}
-        return reader.view(reader.numbers("4H"), quality=quality, **about)
+        finger, impression, quality = reader.numbers("BxBB4x")
+        frame = reader.numbers("4H")
+        return reader.view(frame, quality=quality, finger=finger, impression=impression)
 
     return reader.record(declared, views, view)

@@ -27,7 +27,7 @@ from research.fuzzing.target import SAMPLES, Read, Reader, Target
 from research.fuzzing.targets.stores import PROBE, templates
 
 if TYPE_CHECKING:
-    from fpmatch.formats.codec import Codec
+    from fpmatch.formats.record import Codec
 
 # Smaller than those of the commands: large images would only be slow.
 IMAGE_LIMITS = ImageLimits(max_side_px=4000, max_megapixels=4.0)

@@ -25,7 +25,6 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.record import (
     Codec,
     Encoded,
-    ExtendedData,
     ReadingOptions,
     TemplateRecord,
     View,
@@ -70,7 +69,7 @@ Frame = tuple[int, int, int, int]
 class Layout(NamedTuple):
     """Differences between the formats of the family.
 
-    `name` is the format to which extended data belong, `angle_steps` the steps of a turn. The older
+    `name` is that of the format, `angle_steps` the steps of a turn. The older
     formats have one frame for all views, and 0 for an unknown quality; since 2009 each view has its
     own frame, and 254 or 255.
     """
@@ -178,18 +177,16 @@ class RecordReader(ByteReader):
         angle: Any = rows["angle"] * (2 * np.pi / self.steps)
         return Minutiae(x, y, angle, kind, quality), known
 
-    def _extended(self) -> ExtendedData | None:
-        """Return the extended data, None if the file ends within them or has no length of them."""
-        if not self.has_extended:
-            return None
-        length = self.number(2)
+    def _extended(self) -> bytes:
+        """Return the extended data, none if the file ends within them or has no length of them."""
+        length = self.number(2) if self.has_extended else 0
         if length > self.left:
             self.notes.append(
                 f"extended data cut short ({self.left} of {length} bytes) and passed over"
             )
             self.take(self.left)
-            return None
-        return ExtendedData(self.layout.name, self.take(length)) if length else None
+            return b""
+        return self.take(length)
 
 
 def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
@@ -242,7 +239,7 @@ def encode(record: TemplateRecord, *, layout: Layout) -> Encoded:
     numbers = Counter[int]()
     body = struct.pack(">4HBx", *frames.pop(), len(record.views))
     for view in record.views:
-        body += _encode_view(view, numbers[view.finger], layout, notes)
+        body += _encode_view(view, numbers[view.finger], layout, record.format, notes)
         numbers[view.finger] += 1
     size, product = (4, bytes(2)) if layout is ISO else (2, bytes(6))
     head = FMR_SIGNATURE + VERSION
@@ -265,8 +262,11 @@ def _check_fits(value: int, bits: int, what: str) -> int:
     return value
 
 
-def _encode_view(view: View, number: int, layout: Layout, notes: list[str]) -> bytes:
-    """Return a view as bytes, its `number` among those of its finger; losses go to `notes`."""
+def _encode_view(view: View, number: int, layout: Layout, source: str, notes: list[str]) -> bytes:
+    """Return a view of a record of format `source` as bytes; losses go to `notes`.
+
+    `number` is its own among those of its finger.
+    """
     template, impression = view.template, view.impression
     if not 0 <= impression < 16:
         notes.append(f"impression type {impression} written as 0, live plain")
@@ -284,14 +284,13 @@ def _encode_view(view: View, number: int, layout: Layout, notes: list[str]) -> b
     rows["angle"] = whole_steps(minutiae.angle, layout.angle_steps)
     if view.quality_known:
         rows["quality"] = np.maximum(minutiae.quality, 1)
-    extended = b""
-    if view.extended is not None and view.extended.data:
-        if view.extended.layout != layout.name:
-            notes.append(f"extended data of {view.extended.layout} dropped")
-        elif len(minutiae) < len(template.minutiae):
-            notes.append("extended data dropped, as they count the minutiae that there were")
-        else:
-            extended = view.extended.data
+    extended = view.extended
+    if extended and source != layout.name:
+        notes.append(f"extended data of {source} dropped")
+        extended = b""
+    elif extended and len(minutiae) < len(template.minutiae):
+        notes.append("extended data dropped, as they count the minutiae that there were")
+        extended = b""
     _check_fits(len(extended), 16, "extended data")
     head = bytes([view.finger & 0xFF, min(number, 15) << 4 | impression, quality, len(rows)])
     return head + rows.tobytes() + len(extended).to_bytes(2, "big") + extended

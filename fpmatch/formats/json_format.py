@@ -61,7 +61,7 @@ def encode(record: TemplateRecord) -> Encoded:
         "ridge_field": None if template.field is None else _encode_field(template.field),
     }
     members = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
-    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(dropped_notes(view)))
+    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(dropped_notes(record)))
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:

@@ -86,14 +86,6 @@ class ReadingOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class ExtendedData:
-    """Blocks of extended data with their headers, kept only in files of the format `layout`."""
-
-    layout: str
-    data: bytes
-
-
-@dataclass(frozen=True, slots=True)
 class View:
     """One print of a template file.
 
@@ -110,8 +102,9 @@ class View:
     size_known, quality_known : bool
         Whether the file contains the size, and the qualities of minutiae. If not, `template` has
         the values of the `ReadingOptions`, and quality 100.
-    extended : ExtendedData or None
-        Ridge counts, cores, deltas and vendor data, kept but not interpreted.
+    extended : bytes
+        Blocks of ridge counts, cores, deltas and vendor data with their headers, not interpreted;
+        only files of the same format keep them.
     fields : tuple of (str, str)
         Name and text of further information in the file.
     """
@@ -122,7 +115,7 @@ class View:
     quality: int | None = None
     size_known: bool = True
     quality_known: bool = True
-    extended: ExtendedData | None = None
+    extended: bytes = b""
     fields: tuple[tuple[str, str], ...] = ()
 
     @property
@@ -247,12 +240,11 @@ def range_notes(values: NDArray[np.float64], convention: AngleConvention) -> lis
     return []
 
 
-def dropped_notes(view: View, *, field: bool = False) -> list[str]:
+def dropped_notes(record: TemplateRecord, *, field: bool = False) -> list[str]:
     """Return notes on dropped extended data and, if `field`, a dropped ridge field."""
+    view = record.single()
     notes = ["the ridge field dropped"] if field and view.template.field is not None else []
-    if view.extended is not None:
-        notes.append(f"extended data of {view.extended.layout} dropped")
-    return notes
+    return notes + [f"extended data of {record.format} dropped"] * bool(view.extended)
 
 
 def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:

@@ -54,10 +54,10 @@ from fpmatch.formats.record import (
     range_notes,
     span,
 )
-from fpmatch.templates.minutiae import LARGEST, Minutiae, MinutiaKind, Template
+from fpmatch.templates.minutiae import COLUMNS, LARGEST, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -67,10 +67,9 @@ VERSION: Final = "1"
 CONVENTION: Final = (
     "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
 )
-COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
-PLAIN_COLUMNS: Final = ["x", "y", "theta", "type", "quality"]
-OWN_NAMES: Final = dict(zip(PLAIN_COLUMNS, COLUMNS, strict=True))
-NUMBER_NAMES: Final = {"x": "x", "y": "y", "theta": "angle", "quality": "quality"}
+OWN_HEADER: Final = ["x", "y", "angle_deg", "kind", "quality"]
+PLAIN_HEADER: Final = ["x", "y", "theta", "type", "quality"]
+NUMBERS: Final = ["x", "y", "angle", "quality"]
 BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
 LONGEST_HEADER: Final = 1000
 _WORDS: Final = {  # of fpmatch and of other programs; 3 is a crossing number
@@ -83,10 +82,10 @@ _ANGLE: Final = re.compile(
     r"(theta|angle|direction|orientation)[ _(\[]*(?P<unit>deg|rad)?(rees?|ians?)?[)\]]?"
 )
 _NAMES: Final = {
-    "theta": _ANGLE,
+    "angle": _ANGLE,
     "x": re.compile("x"),
     "y": re.compile("y"),
-    "type": re.compile("type|kind"),
+    "kind": re.compile("type|kind"),
     "quality": re.compile("quality"),
 }
 _NUMBER: Final = rb"[-+]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][-+]?\d{1,3})?"
@@ -97,12 +96,12 @@ _COMMENTS: Final = re.compile(rb"([ \t]*(#[^\n]*)?\r?\n)*")
 
 
 class _Header(NamedTuple):
-    """Names of a header as the file has them, in lower case, and what the known columns mean."""
+    """The names of a header: of the known columns those of `Minutiae`, of others as they are."""
 
     line: int
     delimiter: str
     names: list[str]
-    given: dict[str, str]  # the name that the file gives to column x, y, theta, type, quality
+    angle: str  # the name of the column of angles as the file has it, in lower case
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -111,19 +110,19 @@ def encode(record: TemplateRecord) -> Encoded:
     template = view.template
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     frame += " dpi_known=false" * (not template.dpi_known)
-    head = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
+    head = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(OWN_HEADER)]
     lines = [",".join(row) for row in _cells_of(view, ("other", "ending", "bifurcation"))]
     text = "\n".join([*head, *lines, ""])
-    return Encoded(text.encode(), tuple(dropped_notes(view, field=True)))
+    return Encoded(text.encode(), tuple(dropped_notes(record, field=True)))
 
 
 def encode_plain(record: TemplateRecord) -> Encoded:
     """Return a record as bytes of the plain format, and notes on what they cannot hold."""
     view = record.single()
-    width = len(PLAIN_COLUMNS) - (not view.quality_known)
-    rows = [PLAIN_COLUMNS, *_cells_of(view, "UEB")]
+    width = len(PLAIN_HEADER) - (not view.quality_known)
+    rows = [PLAIN_HEADER, *_cells_of(view, "UEB")]
     text = "".join(",".join(row[:width]) + "\n" for row in rows)
-    notes = ["size and resolution dropped", *dropped_notes(view, field=True)]
+    notes = ["size and resolution dropped", *dropped_notes(record, field=True)]
     return Encoded(text.encode(), tuple(notes))
 
 
@@ -141,9 +140,9 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     frame = _frame(lines[0] if lines else "")
     rows = _rows(lines, ",")
     place, header = next(rows, (f"line {len(lines)}", []))
-    if header != COLUMNS:
-        raise TemplateError(f"{place}: expected the columns {','.join(COLUMNS)}")
-    x, y, degrees, kind, quality = _read_rows(rows, COLUMNS, OWN_NAMES)
+    if header != OWN_HEADER:
+        raise TemplateError(f"{place}: expected the columns {','.join(OWN_HEADER)}")
+    x, y, degrees, kind, quality = _read_rows(rows, COLUMNS)
     minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)
     return TemplateRecord(CODEC.name, (View(Template(minutiae, **frame)),))
 
@@ -152,32 +151,29 @@ def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the minutiae in a table with a header, or raise TemplateError."""
     lines = _text_lines(data)
     header = _find_header(lines)
-    if header is None or "theta" not in header.given:
+    if header is None:
         raise TemplateError(
-            f"line {header.line if header else 1}: expected the columns x, y and one of angles, "
-            "theta, angle, direction or orientation"
+            "line 1: expected the columns x, y and one of angles, theta, angle, direction or "
+            "orientation"
         )
-    name = header.given["theta"]
-    match = _ANGLE.fullmatch(name)
+    match = _ANGLE.fullmatch(header.angle)
     unit = match["unit"] if match else None
-    stated = AngleConvention(unit) if unit else OWN_DEGREES if name == "theta" else None
+    stated = AngleConvention(unit) if unit else OWN_DEGREES if header.angle == "theta" else None
     convention = options.angles or stated
     if convention is None:
-        raise TemplateError(f"line {header.line}: columns {', '.join(header.names)}: {UNKNOWN}")
-    rows = _rows(lines, header.delimiter, header.line)
-    table = _read_rows(rows, header.names, header.given)
-    graded = "quality" in header.given
-    record = _record(PLAIN_CODEC.name, table, convention, options, graded=graded)
-    if options.angles is not None or name == "theta":
-        return record
-    assumed = f"angles taken for {convention} (--angles sets it)"
-    return TemplateRecord(record.format, record.views, (*record.notes, assumed))
+        raise TemplateError(f"line {header.line}, column {header.angle}: {UNKNOWN}")
+    table = _read_rows(_rows(lines, header.delimiter, header.line), header.names)
+    view = _view(table, convention, options, graded="quality" in header.names)
+    notes = range_notes(table[2], convention)
+    if options.angles is None and unit:
+        notes.append(f"angles taken for {convention} (--angles sets it)")
+    return TemplateRecord(PLAIN_CODEC.name, (view,), tuple(notes))
 
 
 def decode_text(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the minutiae in a text of numbers, or raise TemplateError."""
     table, graded = read_numbers(data)
-    return _record(TEXT_CODEC.name, table, options.angles, options, graded=graded)
+    return _number_record(TEXT_CODEC.name, table, options, graded=graded)
 
 
 def read_numbers(data: bytes) -> tuple[NDArray[np.float64], bool]:
@@ -189,7 +185,8 @@ def read_numbers(data: bytes) -> tuple[NDArray[np.float64], bool]:
     first = next(rows, None)
     if first is None:
         raise TemplateError("no minutiae, only blank lines and comments")
-    return _number_columns(chain([first], rows), len(first[1]))
+    width = len(first[1])
+    return _read_rows(chain([first], rows), _number_names(width)), width == len(NUMBERS)
 
 
 def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -199,38 +196,37 @@ def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
     array = decode_npy(data)
     check_minutiae(len(array))
     rows = ((f"row {number}", row) for number, row in enumerate(array.tolist(), start=1))
-    table, graded = _number_columns(rows, array.shape[1])
-    return _record(NPY_CODEC.name, table, options.angles, options, graded=graded)
+    names = _number_names(array.shape[1])
+    table = _read_rows(rows, names)
+    return _number_record(NPY_CODEC.name, table, options, graded=names == NUMBERS)
 
 
-def _number_columns(
-    rows: Iterable[tuple[str, list[Any]]], width: int
-) -> tuple[NDArray[np.float64], bool]:
-    """Return the columns of rows of `width` numbers, as `read_numbers` does."""
-    if not 3 <= width <= len(NUMBER_NAMES):
+def _number_names(width: int) -> list[str]:
+    """Return the names of so many columns of bare numbers."""
+    if not 3 <= width <= len(NUMBERS):
         raise TemplateError(
             f"expected 3 or 4 columns, x, y, angle and perhaps quality, found {width}"
         )
-    given = dict(list(NUMBER_NAMES.items())[:width])
-    return _read_rows(rows, list(given.values()), given), "quality" in given
+    return NUMBERS[:width]
 
 
-def _record(
-    name: str,
-    table: NDArray[np.float64],
-    convention: AngleConvention | None,
-    options: ReadingOptions,
-    *,
-    graded: bool,
+def _number_record(
+    name: str, table: NDArray[np.float64], options: ReadingOptions, *, graded: bool
 ) -> TemplateRecord:
-    """Return a record of columns x, y, angle, kind and quality without size and resolution."""
-    if convention is None:
+    """Return a record of columns of bare numbers, as `read_numbers` returns them."""
+    if options.angles is None:
         raise TemplateError(UNKNOWN)
+    view = _view(table, options.angles, options, graded=graded)
+    return TemplateRecord(name, (view,), tuple(range_notes(table[2], options.angles)))
+
+
+def _view(
+    table: NDArray[np.float64], angles: AngleConvention, options: ReadingOptions, *, graded: bool
+) -> View:
+    """Return a print of columns x, y, angle, kind and quality without size and resolution."""
     x, y, angle, kind, quality = table
-    minutiae = x, y, convention.to_radians(angle), kind, quality
-    size = options.size or span(x, y)
-    view = View.without_frame(minutiae, size, options, quality_known=graded)
-    return TemplateRecord(name, (view,), tuple(range_notes(angle, convention)))
+    minutiae = x, y, angles.to_radians(angle), kind, quality
+    return View.without_frame(minutiae, options.size or span(x, y), options, quality_known=graded)
 
 
 def _text_lines(data: bytes) -> list[str]:
@@ -278,58 +274,42 @@ def _frame(line: str) -> dict[str, Any]:
 
 
 def _find_header(lines: list[str]) -> _Header | None:
-    """Return the first line not blank as a header with columns x and y; None for others."""
+    """Return the first line not blank as a header of minutiae; None for others."""
     number = next((k for k, line in enumerate(lines, start=1) if line.strip()), None)
     if number is None or len(lines[number - 1]) > LONGEST_HEADER:
         return None
     line = lines[number - 1].strip().lstrip("# ")
     delimiter = next((sign for sign in ",;\t" if sign in line), " ")
-    names = [name.lower() for name in _cells(f"line {number}", line, delimiter)]
-    meanings = [
-        (column, name)
-        for name in names
-        for column, known in _NAMES.items()
-        if known.fullmatch(name)
-    ]
-    given = dict(meanings)
-    if not {"x", "y"} <= given.keys():
+    given = [name.lower() for name in _cells(f"line {number}", line, delimiter)]
+    names = [next((c for c, known in _NAMES.items() if known.fullmatch(n)), n) for n in given]
+    if not {"x", "y", "angle"} <= set(names):
         return None
-    if len(set(names)) < len(names) or len(given) < len(meanings):
-        raise TemplateError(f"line {number}: a column is there twice: {', '.join(names)}")
-    return _Header(number, delimiter, names, given)
+    if len(set(names)) < len(names):
+        raise TemplateError(f"line {number}: a column is there twice: {', '.join(given)}")
+    return _Header(number, delimiter, names, given[names.index("angle")])
 
 
-def _read_rows(
-    rows: Iterable[tuple[str, list[Any]]],
-    names: list[str],
-    given: Mapping[str, str],
-) -> NDArray[np.float64]:
+def _read_rows(rows: Iterable[tuple[str, list[Any]]], names: Sequence[str]) -> NDArray[np.float64]:
     """Return columns x, y, angle, kind and quality, shape (5, N), of rows with their places.
 
-    `names` are those of all columns in the file, `given` those of the known ones; type and quality
-    may be missing.
+    `names` are those of all columns; kind and quality may be missing.
     """
     table: list[list[float]] = []
     for place, cells in rows:
         check_minutiae(len(table) + 1)
         if len(cells) != len(names):
             raise TemplateError(f"{place}: expected {len(names)} values, found {len(cells)}")
-        row = dict(zip(names, cells, strict=True))
-        x, y, angle = (_number(row[given[c]], place, given[c]) for c in PLAIN_COLUMNS[:3])
-        kind, quality = MinutiaKind.OTHER, 100.0
-        if "type" in given:
-            word = row[given["type"]]
-            try:
-                kind = _KINDS[re.sub(r"[ -]", "_", word.lower())]
-            except KeyError:
-                raise TemplateError(
-                    f"{place}: unknown {given['type']} of minutia {word!r} (known: other, ending, "
-                    "bifurcation)"
-                ) from None
-        if "quality" in given:
-            quality = _number(row["quality"], place, "quality")
-            if not 0 <= quality <= 100:
-                raise TemplateError(f"{place}, column quality: {quality:g} is not in 0..100")
+        row: dict[str, Any] = {"kind": "other", "quality": 100.0}
+        row |= dict(zip(names, cells, strict=True))
+        kind = _KINDS.get(re.sub(r"[ -]", "_", row["kind"].lower()))
+        if kind is None:
+            raise TemplateError(
+                f"{place}: unknown kind of minutia {row['kind']!r} (known: other, ending, "
+                "bifurcation)"
+            )
+        x, y, angle, quality = (_number(row[name], place, name) for name in NUMBERS)
+        if not 0 <= quality <= 100:
+            raise TemplateError(f"{place}, column quality: {quality:g} is not in 0..100")
         table.append([x, y, angle, kind, quality])
     return np.array(table, dtype=np.float64).reshape(-1, 5).T
 
@@ -356,8 +336,7 @@ def _recognises_plain(data: bytes) -> bool:
     """Return whether the first line has columns x and y and one of angles."""
     first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:LONGEST_HEADER]
     try:
-        header = _find_header(first.decode("utf-8", "replace").splitlines()[:1])
-        return header is not None and "theta" in header.given
+        return _find_header(first.decode("utf-8", "replace").splitlines()[:1]) is not None
     except TemplateError:
         return True  # which then says why
 

@@ -75,7 +75,7 @@ def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
         y = template.height - y
         angle = (whole_steps(minutiae.angle, FULL_TURN) + FULL_TURN // 2) % FULL_TURN
     quality = [minutiae.quality.astype(np.int64)] if view.quality_known else []
-    notes += ["kinds, size and resolution dropped", *dropped_notes(view)]
+    notes += ["kinds, size and resolution dropped", *dropped_notes(record)]
     rows = np.column_stack([x, y, angle, *quality]).tolist()
     return Encoded("".join(" ".join(map(str, row)) + "\n" for row in rows).encode(), tuple(notes))
 

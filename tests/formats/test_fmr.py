@@ -92,7 +92,7 @@ def test_bytes_after_a_record_are_passed_over_with_a_note_and_zeros_in_silence(n
 def test_extended_data_cut_short_cost_no_minutiae():
     record = read(ISO_2005[:-2] + b"\x00\x09\x01\x44")
     assert len(record.views[0].template) == 1
-    assert record.views[0].extended is None
+    assert not record.views[0].extended
     assert "extended data cut short (2 of 9 bytes) and passed over" in record.notes
 
 

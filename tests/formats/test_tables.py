@@ -73,7 +73,7 @@ def test_the_words_of_other_programs_for_kinds(words, kind):
     text = "x,y,theta,type\n" + "".join(f"10,20,30,{word}\n" for word in words)
     view = decoded(text.encode()).views[0]
     assert view.template.minutiae.kind.tolist() == [kind] * len(words)
-    with pytest.raises(TemplateError, match="line 2: unknown type of minutia 'whorl'"):
+    with pytest.raises(TemplateError, match="line 2: unknown kind of minutia 'whorl'"):
         decoded(b"x,y,theta,type\n10,20,30,whorl\n")
 
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.files import decode_record
-from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, recognise
 from fpmatch.image.extract import extract
 from fpmatch.image.io.grey import ImageLimits
@@ -177,12 +177,12 @@ def _records() -> list[TemplateRecord]:
     field = RidgeField(100.0, orientation, rng.random((4, 3)) < 0.7)
     plain = View(Template(minutiae, 300, 400, 500.0), finger=2, quality=80)
     bare = replace(plain, quality=None, quality_known=False)
-    full = [
-        replace(plain, finger=7, extended=ExtendedData(layout, b"\x00\x02\x00\x08\x01\x00\x01\x00"))
-        for layout in ("iso2005", "ansi2004")
-    ]
-    views = [plain, bare, replace(plain, template=replace(plain.template, field=field)), *full]
-    return [*(TemplateRecord("", (view,)) for view in views), TemplateRecord("", (plain, full[0]))]
+    full = replace(plain, finger=7, extended=b"\x00\x02\x00\x08\x01\x00\x01\x00")
+    views = [plain, bare, replace(plain, template=replace(plain.template, field=field))]
+    records = [TemplateRecord("", (view,)) for view in views]
+    for layout in ("iso2005", "ansi2004"):
+        records += [TemplateRecord(layout, (full,)), TemplateRecord(layout, (plain, full))]
+    return records
 
 
 def _an2_file(fields: list[tuple[int, str]]) -> bytes:

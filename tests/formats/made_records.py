@@ -10,6 +10,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, recognise
 from fpmatch.templates.minutiae import Minutiae, Template
+from research.fuzzing.good_images import an2_text
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN = [codec.name for codec in CODECS if codec.encode]
@@ -150,7 +151,7 @@ def an2_file(
         "none": [(6, "07")],
     }  # fmt: skip
     images = {
-        "13": _text(13, [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"),
+        "13": an2_text(13, [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"),
                          (999, "pixels\x1d13.006:9\x1d")]),
         "4": (36).to_bytes(4, "big") + bytes([1, 1, *[255] * 6, 0, 1, 44, 1, 144, 0]) + bytes(18),
         "none": b"",
@@ -158,13 +159,5 @@ def an2_file(
     kind = {"13": "\x1e13\x1f01", "4": "\x1e4\x1f01", "none": ""}[image]
     count = 2 if image == "none" else 3
     contents = f"1\x1f{count - 1}\x1e9\x1f01{kind}"
-    first = _text(1, [(2, "0400"), (3, contents), (11, resolution), (12, resolution)])
-    return first + _text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]
-
-
-def _text(kind, fields):
-    """Return a record of text that begins with its own length."""
-    rest = "".join(f"\x1d{kind}.{number:03d}:{value}" for number, value in fields) + "\x1c"
-    length = len(rest) + len(f"{kind}.001:")
-    length += len(str(length + len(str(length))))
-    return f"{kind}.001:{length}{rest}".encode("latin-1")
+    first = an2_text(1, [(2, "0400"), (3, contents), (11, resolution), (12, resolution)])
+    return first + an2_text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]

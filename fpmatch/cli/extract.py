@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.formats.angles import AngleConvention
+    from fpmatch.formats.record import AngleConvention
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality

@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import ImageLimits, RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality

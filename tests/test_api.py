@@ -14,7 +14,7 @@ PUBLIC = {
     *("AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae"),
     *("PrintQuality", "RidgeField", "Similarity", "StageRecorder", "Template", "Verification"),
     *("__version__", "assess", "draw", "extract", "fmr_to_score", "load_template"),
-    *("PointMatch", "match_points", "matcher_names", "read_image", "save_overlay", "save_template"),
+    *("PointMatch", "match_points", "matcher_names", "read_image", "save_template"),
     *("score_to_fmr", "verify", "as_template", "identify", "evaluate", "open_gallery", "Gallery"),
     *("IdentifiedFinger", "Minutia", "Overlay", "VerifiedPrints", "enrol"),
 }

@@ -202,9 +202,6 @@ WRONG = {
     "draw": lambda path, template, image: fpmatch.draw(
         fpmatch.verify(template, template), image, image
     ),
-    "save_overlay": lambda path, template, image: fpmatch.save_overlay(
-        image, image, template, path
-    ),
     "overlay": lambda path, template, image: (
         fpmatch.verify(template, template).overlay().save(template)
     ),

@@ -10,11 +10,9 @@ import cv2
 import numpy as np
 
 import fpmatch
-from fpmatch.drawing.overlay.marks import MarkStyle, marks
-from fpmatch.drawing.overlay.page import frame
-from fpmatch.drawing.overlay.superposed import minutiae_and_pairs
+from fpmatch.drawing.overlay.page import FRAME_PEN, MarkStyle, marks
+from fpmatch.drawing.overlay.views import minutiae_and_pairs
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.fonts import wrapped
 from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
     Box,
@@ -27,6 +25,7 @@ from fpmatch.drawing.scene.items import (
     bounds,
     moved,
     of_transform,
+    wrapped,
     zoomed,
 )
 from fpmatch.drawing.scene.items import Path as Line
@@ -163,7 +162,8 @@ def arrow(start: Point, direction: Point, length: float, pen: Pen, head: float) 
 
 def panel(place: Box, items: list[Item]) -> list[Item]:
     """Draw `items` inside `place`, with a frame around it."""
-    return [Group(tuple(items), place), frame(place)]
+    frame = Line(place.grown(0.5).corners, FRAME_PEN, closed=True)
+    return [Group(tuple(items), place), frame]
 
 
 def print_panel(side: Side, place: Box, view: Box) -> list[Item]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
@@ -157,7 +157,7 @@ def arrow(start: Point, direction: Point, length: float, pen: Pen, head: float) 
         (base[0] - half * dy, base[1] + half * dx),
         (base[0] + half * dy, base[1] - half * dx),
     )
-    return [Line((start, base), pen), Line(corners, replace(pen, fill=pen.stroke), closed=True)]
+    return [Line((start, base), pen), Line(corners, pen._replace(fill=pen.stroke), closed=True)]
 
 
 def panel(place: Box, items: list[Item]) -> list[Item]:
@@ -196,7 +196,7 @@ def mesh_panel(side: Side, place: Box, view: Box, m: DefaultMethod, which: int) 
     strong = Pen(side.mark, width=3.4)
     items: list[Item] = [Line(line, Pen(GREY, width=1.8)) for line in lines]
     items.append(Line(tuple(points), Pen(fill=side.ink, opacity=0.3), closed=True))
-    items += [Line((centre, point), replace(strong, width=2.2)) for point in points]
+    items += [Line((centre, point), strong._replace(width=2.2)) for point in points]
     items.append(Line(tuple(points), strong, closed=True))
     paired = own.z[m.as_pq(*m.paired)[which]]
     spots = moved(matrix, own.shown(paired))

@@ -7,7 +7,6 @@ of a mark shows the kind of a minutia, a tick its direction, the weight the pair
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
@@ -89,7 +88,7 @@ EDGES: Final = {
     "probe": Pen(palette.PROBE_FAINT, width=1.6, dash=(9.0, 6.0)),
 }
 BESIDE_PAIRED: Final = {
-    side: style._replace(pen=replace(style.pen, halo=1.4), radius=6.0, tick_px=10.0)
+    side: style._replace(pen=style.pen._replace(halo=1.4), radius=6.0, tick_px=10.0)
     for side, style in PAIRED.items()
 }
 BESIDE_UNPAIRED: Final = {side: style._replace(radius=4.5) for side, style in UNPAIRED.items()}

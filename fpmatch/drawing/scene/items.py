@@ -12,7 +12,6 @@ Texts have one font, the scalable one that comes inside Pillow.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias, cast
 
@@ -77,8 +76,7 @@ class Box(NamedTuple):
         return max(width, 0.0) * max(height, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Pen:
+class Pen(NamedTuple):
     """The line and the fill of a shape."""
 
     stroke: Colour | None = None  # of the line
@@ -193,20 +191,22 @@ def bounds(points: list[Point]) -> Box:
     return Box(min(xs), min(ys), max(xs) - min(xs), max(ys) - min(ys))
 
 
-def parts(text: str, size: float) -> list[tuple[str, FreeTypeFont, float]]:
-    """Return `text` on one line in parts, as (letters, font, rise in pixels).
+@lru_cache(maxsize=256)
+def parts(text: str, size: float) -> list[tuple[str, FreeTypeFont, float, float]]:
+    """Return `text` on one line in parts, as (letters, font, rise and width in pixels).
 
     Characters that the font lacks are spelled out where possible; ² is a raised 2.
     """
     line = " ".join(text.translate(_SPELLINGS).split())
     squared = ("2", _font(_SQUARED_SIZE * size), _SQUARED_RISE * size)
     pieces = filter(None, re.split("(²)", line))
-    return [squared if letters == "²" else (letters, _font(size), 0.0) for letters in pieces]
+    fonts = [squared if letters == "²" else (letters, _font(size), 0.0) for letters in pieces]
+    return [(*part, float(part[1].getlength(part[0]))) for part in fonts]
 
 
 def text_width(text: str, size: float) -> float:
     """Return the width of `text` in pixels at `size`."""
-    return sum(float(font.getlength(letters)) for letters, font, _ in parts(text, size))
+    return sum(width for *_, width in parts(text, size))
 
 
 def wrapped(text: str, size: float, width: float) -> list[str]:

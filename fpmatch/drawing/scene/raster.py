@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from fpmatch.drawing.scene.ink import shrunk
-from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Path, Text, parts
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Path, Text, parts, text_width
 from fpmatch.drawing.scene.palette import PAPER
 from fpmatch.errors import OutputError
 
@@ -166,11 +166,9 @@ def _visible(canvas: Picture, path: Path, points: Outlines) -> Outlines:
 
 def _write(page: Picture, text: Text) -> None:
     """Write a text, in the parts that the font needs, over the white around it."""
-    written = parts(text.text, text.size)
-    lengths = [typeface.getlength(letters) for letters, typeface, _ in written]
-    x = text.x - _BEFORE[text.anchor] * sum(lengths)
-    margin = text.size / 2 + text.bold + text.halo
-    left, right = (max(math.floor(v), 0) for v in (x - margin, x + sum(lengths) + margin))
+    width, margin = text_width(text.text, text.size), text.size / 2 + text.bold + text.halo
+    x = text.x - _BEFORE[text.anchor] * width
+    left, right = (max(math.floor(v), 0) for v in (x - margin, x + width + margin))
     top, bottom = (max(math.floor(text.y + v), 0) for v in (-text.size - margin, margin))
     window = page[top:bottom, left:right]
     if not window.size:
@@ -180,7 +178,7 @@ def _write(page: Picture, text: Text) -> None:
     layers = [(PAPER, text.bold + text.halo)] * (text.halo > 0) + [(text.colour, text.bold)]
     for colour, stroke in layers:
         start = x - left
-        for (letters, typeface, rise), length in zip(written, lengths, strict=True):
+        for letters, typeface, rise, length in parts(text.text, text.size):
             place = (start, text.y - rise - top)
             pencil.text(place, letters, colour, typeface, "ls", stroke_width=stroke)
             start += length
@@ -196,9 +194,7 @@ def png_bytes(picture: Picture) -> bytes:
     if not picture.size:
         raise OutputError(f"a picture of {picture.shape} has no PNG form")
     stored = picture if picture.ndim == 2 else cv2.cvtColor(picture, order[picture.shape[2]])
-    # flat areas and inks become smaller, and are written faster, without a filter
-    how = (cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_NONE, cv2.IMWRITE_PNG_COMPRESSION, 1)
-    return cv2.imencode(".png", stored, how)[1].tobytes()
+    return cv2.imencode(".png", stored)[1].tobytes()
 
 
 def webp_bytes(picture: Picture, quality: int = 80) -> bytes:

@@ -9,12 +9,12 @@ import numpy as np
 
 from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
-from fpmatch.drawing.overlay.ridge_page import agreement
+from fpmatch.drawing.overlay.views import agreement
 from fpmatch.drawing.scene.ink import ink_of, ridge_picture, shrunk
 from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, reduced, webp_bytes
-from fpmatch.drawing.stages.pictures import stage_picture, value_range
+from fpmatch.drawing.stages import stage_picture, value_range
 from fpmatch.errors import GalleryError, ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
@@ -91,8 +91,7 @@ def report_pair(
     pair = request.compare()
     uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
     probe, reference = (CaseFile.of(upload.name, upload.data) for upload in uploads)
-    first, second = request.readings
-    settings = settings_of(request.options, pair, (first.dpi, second.dpi), first.enhance)
+    settings = settings_of(request.options, pair, request.readings[0].enhance)
     return case_report(
         pair,
         (probe, reference),

@@ -171,7 +171,7 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     own = Box(-0.5, -0.5, t.width, t.height)
     shown = np.vstack([own.corners, ridges.corners.reshape(-1, 2)])
     caption, place, to_page = panel_for(v, moved(np.eye(3), shown))
-    colours = map(agreement, ridges.correlation[ridges.compared].tolist())
+    colours = map(agreement, ridges.correlation.tolist())
     pens = [Pen(colour, colour) for colour in colours]
     j = v.pairs.reshape(-1, 2)[:, 1].tolist()
     inside: tuple[Item, ...] = (

@@ -56,7 +56,7 @@ unpaired ones fainter, and the decision. Of a template, the minutiae are drawn o
 transform is found, the prints are drawn beside each other.
 
 Where the answer is no, the mirrored PROBE is compared, too; if it matches, the reason ends with its
-score, and --mirror compares it so. A print that shows several prints, as a card does, is refused.
+score, and --mirror compares it so.
 
 The decision is INCONCLUSIVE where even two prints of one finger may not match: with so little skin,
 without ridges, or at an unknown resolution.
@@ -179,13 +179,16 @@ def verify(
     show(answer)
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
-        from fpmatch.drawing.overlay.draw import missing, overlay_scene, save_scene
+        from fpmatch.base.output import atomic_write_bytes
+        from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 
-        view = view or "superposed"
-        images = pair.probe.pixels, pair.reference.pixels
-        save_scene(overlay_file, overlay_scene(*images, pair.verification, view))
-        if words := missing(view, pair.verification):
-            say_note(f"{overlay_file}: {words}")
+        v, view = pair.verification, view or "superposed"
+        scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, v, view)
+        atomic_write_bytes(overlay_file, scene_bytes(overlay_file.suffix.lower(), scene))
+        if view != "side-by-side" and v.transform is None:
+            say_note(f"{overlay_file}: no transform was found: the prints are beside each other")
+        elif view == "ridges" and v.ridge_map is None:
+            say_note(f"{overlay_file}: the ridges were not compared: the overlay is drawn instead")
     if case_report is not None:
         written = {"case_number": case_number, "notes": notes}
         _write_case_report(case_report, pair, values, written)
@@ -202,8 +205,6 @@ def _write_case_report(
     probe, reference = (
         CaseFile.of(path.name, path.read_bytes()) for path in (values["probe"], values["reference"])
     )
-    dpi = tuple(values[f"{side}_dpi"] or values["dpi"] for side in ("probe", "reference"))
-    reading = dpi, values["enhance"], values["polarity"]
-    settings = settings_of(pair_options_of(values), pair, *reading)
+    settings = settings_of(pair_options_of(values), pair, values["enhance"], values["polarity"])
     html = case_report(pair, (probe, reference), settings=settings, **written)
     atomic_write_bytes(target, html.encode())

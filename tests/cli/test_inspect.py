@@ -8,7 +8,7 @@ from PIL import Image
 
 from fpmatch import assess
 from fpmatch.formats.files import save_record, save_template
-from fpmatch.formats.record import ExtendedData, TemplateRecord, View
+from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -34,17 +34,17 @@ def test_images_and_templates_are_a_line_each(run, prints, tmp_path, small):
 
 
 def test_prints_of_one_file_stand_between_bars(run, tmp_path, small):
-    path = tmp_path / "hand.iso2011"
+    path = tmp_path / "hand.iso"
     one = replace(small, minutiae=small.minutiae.take([0]))
-    cores = ExtendedData("iso2011", b"\x00\x02\x00\x05\x00")
-    rolled = View(one, finger=7, impression=1, quality_known=False, extended=cores)
-    save_record(path, TemplateRecord("", (View(small, finger=2, quality=80), rolled)))
+    cores = b"\x00\x02\x00\x05\x00"
+    rolled = View(one, finger=7, impression=1, quality=60, quality_known=False, extended=cores)
+    save_record(path, TemplateRecord("iso2005", (View(small, finger=2, quality=80), rolled)))
     first, second = run("inspect", path).stdout.split(" | ")
     assert first == (
-        f"{path}: ISO/IEC 19794-2:2011, 2 prints: 300 x 400 px, 500 dpi, right index, "
+        f"{path}: ISO/IEC 19794-2:2005, 2 prints: 300 x 400 px, 500 dpi, right index, "
         "3 minutiae (1 ending, 2 bifurcations), quality 80"
     )
-    assert "left index, live rolled, 1 minutia (1 ending), no quality of minutiae" in second
+    assert "left index, live rolled, 1 minutia (1 ending), quality 60, no quality" in second
     assert second.endswith(", extended data\n")
     (document,) = json.loads(run("inspect", path, "--json").stdout)
     shown = [(each["finger"], each["minutia_quality"]) for each in document["prints"]]

@@ -206,19 +206,3 @@ def test_a_mirrored_print_is_no_match_and_is_named(run, tmp_path):
         assert (turned.exit_code, "left and right are exchanged" in turned.stderr) == (0, True)
     paid = 10 * np.log10(2)  # one of two tries has half of the rate
     assert decision(turned)["score"] - paid == pytest.approx(float(score), abs=0.1)
-
-
-@pytest.mark.parametrize(("prints_on", "turn"), [(2, 30), (4, 180)])
-def test_several_prints_in_one_image_are_refused(run, tmp_path, prints_on, turn):
-    names = [f"{101 + k}_1.tif" for k in range(prints_on)]
-    card = Image.new("L", (440 * prints_on, 440), 255)
-    for k, name in enumerate(names):
-        card.paste(Image.open(SAMPLES / name).convert("L"), (440 * k, 0))
-    card.rotate(turn, expand=True, fillcolor=255).save(tmp_path / "card.png", dpi=(500, 500))
-    many = "two" if prints_on == 2 else prints_on
-    shown = run("inspect", tmp_path / "card.png").stdout
-    assert f"probably {many} prints in one: the ridges have {many} areas" in shown
-    run("extract", tmp_path / "card.png", "-o", tmp_path)
-    for one in (tmp_path / "card.png", tmp_path / "card.json"):
-        for pair in ((one, SAMPLES / names[0]), (SAMPLES / names[0], one)):
-            assert_refused(run("verify", *pair), f"{one.name}: shows {prints_on} prints")

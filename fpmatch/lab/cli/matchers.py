@@ -24,7 +24,7 @@ def chosen_matchers(names: tuple[str, ...]) -> list[str]:
     """Return the requested matchers, each once; "all" means every matcher that can be loaded."""
     known = matcher_names()
     if "all" in names:
-        for name, why in load_plugins(MATCHERS).failures.items():
+        for name, why in load_plugins(MATCHERS)[1].items():
             if name not in OWN_MATCHERS:
                 known.remove(name)
                 say_note(f"matcher {name} is left out: {why}")

@@ -13,7 +13,7 @@ import click
 from click.core import ParameterSource
 
 from fpmatch.cli import EXIT_INTERRUPTED
-from fpmatch.cli.notes import say_errors, say_kernels, show
+from fpmatch.cli.notes import say_errors, say_kernels
 from fpmatch.errors import FpmatchError, did_you_mean
 from fpmatch.printable import message_text
 
@@ -29,26 +29,16 @@ GROUPS: Final = {
     "Overlay": ("view",),
     "Resources": ("workers", "scheduler", "key"),
 }
-_EVERYTHING: Final = "fpmatch.help_all"
 EXIT_ERROR: Final = 2
 EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
 
-
-def _show_everything(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
-    if requested and not ctx.resilient_parsing:
-        ctx.meta[_EVERYTHING] = True
-        show(ctx.get_help())
-        ctx.exit()
+HELP_ALL: Final = click.help_option("--help-all", help="Show rare options and details, too.")(
+    click.Command("")
+).params[0]
 
 
-HELP_ALL: Final = click.Option(
-    ["--help-all"],
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_show_everything,
-    help="Show rare options and details, too.",
-)
+def _shows_all(ctx: click.Context) -> bool:
+    return ctx.get_parameter_source("help_all") is ParameterSource.COMMANDLINE
 
 
 class Command(click.Command):
@@ -69,7 +59,7 @@ class Command(click.Command):
             if not isinstance(param, click.Option):
                 continue
             shown = copy(param)
-            shown.hidden = param.hidden and _EVERYTHING not in ctx.meta
+            shown.hidden = param.hidden and not _shows_all(ctx)
             if record := shown.get_help_record(ctx):
                 group = (title for title, names in GROUPS.items() if param.name in names)
                 rows[next(group, "Options")].append(record)
@@ -77,7 +67,7 @@ class Command(click.Command):
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the epilog; if everything is to be shown, the details before it."""
-        if self.details and _EVERYTHING in ctx.meta:
+        if self.details and _shows_all(ctx):
             formatter.write_paragraph()
             with formatter.indentation():
                 formatter.write_text(inspect.cleandoc(self.details))

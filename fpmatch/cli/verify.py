@@ -151,7 +151,7 @@ def verify(
         return EXIT_STATUS[verify_claim(gallery, subject, finger, values, as_json=as_json)]
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
-    from fpmatch.base.output import check_writable
+    from fpmatch.base.output import atomic_write, check_writable
     from fpmatch.errors import MatcherError
     from fpmatch.matching.result import named
     from fpmatch.prints.report import as_text
@@ -179,12 +179,13 @@ def verify(
     show(answer)
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
-        from fpmatch.base.output import atomic_write_bytes
         from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 
         v, view = pair.verification, view or "superposed"
         scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, v, view)
-        atomic_write_bytes(overlay_file, scene_bytes(overlay_file.suffix.lower(), scene))
+        content = scene_bytes(overlay_file.suffix.lower(), scene)
+        with atomic_write(overlay_file) as stream:
+            stream.write(content)
         if view != "side-by-side" and v.transform is None:
             say_note(f"{overlay_file}: no transform was found: the prints are beside each other")
         elif view == "ridges" and v.ridge_map is None:

@@ -91,6 +91,11 @@ def test_folders_are_taken_as_enrol_takes_them(run, prints, tmp_path):
     assert load_template(out / "8" / "print.json").dpi == 569
     again = run("extract", out / "7" / "left", "-o", tmp_path / "again", "--format", "json")
     assert (again.exit_code, names(tmp_path / "again")) == (0, {"print.json"})  # of templates
+    lines = run("inspect", deep).stdout.splitlines()
+    assert [line.split(":")[0] for line in lines] == [
+        str(left / "print.png"),
+        str(deep / "8/print.png"),
+    ]
     twice = run("extract", flat, deep / "8", "-o", out)
     assert (twice.exit_code, "would both be written as print" in twice.stderr) == (2, True)
 

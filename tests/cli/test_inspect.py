@@ -76,15 +76,3 @@ def test_what_is_wrong_with_an_image_follows_and_what_is_not_known_is_an_error(
     assert (tiny.exit_code, "quality" in tiny.stdout) == (0, False)
     assert "; no print: " in tiny.stdout
     assert run("inspect", *bad).exit_code == 2
-
-
-def test_folders_are_taken_as_enrol_takes_them(run, prints, tmp_path):
-    for folder in ("7", "8"):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / "1_1.png").write_bytes((prints / "1_1.png").read_bytes())
-    (tmp_path / "dataset.toml").write_text("dpi = 569\n")
-    lines = run("inspect", tmp_path).stdout.splitlines()
-    assert [line.split(": ")[0] for line in lines] == [
-        str(tmp_path / folder / "1_1.png") for folder in ("7", "8")
-    ]
-    assert len(json.loads(run("inspect", tmp_path / "7", "--json").stdout)) == 1

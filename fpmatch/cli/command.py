@@ -94,9 +94,7 @@ class Program(click.Group):
     object NAME of FOLDER.NAME.
     """
 
-    def __init__(self, *, sections: Mapping[tuple[str, str], dict[str, str]], **attrs: Any) -> None:
-        super().__init__(**attrs)
-        self.sections = sections
+    sections: Mapping[tuple[str, str], Mapping[str, str]]
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all sub-commands."""

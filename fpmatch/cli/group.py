@@ -41,7 +41,6 @@ COMMANDS: Final = {
 
 fpmatch = Program(
     name="fpmatch",
-    sections=COMMANDS,
     help="Verify fingerprints: two images in; a decision, its score and the transform out.",
     context_settings={
         "help_option_names": ["-h", "--help"],
@@ -59,6 +58,7 @@ Exit status: 0 match or done, 1 no match or some failures, 2 input that cannot b
 line on stderr), 3 inconclusive.
 """,
 )
+fpmatch.sections = COMMANDS
 click.version_option(
     __version__, message="%(prog)s %(version)s", help="Show the version and exit."
 )(fpmatch)

@@ -6,14 +6,13 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import click
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 from hypothesis import settings
 from PIL import Image
 
@@ -35,8 +34,6 @@ RUNS_COMPILED = re.compile(
     r"|import .*prefilter_scores|from (kernel|score)_cases|from ablation"
     r"|research\.training\.(evidence_quantiles|score)"
 )
-IMPORT = re.compile(r"from (fpmatch[\w.]*) import (\([^)]*\)|.*)")
-
 # One core may be busy with something else: no deadline on single examples, and the same examples
 # in every run. `scripts/test` takes the second profile; interpreted, an example takes longer.
 FEW = 15 if all(compiled_kernels().values()) else 6
@@ -47,34 +44,10 @@ settings.load_profile("fpmatch")
 
 def pytest_configure():
     """Refuse to run where the kernels that would be tested are not those of the files."""
-    from fpmatch.base.kernels import kernels_text, outdated_kernels
+    from fpmatch.base.kernels import build_command, outdated_kernels
 
     if outdated_kernels():
-        raise pytest.UsageError(kernels_text())
-
-
-@cache
-def called_kernels():
-    """Return the kernels that each module of the package names, by the module's full name."""
-    return {
-        ".".join(("fpmatch", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(
-            ".__init__"
-        ): {*KERNEL.findall(path.read_text("utf-8"))}
-        for path in PACKAGE.rglob("*.py")
-    }
-
-
-@cache
-def kernels_of(path):
-    """Return the kernels that a file of tests names, or a module of its folder that it imports."""
-    text = path.read_text("utf-8")
-    kernels = {*KERNEL.findall(text)}
-    folder = ".".join(("fpmatch", *path.relative_to(ROOT / "tests").parts[:-1]))
-    for module, names in IMPORT.findall(text):
-        for name in (module, *(f"{module}.{word}" for word in re.findall(r"\w+", names))):
-            if name.startswith(f"{folder}."):
-                kernels |= called_kernels().get(name, set())
-    return kernels
+        raise pytest.UsageError(f"kernels out of date: {build_command()}")
 
 
 def pytest_ignore_collect(collection_path):
@@ -84,10 +57,17 @@ def pytest_ignore_collect(collection_path):
     return True if RUNS_COMPILED.search(collection_path.read_text("utf-8")) else None
 
 
+@cache
+def has_kernels(path):
+    """Return whether a file of tests names a kernel, or its folder in the package has some."""
+    folder = PACKAGE.joinpath(*path.relative_to(ROOT / "tests").parts[:-1])
+    return any(folder.glob("_*_kernel.py")) or bool(KERNEL.search(path.read_text("utf-8")))
+
+
 def pytest_collection_modifyitems(items):
     """Mark the tests that `scripts/test --interpreted` runs besides one of each command."""
     for item in items:
-        if kernels_of(item.path):
+        if has_kernels(item.path):
             item.add_marker(pytest.mark.kernels)
 
 
@@ -213,9 +193,6 @@ def run_research():
         return CliRunner().invoke(research, [*map(str, words)], prog_name="research")
 
     return run
-
-
-Run = Callable[..., Result]
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import threading
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -21,12 +22,13 @@ if TYPE_CHECKING:
 _ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC") else ()
 
 
+@dataclass(frozen=True)
 class Network:
     """A neural network in a file of the package; each thread loads its own copy, once."""
 
-    def __init__(self, path: Path, sha256: str) -> None:
-        self.path, self.sha256 = path, sha256
-        self._own = threading.local()
+    path: Path
+    sha256: str
+    _own: threading.local = field(default_factory=threading.local, init=False, compare=False)
 
     def __call__(self, given: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the output of the network.
@@ -35,26 +37,17 @@ class Network:
         use it.
         """
         if not hasattr(self._own, "network"):
-            self._own.network = self._read()
+            try:
+                digest = hashlib.sha256(self.path.read_bytes()).hexdigest()
+                if digest != self.sha256:  # OpenCV may crash on a damaged file
+                    why = f"damaged, or the network of another version (its SHA-256 is {digest})"
+                    raise FpmatchError(why, path=self.path)
+                self._own.network = cv2.dnn.readNetFromONNX(str(self.path), *_ENGINE)
+            except OSError as error:
+                why = f"cannot be read ({error.strerror})"
+                raise FpmatchError(why, path=self.path) from error
+            except cv2.error as error:
+                why = f"OpenCV {cv2.__version__} cannot use it ({error.err})"
+                raise FpmatchError(why, path=self.path) from error
         self._own.network.setInput(given)
         return np.asarray(self._own.network.forward(), np.float32)
-
-    def _read(self) -> cv2.dnn.Net:
-        """Read the network after checking its file, because OpenCV may crash on a damaged one."""
-        try:
-            content = self.path.read_bytes()
-        except OSError as error:
-            why = error.strerror or error
-            raise FpmatchError(f"{self.path}: cannot be read ({why})") from error
-        digest = hashlib.sha256(content).hexdigest()
-        if digest != self.sha256:
-            raise FpmatchError(
-                f"{self.path}: damaged, or the network of another version (its SHA-256 is {digest})"
-            )
-        try:
-            return cv2.dnn.readNetFromONNX(str(self.path), *_ENGINE)
-        except cv2.error as error:
-            version = cv2.__version__
-            raise FpmatchError(
-                f"{self.path}: OpenCV {version} cannot use it ({error.err})"
-            ) from error

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import OutputError
@@ -23,46 +24,30 @@ PRIVATE_FOLDER = 0o700
 
 
 @contextmanager
-def _one_line(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Turn an OSError into an OutputError that names `path`, whatever file it is about."""
-    try:
-        if Path(path).is_dir():  # an OSError for a name that is too long
-            raise OutputError(f"{path}: cannot be written: it is a folder")
-        yield
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
-
-
-@contextmanager
-def _unfinished_in(folder: Path) -> Iterator[Path]:
-    """Yield the path of an unfinished file in a folder, and remove what is left of it."""
-    unfinished = folder / f".{os.urandom(8).hex()}.part"
-    try:
-        yield unfinished
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
-
-
-@contextmanager
 def atomic_write(path: str | os.PathLike[str], *, public: bool = False) -> Iterator[BinaryIO]:
     """Yield an unfinished file beside `path`, which replaces it once the block has ended well.
 
-    Folders that are missing are made; where the block fails, they are removed again.
+    Folders that are missing are made; where the block fails, they are removed again. An OSError,
+    whatever file it is about, becomes an OutputError that names `path`.
     """
     made: list[Path] = []
-    with _one_line(path):
-        try:
-            made = make_missing(Path(path).parent, public=public)
-            with _unfinished_in(Path(path).parent) as unfinished:
-                with open(unfinished, "xb", opener=None if public else open_private) as stream:
-                    yield stream
-                unfinished.replace(path)
-        except BaseException:
-            with suppress(OSError):
-                for folder in reversed(made):
-                    folder.rmdir()
-            raise
+    unfinished = Path(path).parent / f".{os.urandom(8).hex()}.part"
+    try:
+        if Path(path).is_dir():  # an OSError for a name that is too long
+            raise OutputError("cannot be written: it is a folder", path=path)
+        made = make_missing(Path(path).parent, public=public)
+        with open(unfinished, "xb", opener=None if public else open_private) as stream:
+            yield stream
+        unfinished.replace(path)
+    except BaseException as error:
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
+        with suppress(OSError):
+            for folder in reversed(made):
+                folder.rmdir()
+        if isinstance(error, OSError):
+            raise OutputError(f"cannot be written: {reason(error)}", path=path) from error
+        raise
 
 
 def atomic_write_bytes(
@@ -82,11 +67,15 @@ def check_writable(
     """
     target = Path(path)
     if suffixes and target.suffix.lower() not in suffixes:
-        raise OutputError(f"{path}: {what} is written as {' or '.join(suffixes)}")
-    with _one_line(path):
-        there = next((folder for folder in target.parents if folder.exists()), Path())
-        with _unfinished_in(there) as trial:
-            trial.write_bytes(b" ")  # a byte, since a full disk may still take an empty file
+        raise OutputError(f"{what} is written as {' or '.join(suffixes)}", path=path)
+    folder = next((one for one in target.parents if one.exists()), Path())
+    try:
+        if target.is_dir():
+            raise OutputError("cannot be written: it is a folder", path=path)
+        with TemporaryFile(dir=folder) as trial:
+            trial.write(b" ")  # a byte, since a full disk may still take an empty file
+    except OSError as error:
+        raise OutputError(f"cannot be written: {reason(error)}", path=path) from error
 
 
 def make_missing(folder: Path, *, public: bool = False) -> list[Path]:

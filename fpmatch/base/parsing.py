@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
 
 HEAD_BYTES: Final = 4096  # enough to recognise a format
@@ -63,40 +62,39 @@ def parse_json(text: str | bytes) -> Any:
     Raises ParseError, whose message is one line, for anything else: NaN and Infinity, which are not
     JSON, half of a surrogate pair in a string, numbers of thousands of digits, deep nesting.
     """
-    with _one_kind_of_error():
+    try:
         decoded = (text.decode() if isinstance(text, bytes) else text).removeprefix("\ufeff")
         value = json.loads(decoded, parse_constant=_refuse)
         if "\\ud" in decoded.lower():
             json.dumps(value, ensure_ascii=False).encode()
-        return value
+    except (ValueError, RecursionError) as error:
+        raise ParseError(_reason(error)) from error
+    return value
 
 
 def parse_toml(text: str | bytes) -> dict[str, Any]:
     """Return the table of a text of TOML in UTF-8; raise ParseError as `parse_json` does."""
     import tomllib  # noqa: PLC0415  (most commands read none)
 
-    with _one_kind_of_error():
+    try:
         decoded = text if isinstance(text, str) else text.decode()
         if any(part.count(".") > MOST_DOTS for part in _BETWEEN_KEYS.split(decoded)):
             raise ParseError(f"a key with more than {MOST_DOTS} parts")
         return tomllib.loads(decoded)
+    except (ValueError, RecursionError) as error:
+        raise ParseError(_reason(error)) from error
 
 
-@contextmanager
-def _one_kind_of_error() -> Iterator[None]:
-    """Raise a ParseError for what parsers raise."""
-    try:
-        yield
-    except RecursionError as error:
-        raise ParseError("nested too deeply") from error
-    except UnicodeEncodeError as error:
-        raise ParseError("a string holds half of a surrogate pair") from error
-    except UnicodeDecodeError as error:
-        where = f"byte 0x{error.object[error.start]:02x} at {error.start}"
-        raise ParseError(f"not text in UTF-8: {where}") from error
-    except ValueError as error:
-        why = next(iter(str(error).splitlines()), "")
-        raise ParseError("a number has too many digits" if "int_max_str" in why else why) from error
+def _reason(error: ValueError | RecursionError) -> str:
+    """Return what is wrong with a text, on one line, from the error of a parser."""
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    if isinstance(error, UnicodeEncodeError):
+        return "a string holds half of a surrogate pair"
+    if isinstance(error, UnicodeDecodeError):
+        return f"not text in UTF-8: byte 0x{error.object[error.start]:02x} at {error.start}"
+    why = next(iter(str(error).splitlines()), "")
+    return "a number has too many digits" if "int_max_str" in why else why
 
 
 def _refuse(constant: str) -> NoReturn:

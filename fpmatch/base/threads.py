@@ -1,17 +1,13 @@
-"""Cores of this process, and how numpy and heavy imports start no threads."""
+"""Cores of this process, and variables of its environment."""
 
 from __future__ import annotations
 
-import gc
 import os
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-
-_BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
 
 
 def available_cores() -> int:
@@ -19,31 +15,6 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-@contextmanager
-def loaded_single_threaded() -> Iterator[None]:
-    """Let numpy start no threads if it is first imported in the block, here or in a new process.
-
-    For the main thread of a program: environment variables are shared by all threads.
-    """
-    with environment(_BLAS_THREADS, "1"):
-        yield
-
-
-@contextmanager
-def fast_imports() -> Iterator[None]:
-    """Import heavy modules without threads, which would occupy a core that workers need.
-
-    There is no garbage collection meanwhile, nor of these modules later: they leave none.
-    """
-    gc.disable()
-    try:
-        with loaded_single_threaded():
-            yield
-    finally:
-        gc.freeze()
-        gc.enable()
 
 
 @contextmanager

@@ -1,8 +1,10 @@
-"""Commands and groups: help in sections, rare options behind ``--help-all``, lazy imports."""
+"""Commands: help in sections, rare options behind ``--help-all``, errors on one line."""
 
 from __future__ import annotations
 
 import inspect
+import os
+import sys
 from copy import copy
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -10,8 +12,10 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import click
 from click.core import ParameterSource
 
-from fpmatch.cli.notes import show
-from fpmatch.errors import did_you_mean
+from fpmatch.cli import EXIT_INTERRUPTED
+from fpmatch.cli.notes import say_errors, say_kernels
+from fpmatch.errors import FpmatchError, did_you_mean
+from fpmatch.printable import message_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,31 +29,20 @@ GROUPS: Final = {
     "Overlay": ("view",),
     "Resources": ("workers", "scheduler", "key"),
 }
-_EVERYTHING: Final = "fpmatch.help_all"
+EXIT_ERROR: Final = 2
+EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
+
+HELP_ALL: Final = click.help_option("--help-all", help="Show rare options and details, too.")(
+    click.Command("")
+).params[0]
 
 
-def _show_everything(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
-    if requested and not ctx.resilient_parsing:
-        ctx.meta[_EVERYTHING] = True
-        show(ctx.get_help())
-        ctx.exit()
-
-
-HELP_ALL: Final = click.Option(
-    ["--help-all"],
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_show_everything,
-    help="Show rare options and details, too.",
-)
+def _shows_all(ctx: click.Context) -> bool:
+    return ctx.get_parameter_source("help_all") is ParameterSource.COMMANDLINE
 
 
 class Command(click.Command):
-    """A command that shows its rare options, which are hidden, and `details` by ``--help-all``.
-
-    A hidden option without a help text is not shown at all.
-    """
+    """A command that shows its rare options, which are hidden, and `details` by ``--help-all``."""
 
     def __init__(self, *args: Any, details: str = "", **attrs: Any) -> None:
         super().__init__(*args, **attrs)
@@ -63,17 +56,18 @@ class Command(click.Command):
         """List the options in groups."""
         rows: dict[str, list[tuple[str, str]]] = {title: [] for title in ("Options", *GROUPS)}
         for param in self.get_params(ctx):
-            if isinstance(param, click.Option):
-                shown = copy(param)
-                shown.hidden = param.hidden and not (param.help and _EVERYTHING in ctx.meta)
-                if record := shown.get_help_record(ctx):
-                    group = (title for title, names in GROUPS.items() if param.name in names)
-                    rows[next(group, "Options")].append(record)
+            if not isinstance(param, click.Option):
+                continue
+            shown = copy(param)
+            shown.hidden = param.hidden and not _shows_all(ctx)
+            if record := shown.get_help_record(ctx):
+                group = (title for title, names in GROUPS.items() if param.name in names)
+                rows[next(group, "Options")].append(record)
         _write_sections(formatter, rows)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the epilog; if everything is to be shown, the details before it."""
-        if self.details and _EVERYTHING in ctx.meta:
+        if self.details and _shows_all(ctx):
             formatter.write_paragraph()
             with formatter.indentation():
                 formatter.write_text(inspect.cleandoc(self.details))
@@ -81,48 +75,68 @@ class Command(click.Command):
 
 
 class Group(click.Group):
-    """A group that imports a sub-command when it runs, as click's documentation has it.
-
-    `lazy` has the place of each such command, ``package.module:object``, by name.
-    """
+    """A group of such commands, listed with whole sentences."""
 
     command_class = Command
 
-    def __init__(self, *args: Any, lazy: Mapping[str, str] | None = None, **attrs: Any) -> None:
-        super().__init__(*args, **attrs)
-        self.lazy = lazy or {}
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the sub-commands with the first sentence of each."""
+        of = sorted(self.commands.items())
+        rows = [(name, command.get_short_help_str(limit=1000)) for name, command in of]
+        _write_sections(formatter, {"Commands": rows})
+
+
+class Program(click.Group):
+    """The command ``fpmatch``: it imports sub-commands when they run and prints their errors.
+
+    Sub-commands return the exit status. `sections` has the summaries of all sub-commands, by the
+    title of their section and the folder of the package that has them: the command NAME is the
+    object NAME of FOLDER.NAME.
+    """
+
+    sections: Mapping[tuple[str, str], Mapping[str, str]]
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all sub-commands."""
-        return [*self.lazy, *super().list_commands(ctx)]
+        return [name for summaries in self.sections.values() for name in summaries]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the sub-command `cmd_name`, if there is one."""
-        if cmd_name in self.lazy:
-            return cast("click.Command", load_object(self.lazy[cmd_name], used_by=cmd_name))
-        return super().get_command(ctx, cmd_name)
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the sub-command that is named first; of an unknown name, say what is meant."""
-        name = click.utils.make_str(args[0])
-        known = ctx.resilient_parsing or name in self.lazy or name in self.list_commands(ctx)
-        if not known and not name.startswith("-"):
-            ctx.fail(f"No such command {name!r}.{did_you_mean(name, self.list_commands(ctx))}")
-        return super().resolve_command(ctx, args)
-
-    def sections(self, ctx: click.Context) -> dict[str, dict[str, str]]:
-        """Return the first sentence about each sub-command, by the title of its section."""
-        names = self.list_commands(ctx)
-        known = {name: command for name in names if (command := self.get_command(ctx, name))}
-        texts = {name: command.get_short_help_str(limit=1000) for name, command in known.items()}
-        return {"Commands": texts}
+        """Import the sub-command `cmd_name`; of an unknown name, say what is meant."""
+        for (_, folder), summaries in self.sections.items():
+            if cmd_name in summaries:
+                name = cmd_name.replace("-", "_")
+                place = f"fpmatch.{folder}.{name}:{name}"
+                return cast("click.Command", load_object(place, used_by=cmd_name))
+        if not (ctx.resilient_parsing or cmd_name.startswith("-")):
+            meant = did_you_mean(cmd_name, self.list_commands(ctx))
+            ctx.fail(f"No such command {cmd_name!r}.{meant}")
+        return None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the sub-commands with their sentences."""
-        sections = self.sections(ctx)
-        _write_sections(formatter, {title: list(of.items()) for title, of in sections.items()})
+        """List the summaries, without importing the commands."""
+        rows = {title: list(of.items()) for (title, _), of in self.sections.items()}
+        _write_sections(formatter, rows)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a sub-command and exit with its status; print an error on one line."""
+        try:
+            say_kernels()
+            ctx.exit(super().invoke(ctx) or 0)
+        except KeyboardInterrupt:
+            ctx.exit(EXIT_INTERRUPTED)
+        except BrokenPipeError:
+            # The reader has gone; otherwise the interpreter reports it again when it flushes.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            ctx.exit(EXIT_BROKEN_PIPE)
+        except click.ClickException as error:
+            error.message = message_text(error.message)  # type: ignore[misc]  # it repeats words
+            raise
+        except FpmatchError as error:
+            say_errors([error])
+        except OSError as error:
+            # other files raise FpmatchError: this is the output itself, on a full disk
+            say_errors([f"{error.filename or 'output'}: {error.strerror}"])
+        ctx.exit(EXIT_ERROR)
 
 
 def _write_sections(
@@ -150,27 +164,21 @@ def load_object(place: str, *, used_by: str) -> Any:
         raise click.UsageError(reason) from error
 
 
-def check_combination(
-    needs: Mapping[str, str] | None = None, *, excluding: str = "", excluded: tuple[str, ...] = ()
-) -> None:
+def check_combination(needs: Mapping[str, str], *, not_with_gallery: tuple[str, ...]) -> None:
     """Fail where options of the current command line do not go together.
 
-    `needs` names, for parameters, another one without which they mean nothing; those that are
-    `excluded` cannot be combined with the parameter `excluding`, if that is given.
+    `needs` names, for options, another one without which they mean nothing; those of
+    `not_with_gallery`, arguments among them, cannot be combined with ``--gallery``.
     """
     ctx = click.get_current_context()
-    names = {
-        param.name or "": param.human_readable_name
-        if isinstance(param, click.Argument)
-        else param.opts[0]
-        for param in ctx.command.params
-    }
     given = {
-        name for name in names if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        param.opts[0] if isinstance(param, click.Option) else param.human_readable_name
+        for param in ctx.command.params
+        if ctx.get_parameter_source(str(param.name)) is ParameterSource.COMMANDLINE
     }
-    for name, needed in (needs or {}).items():
-        if name in given and needed not in given:
-            raise click.UsageError(f"{names[name]} needs {names[needed]}")
-    for name in excluded:
-        if name in given and excluding in given:
-            raise click.UsageError(f"{names[name]} cannot be combined with {names[excluding]}")
+    for option, needed in needs.items():
+        if option in given and needed not in given:
+            raise click.UsageError(f"{option} needs {needed}")
+    for option in not_with_gallery:
+        if option in given and "--gallery" in given:
+            raise click.UsageError(f"{option} cannot be combined with --gallery")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import re
 import sys
@@ -13,20 +14,18 @@ import click
 
 from fpmatch._version import __version__
 from fpmatch.base.kernels import build_command, compiled_kernels, outdated_kernels
-from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
+from fpmatch.base.parameters import Parameter, parameters_of
+from fpmatch.base.plugins import FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.base.threads import available_cores
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show
 from fpmatch.cli.options import json_option
 from fpmatch.formats.registry import CODECS
-from fpmatch.matching.registry import OWN_MATCHERS
-from fpmatch.printable import json_text, text_table
+from fpmatch.matching.registry import DEFAULT_MATCHER, OWN_MATCHERS, get_matcher, matcher_names
+from fpmatch.printable import json_text, printable, text_table
 
-_FOR_DEVELOPERS: Final = {"bench", "browser", "dev", "docs", "test", "train"}  # extras
 _REQUIRED: Final = re.compile(r"""([\w.-]+).*?(?:;\s*extra\s*==\s*["']([\w-]+)["'])?\s*""")
-_OTHER_NAMES: Final = {
-    "opencv-python-headless": ("opencv-python", "opencv-contrib-python-headless", "opencv")
-}
+_FOR_DEVELOPERS: Final = {"bench", "browser", "dev", "docs", "test", "train"}  # extras
 
 
 def inspect_installation() -> dict[str, Any]:
@@ -39,18 +38,14 @@ def inspect_installation() -> dict[str, Any]:
     plugins = {
         "matchers": _plugins(MATCHERS, set(OWN_MATCHERS)),
         "formats": _plugins(FORMATS, {codec.name for codec in CODECS}),
-        "commands": _plugins(COMMANDS, set()),
     }
     outdated = outdated_kernels()
     needed = packages.pop("", {})
-    missing = [f"{name} is not installed" for name, one in needed.items() if one is None]
-    failed = [
-        f"{kind[:-1]} {one['name']}: {one['problem']}"
-        for kind, of in plugins.items()
-        for one in of
-        if one["problem"]
-    ]
-    old = [f"kernels out of date: `{build_command()}` compiles them"] * bool(outdated)
+    problems = [f"{name} is not installed" for name, one in needed.items() if one is None]
+    for kind, of in plugins.items():
+        problems += [f"{kind[:-1]} {one['name']}: {one['problem']}" for one in of if one["problem"]]
+    if outdated:
+        problems.append(f"kernels out of date: `{build_command()}` compiles them")
     return {
         "version": __version__,
         "folder": str(Path(__file__).parents[1]),
@@ -63,7 +58,7 @@ def inspect_installation() -> dict[str, Any]:
         "kernels": compiled_kernels(),
         "outdated_kernels": outdated,
         **plugins,
-        "problems": missing + failed + old,
+        "problems": problems,
     }
 
 
@@ -73,8 +68,7 @@ def installation_text(installed: dict[str, Any]) -> str:
     slow = [name for name, compiled in kernels.items() if not compiled]
     compiled = f"{len(kernels) - len(slow)} of {len(kernels)} compiled"
     if slow:
-        names = f", not {', '.join(slow)}" if len(slow) < len(kernels) else ""
-        compiled += f"{names}: slow; with a C compiler, `{build_command()}` compiles them"
+        compiled += f": slow; with a C compiler, `{build_command()}` compiles them"
     if outdated:
         compiled += f"; out of date: {', '.join(outdated)}"
     rows = [
@@ -86,9 +80,10 @@ def installation_text(installed: dict[str, Any]) -> str:
         ("packages", _versions(installed["packages"])),
     ]
     rows += [(f"extra {name}", _versions(of)) for name, of in installed["extras"].items()]
-    for kind in ("matchers", "formats", "commands"):
-        usable = [one for one in installed[kind] if not one["problem"]]
-        shown = [f"{one['name']} ({one['source']})" for one in usable]
+    for kind in ("matchers", "formats"):
+        shown = [
+            f"{one['name']} ({one['source']})" for one in installed[kind] if not one["problem"]
+        ]
         rows.append((f"{kind} added", ", ".join(shown) or "none"))
     return text_table(rows, left=2)
 
@@ -103,7 +98,11 @@ def _packages() -> dict[str, dict[str, str | None]]:
     for match in filter(None, map(_REQUIRED.fullmatch, required)):
         name, extra = match[1], match[2] or ""
         if extra not in _FOR_DEVELOPERS:
-            packages.setdefault(extra, {})[name] = _version(name)
+            of = packages.setdefault(extra, {})
+            try:
+                of[name] = version(name)
+            except PackageNotFoundError:
+                of[name] = None
     return packages
 
 
@@ -118,17 +117,38 @@ def _plugins(group: str, own: set[str]) -> list[dict[str, str]]:
     ]
 
 
-def _version(name: str) -> str | None:
-    for one in (name, *_OTHER_NAMES.get(name, ())):
-        try:
-            return version(one)
-        except PackageNotFoundError:
-            pass
-    return None
-
-
 def _versions(versions: dict[str, str | None]) -> str:
     return ", ".join(f"{name} {one or 'missing'}" for name, one in versions.items())
+
+
+def _matchers() -> dict[str, list[Parameter]]:
+    """Return the parameters of each matcher that can be loaded, by its name, the default first."""
+    failures = load_plugins(MATCHERS)[1]
+    return {
+        name: list(parameters_of(get_matcher(name).parameters).values())
+        for name in sorted(matcher_names(), key=lambda name: name != DEFAULT_MATCHER)
+        if name in OWN_MATCHERS or name not in failures
+    }
+
+
+def _matchers_text(matchers: dict[str, list[Parameter]]) -> str:
+    """Return them as lines with name, default, range, unit and meaning."""
+    blocks, shown = [], dict[str, str]()
+    for name, parameters in matchers.items():
+        rows = [
+            [one.name, f"{one.value:g}", f"{one.least:g} to {one.most:g}", one.unit, one.meaning]
+            for one in parameters
+        ]
+        table = text_table(rows, left=5) if rows else "no parameters"
+        alike = shown.setdefault(table, name)
+        lines = [f"the parameters of {alike}"] if alike != name else table.splitlines()
+        blocks.append("\n".join([printable(name), *(f"    {line}" for line in lines)]))
+    return "\n\n".join(blocks)
+
+
+def _as_dict(one: Parameter) -> dict[str, Any]:
+    """Return a parameter as JSON values; a limit or value is None where it is infinite."""
+    return {key: None if value == math.inf else value for key, value in one._asdict().items()}
 
 
 @click.command(
@@ -158,9 +178,9 @@ def doctor(list_matchers: bool, as_json: bool) -> int:
     other than the folder of the installation.
     """
     if list_matchers:
-        from fpmatch.cli.matchers import matchers_document, matchers_text
-
-        show(json_text(matchers_document()) if as_json else matchers_text())
+        matchers = _matchers()
+        document = {name: [_as_dict(one) for one in of] for name, of in matchers.items()}
+        show(json_text(document) if as_json else _matchers_text(matchers))
         return 0
     installed = inspect_installation()
     show(json_text(installed) if as_json else installation_text(installed))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import click
 
 from fpmatch.cli.command import Command, check_combination, load_object
 from fpmatch.cli.given_files import given_files
-from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
+from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show, show_line
 from fpmatch.cli.options import (
     MIRROR,
     PRINT,
@@ -25,7 +24,7 @@ from fpmatch.cli.options import (
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError, TemplateError
 from fpmatch.formats.registry import codec_of_name, written_formats
-from fpmatch.printable import count, json_text, printable
+from fpmatch.printable import count, json_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,35 +33,15 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import AngleConvention
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
-    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 STAGES: Final = "stages"  # in place of a format: pictures
 _OF_IMAGES: Final = (
-    *("images", "dpi", "polarity", "raw", "record", "mirror", "enhance", "angles", "as_json"),
+    *("IMAGE|DIR...", "--dpi", "--polarity", "--raw", "--record", "--mirror", "--enhance"),
+    *("--angles", "--json"),
 )
-
-
-@dataclass(frozen=True, slots=True)
-class _Extracted:
-    """What came of one image; `quality` is None for a template and for stages."""
-
-    image: Path
-    files: tuple[Path, ...]
-    minutiae: int
-    quality: PrintQuality | None
-    notes: tuple[str, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return {
-            "image": str(self.image),
-            "files": list(map(str, self.files)),
-            "minutiae": self.minutiae,
-            "quality": None if self.quality is None else self.quality.as_dict(),
-        }
 
 
 @click.command(
@@ -137,7 +116,7 @@ def extract(
     from fpmatch.base.output import check_writable
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
 
-    check_combination({"subject": "gallery"}, excluding="gallery", excluded=_OF_IMAGES)
+    check_combination({"--subject": "--gallery"}, not_with_gallery=_OF_IMAGES)
     if gallery is not None:
         if file_format == STAGES:
             raise click.UsageError("--format stages cannot be combined with --gallery")
@@ -157,7 +136,9 @@ def extract(
     if len(files) > 1:
         say_slow_kernels()
     failures: list[FpmatchError] = []
-    done: list[_Extracted] = []
+    done: list[dict[str, Any]] = []
+    noted: list[tuple[Path, tuple[str, ...]]] = []
+    poor: list[str] = []
     with ProgressBars({"extract": "extracting"}) as bars:
         for number, (file, stem) in enumerate(zip(files, stems, strict=True), start=1):
             try:
@@ -167,38 +148,40 @@ def extract(
                     written = _draw(given, file.path, output / stem)
                 else:
                     written = _write(given.template, output / stem, file_format)
-                minutiae = len(given.template.minutiae)
-                quality = None if file_format == STAGES else given.quality
-                done.append(_Extracted(file.path, written, minutiae, quality, given.notes))
             except OutputError as error:
                 failures.append(error)
                 break
             except FpmatchError as error:
                 failures.append(error)
+            else:
+                # None for a template and for stages
+                quality = None if file_format == STAGES else given.quality
+                done.append(
+                    {
+                        "image": str(file.path),
+                        "files": list(map(str, written)),
+                        "minutiae": len(given.template.minutiae),
+                        "quality": None if quality is None else quality.as_dict(),
+                    }
+                )
+                noted.append((file.path, given.notes))
+                if quality is not None and quality.reasons:
+                    poor.append(f"{file.path}: {quality}")
             bars.show("extract", number, len(files))
-    templates = [one.as_dict() for one in done]
-    document = {"templates": templates, "failures": list(map(str, failures))}
-    show(
-        json_text(document)
-        if as_json
-        else printable(_as_text(done, len(files), output, file_format))
-    )
-    say_notes(group_by_note((one.image, one.notes) for one in done))
-    for one in done:
-        if one.quality is not None and one.quality.reasons:
-            say_note(f"{one.image}: {one.quality}")
+    if as_json:
+        show(json_text({"templates": done, "failures": list(map(str, failures))}))
+    else:
+        minutiae = count(sum(one["minutiae"] for one in done), "minutia", "minutiae")
+        made = count(len(files), "image" if file_format == STAGES else "template")
+        scores = [one["quality"]["score"] for one in done if one["quality"] is not None]
+        quality_text = f", quality {min(scores)}" if scores else ""
+        quality_text += f" to {max(scores)}" if len(set(scores)) > 1 else ""
+        show_line(f"{len(done)} of {made}, {minutiae}{quality_text}: {output}")
+    say_notes(group_by_note(noted))
+    for note in poor:
+        say_note(note)
     say_errors(failures)
     return 2 if failures else 0
-
-
-def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format: str) -> str:
-    minutiae = sum(one.minutiae for one in done)
-    scores = sorted(one.quality.score for one in done if one.quality is not None)
-    quality = f", quality {scores[0]}" if scores else ""
-    quality += f" to {scores[-1]}" if len(set(scores)) > 1 else ""
-    counted = count(minutiae, "minutia", "minutiae")
-    made = count(images, "image" if file_format == STAGES else "template")
-    return f"{len(done)} of {made}, {counted}{quality}: {output}"
 
 
 def _draw(given: GivenPrint, image: Path, folder: Path) -> tuple[Path, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fpmatch.cli.command import load_object
 
@@ -12,25 +12,19 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.polarity import Polarity
 
-Read = TypeVar("Read")
 
-
-class GivenFile(NamedTuple, Generic[Read]):
+class GivenFile(NamedTuple):
     """A file, its place below the folder that was named, its resolution, and its reader."""
 
     path: Path
     place: Path  # relative
     dpi: float | None
-    read: Callable[[Path], Read]
+    read: Callable[[Path], Any]
 
 
 def given_files(
-    places: Sequence[Path],
-    reader: Callable[..., Read],
-    *,
-    polarity: Polarity,
-    dpi: float | None,
-) -> list[GivenFile[Read]]:
+    places: Sequence[Path], reader: Callable[..., Any], *, polarity: Polarity, dpi: float | None
+) -> list[GivenFile]:
     """Return files, in place of a folder its prints, as `enrol` takes them.
 
     Prints of one folder are read with its polarity and their common resolution; `reader` is as
@@ -46,9 +40,9 @@ def given_files(
     if any(place.is_dir() for place in places):
         of = load_object("fpmatch.gallery.listing.folders:files_of", used_by="a folder")
         listed = [(file.path, file.place) for place in places for file in of(place)]
-    above = {file.parent: place for file, place in listed if place is not None}
+    folders = {file.parent: place for file, place in listed if place is not None}
     files = [file for file, _ in listed]
-    traits = find_traits(files, polarity=polarity, dpi=dpi, reader=reader, places=above)
+    traits = find_traits(files, polarity=polarity, dpi=dpi, reader=reader, places=folders)
     read = FolderReader(reader, traits, dpi)
     return [
         GivenFile(

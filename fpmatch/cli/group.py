@@ -1,21 +1,15 @@
-"""The command ``fpmatch``: it imports sub-commands when they run and prints their errors."""
+"""The command ``fpmatch``, and the table of its sub-commands."""
 
 from __future__ import annotations
 
-import os
-import sys
-from typing import IO, Any, Final, cast
+from typing import Final
 
 import click
 
 from fpmatch._version import __version__
-from fpmatch.cli import EXIT_INTERRUPTED, is_interrupt
-from fpmatch.cli.command import Group
-from fpmatch.errors import FpmatchError
-from fpmatch.printable import message_text
+from fpmatch.cli.command import Program
 
-# All commands, by the title of their section and the folder of the package that has them; the
-# folders after the first are wings. The command NAME is the object NAME of FOLDER.NAME.
+# See `Program`; the folders after the first are wings.
 COMMANDS: Final = {
     ("Commands", "cli"): {
         "verify": "Decide whether two images show the same finger.",
@@ -44,125 +38,10 @@ COMMANDS: Final = {
         "points": "Find the transform between two point sets.",
     },
 }
-_OF_OTHERS: Final = "Commands of other packages"
 
-EXIT_ERROR: Final = 2
-EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
-
-
-class _OneLineError(click.ClickException):
-    """An error shown as one line on stderr, with exit status 2."""
-
-    exit_code = EXIT_ERROR
-
-    def show(self, file: IO[Any] | None = None) -> None:
-        """Print the line."""
-        from fpmatch.cli.notes import say
-
-        say(f"error: {self.format_message()}")
-
-
-def _shown(error: Exception) -> Exception:
-    """Return an error as it is shown: of a command line with its usage, of input on one line."""
-    if isinstance(error, click.ClickException):
-        error.message = message_text(error.message)  # type: ignore[misc]  # it repeats the words
-        return error
-    if isinstance(error, OSError):
-        # other files raise FpmatchError: this is the output itself, on a full disk
-        return _OneLineError(message_text(f"{error.filename or 'output'}: {error.strerror}"))
-    return _OneLineError(message_text(error))
-
-
-def _places() -> dict[str, str]:
-    return {
-        name: f"fpmatch.{folder}.{name.replace('-', '_')}:{name.replace('-', '_')}"
-        for (_, folder), commands in COMMANDS.items()
-        for name in commands
-    }
-
-
-class _Fpmatch(Group):
-    """The whole command: sub-commands return the exit status, errors are shown on one line.
-
-    Other packages may add commands, as entry points of `fpmatch.base.plugins.COMMANDS`.
-    """
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the commands, plug-ins of other packages last."""
-        return list(dict.fromkeys([*super().list_commands(ctx), *_added()]))
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the sub-command `cmd_name`, of fpmatch or another package."""
-        if cmd_name in self.lazy or cmd_name not in _added():
-            return super().get_command(ctx, cmd_name)
-        from fpmatch.base.plugins import COMMANDS as ADDED
-        from fpmatch.base.plugins import load_plugin
-
-        return cast("click.Command", load_plugin(ADDED, cmd_name))
-
-    def sections(self, ctx: click.Context) -> dict[str, dict[str, str]]:
-        """Return the summaries, without importing the commands."""
-        own = {title: commands for (title, _), commands in COMMANDS.items()}
-        return own | {_OF_OTHERS: {k: of for k, of in _added().items() if k not in self.lazy}}
-
-    def make_context(self, *args: Any, **options: Any) -> click.Context:
-        """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
-        try:
-            return super().make_context(*args, **options)
-        except click.ClickException as error:
-            raise _shown(error) from None
-        except KeyboardInterrupt:
-            raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the sub-command that is named first; note before that other code runs, if so."""
-        resolved = super().resolve_command(ctx, args)
-        if not ctx.resilient_parsing:
-            from fpmatch.cli.notes import say_kernels
-
-            say_kernels(outdated=resolved[0] != "doctor")  # which lists them itself
-        return resolved
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run a sub-command and exit with its status."""
-        try:
-            ctx.exit(super().invoke(ctx) or 0)
-        except BrokenPipeError:
-            # The reader has gone; otherwise the interpreter reports it again when it flushes.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            ctx.exit(EXIT_BROKEN_PIPE)
-        except (KeyboardInterrupt, Exception) as error:
-            if is_interrupt(error):
-                ctx.exit(EXIT_INTERRUPTED)
-            if isinstance(error, click.ClickException | FpmatchError | OSError):
-                raise _shown(error) from None
-            raise
-
-
-def _added() -> dict[str, str]:
-    """Return the commands that other packages add, and what each is of."""
-    from fpmatch.base.plugins import COMMANDS as ADDED
-    from fpmatch.base.plugins import plugin_names, plugin_source
-
-    return {name: plugin_source(ADDED, name) for name in plugin_names(ADDED)}
-
-
-def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
-    if requested and not ctx.resilient_parsing:
-        from fpmatch.base.kernels import kernels_text
-        from fpmatch.cli.notes import say_kernels, show_line
-
-        say_kernels(outdated=False)
-        show_line(f"fpmatch {__version__} ({kernels_text()})")
-        ctx.exit()
-
-
-@click.group(
+fpmatch = Program(
     name="fpmatch",
-    cls=_Fpmatch,
-    lazy=_places(),
+    help="Verify fingerprints: two images in; a decision, its score and the transform out.",
     context_settings={
         "help_option_names": ["-h", "--help"],
         "max_content_width": 100,
@@ -179,13 +58,7 @@ Exit status: 0 match or done, 1 no match or some failures, 2 input that cannot b
 line on stderr), 3 inconclusive.
 """,
 )
-@click.option(
-    "--version",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_show_version,
-    help="Show the version and the state of the kernels, and exit.",
-)
-def fpmatch() -> None:
-    """Verify fingerprints: two images in; a decision, its score and the transform out."""
+fpmatch.sections = COMMANDS
+click.version_option(
+    __version__, message="%(prog)s %(version)s", help="Show the version and exit."
+)(fpmatch)

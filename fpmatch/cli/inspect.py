@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,7 +24,6 @@ from fpmatch.printable import json_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.cli.inspection import Inspection
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -62,29 +61,28 @@ def inspect(
     that cannot be right, and which one is likely.
 
     Images and templates are recognised by content, not by name. The polarity of the images of one
-    folder is detected from all of them. Where a file contains several prints, what differs between
-    them is separated by bars.
+    folder is detected from all of them. The prints of one file are separated by bars.
     """
     from fpmatch.cli.inspection import inspect_file
     from fpmatch.prints.reading import PrintReader
 
     reader = PrintReader(raw, quiet=True, record=record).image
     files = given_files(places, reader, polarity=polarity, dpi=dpi)
-    inspections: list[Inspection] = []
+    documents: list[dict[str, Any]] = []
     failures = 0
     with ProgressBars({"inspect": "inspecting"}) as bars:
         for number, file in enumerate(files, start=1):
             if as_json or not sys.stdout.isatty():  # else the lines show how far it is
                 bars.show("inspect", number, len(files))
             try:
-                inspection = inspect_file(file.path, image_reader=file.read, dpi=file.dpi)
+                document, line = inspect_file(file.path, image_reader=file.read, dpi=file.dpi)
             except FpmatchError as error:
                 failures += 1
                 say_errors([error])
                 continue
-            inspections.append(inspection)
+            documents.append(document)
             if not as_json:
-                show_line(inspection.as_text())
+                show_line(line)
     if as_json:
-        show(json_text([inspection.as_dict() for inspection in inspections]))
-    return 0 if not failures else 1 if inspections else 2
+        show(json_text(documents))
+    return 0 if not failures else 1 if documents else 2

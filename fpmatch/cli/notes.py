@@ -51,14 +51,15 @@ def say_slow_kernels() -> None:
         say_note(note)
 
 
-def say_kernels(*, outdated: bool = True) -> None:
+def say_kernels() -> None:
     """Note that another copy than the current clone's runs, or that kernels are out of date."""
     from fpmatch.base import kernels
 
-    notes = [kernels.other_sources_note()]
-    notes += [kernels.kernels_text()] if outdated and kernels.outdated_kernels() else []
-    for note in filter(None, notes):
+    if note := kernels.other_sources_note():
         say_note(note)
+    if outdated := kernels.outdated_kernels():
+        build = kernels.build_command()
+        say_note(f"{count(len(outdated), 'kernel')} out of date: `{build}` compiles them")
 
 
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:

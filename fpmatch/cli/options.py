@@ -1,21 +1,24 @@
-"""Options that several commands share."""
+"""Options that several commands share, and how `verify` and `explain` compare two prints."""
 
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.command import load_object
-from fpmatch.errors import FpmatchError, did_you_mean
+from fpmatch.errors import FpmatchError
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
+
+    from fpmatch.prints.pair import ComparedPair, PairOptions
+    from fpmatch.prints.reading import GivenPrint
 
 
 # Of fpmatch.image.quality.polarity and fpmatch.image.enhancement.enhancers, which import OpenCV.
@@ -33,6 +36,8 @@ class PrintFile(click.Path):
         """Return the path of the file or of the copy."""
         if str(value) != "-" or ctx is None or ctx.resilient_parsing:
             return super().convert(value, param, ctx)
+        from tempfile import TemporaryDirectory
+
         from fpmatch.image.io import grey
 
         if _STDIN in ctx.meta:
@@ -49,37 +54,31 @@ class PrintFile(click.Path):
         return copy
 
 
-class Name(click.Choice[str]):
-    """One of some names; the closest is suggested for another."""
+@dataclass(frozen=True)
+class Parsed(click.ParamType[Any]):
+    """A value that the method `parse` of the class at a place reads; see `load_object`."""
 
-    def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
-        """Return the message about an unknown name."""
-        message = super().get_invalid_choice_message(value, ctx)
-        return f"{message}{did_you_mean(str(value), self.choices)}"
+    place: str
+    name: str = "text"
 
-
-def parsed_by(place: str) -> Callable[[str], Any]:
-    """Return the type of a value that the method `parse` of a class reads; see `load_object`."""
-
-    def parse(text: str) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the value."""
         try:
-            return load_object(place, used_by=text).parse(text)
+            return load_object(self.place, used_by=value).parse(value)
         except FpmatchError as error:
-            raise click.BadParameter(str(error)) from error
-
-    return parse
+            self.fail(str(error), param, ctx)
 
 
-image_size: Final = parsed_by("fpmatch.image.io.grey:RawSize")
+image_size: Final = Parsed("fpmatch.image.io.grey:RawSize")
 
 
-class FormatChoice(Name):
+class FormatChoice(click.Choice[str]):
     """One of some names, or of the formats of other packages, which are looked for if need be."""
 
-    def _with_plugins(self) -> Name:
+    def _with_plugins(self) -> click.Choice[str]:
         from fpmatch.base.plugins import FORMATS, plugin_names
 
-        return Name(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
+        return click.Choice(list(dict.fromkeys([*self.choices, *plugin_names(FORMATS)])))
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str | None:
         """Return all the names, for help texts."""
@@ -87,9 +86,7 @@ class FormatChoice(Name):
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return `value`, or fail with all the names."""
-        if value in self.choices:
-            return value
-        return self._with_plugins().convert(value, param, ctx)
+        return value if value in self.choices else self._with_plugins().convert(value, param, ctx)
 
 
 file_option: Final = partial(click.option, type=FILE)
@@ -149,7 +146,7 @@ matcher_option: Final = click.option(
 angles_option: Final = click.option(
     "--angles",
     metavar="deg|rad[,clockwise][,opposite]",
-    type=parsed_by("fpmatch.formats.record:AngleConvention"),
+    type=Parsed("fpmatch.formats.record:AngleConvention"),
     hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",
@@ -163,12 +160,66 @@ def add_options(command: Callable[..., Any], options: Sequence[Any]) -> Callable
     return command
 
 
-def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options about how files of prints are read: ``--dpi``, ``--polarity``, ``--raw``."""
-    return add_options(command, (_DPI, _POLARITY, _RAW))
-
-
+reading_options: Final = partial(add_options, options=(_DPI, _POLARITY, _RAW))
 json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 json_array_option: Final = click.option(
     "--json", "as_json", is_flag=True, help="Print one JSON array."
 )
+_OF_PAIRS: Final = (
+    reading_options,
+    RECORD,
+    MIRROR,
+    click.option("--probe-dpi", type=float, hidden=True, help="Resolution of the probe."),
+    click.option("--reference-dpi", type=float, hidden=True, help="Resolution of the reference."),
+    click.option(
+        "--fmr",
+        type=float,
+        metavar="RATE",
+        help="Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: "
+        "0.0001; with --matcher paper, its parameter rho decides]",
+    ),
+    click.option(
+        "--threshold", type=float, metavar="SCORE", help="Decide at this score, 0 to 100."
+    ),
+    matcher_option,
+    file_option(
+        "--calibration",
+        metavar="FILE",
+        hidden=True,
+        help="Score as fitted by fpmatch calibrate.  [default: that of the package]",
+    ),
+    enhance_option,
+    angles_option,
+)
+pair_options: Final = partial(add_options, options=_OF_PAIRS)
+
+
+def compare_files(values: Mapping[str, Any]) -> ComparedPair:
+    """Read and compare the prints of a command line; `values` are those of `pair_options`."""
+    from fpmatch.prints.pair import compare_pair
+
+    options = pair_options_of(values)
+    return compare_pair(open_side(values, "probe"), open_side(values, "reference"), options)
+
+
+def pair_options_of(values: Mapping[str, Any]) -> PairOptions:
+    """Return the options of a command line that are about the comparison."""
+    from fpmatch.prints.pair import PairOptions
+
+    return PairOptions(**{field.name: values[field.name] for field in fields(PairOptions)})
+
+
+def open_side(values: Mapping[str, Any], side: str) -> GivenPrint:
+    """Read the print of one side, "probe" or "reference"."""
+    from fpmatch.prints.reading import PrintReader, read_given_print
+
+    dpi = values[f"{side}_dpi"]
+    how = {"polarity": values["polarity"], "dpi": values["dpi"] if dpi is None else dpi}
+    reader = PrintReader(
+        values["raw"],
+        quiet=True,
+        angles=values["angles"],
+        record=values["record"],
+        mirror=values["mirror"] and side == "probe",
+    )
+    return read_given_print(values[side], reader, **how, enhance=values["enhance"])

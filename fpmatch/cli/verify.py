@@ -8,8 +8,14 @@ import click
 
 from fpmatch.cli.command import Command, check_combination, load_object
 from fpmatch.cli.notes import say_note, say_notes_on, show
-from fpmatch.cli.options import file_option, json_option
-from fpmatch.cli.pair import compare_files, pair_options, pair_options_of
+from fpmatch.cli.options import (
+    PRINT,
+    compare_files,
+    file_option,
+    json_option,
+    pair_options,
+    pair_options_of,
+)
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -21,16 +27,13 @@ if TYPE_CHECKING:
 
 EXIT_STATUS: Final = {"match": 0, "no match": 1, "inconclusive": 3}
 _NEEDS: Final = {
-    "subject": "gallery",
-    "finger": "gallery",
-    "view": "overlay_file",
-    "case_number": "case_report",
-    "notes": "case_report",
-    "ridge_map": "as_json",
+    "--subject": "--gallery",
+    "--finger": "--gallery",
+    "--view": "--overlay",
+    "--case-number": "--case-report",
+    "--notes": "--case-report",
 }
-_OF_TWO_FILES: Final = (
-    *("reference", "reference_dpi", "overlay_file", "case_report", "ridge_map"),
-)
+_OF_TWO_FILES: Final = ("REFERENCE", "--reference-dpi", "--overlay", "--case-report")
 
 
 @click.command(
@@ -77,7 +80,9 @@ Examples:
 Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
 """,
 )
-@pair_options(reference_required=False)
+@click.argument("probe", type=PRINT)
+@click.argument("reference", type=PRINT, required=False)
+@pair_options
 @click.option(
     "--gallery",
     metavar="GALLERY",
@@ -117,12 +122,6 @@ Exit status: 0 match, 1 no match, 2 input that cannot be used, 3 inconclusive.
 @click.option(
     "--notes", metavar="TEXT", default="", hidden=True, help="Notes of the examiner, for that page."
 )
-@click.option(
-    "--ridge-map",
-    is_flag=True,
-    hidden=True,
-    help="With --json: add the agreement of the ridges of each cell, in pixels of REFERENCE.",
-)
 @json_option
 def verify(
     gallery: str | None,
@@ -133,7 +132,6 @@ def verify(
     case_report: Path | None,
     case_number: str,
     notes: str,
-    ridge_map: bool,
     as_json: bool,
     **values: Any,
 ) -> int:
@@ -143,7 +141,7 @@ def verify(
     is -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000
     scores as high.
     """
-    check_combination(_NEEDS, excluding="gallery", excluded=_OF_TWO_FILES)
+    check_combination(_NEEDS, not_with_gallery=_OF_TWO_FILES)
     if gallery is not None:
         if subject is None:
             raise click.UsageError("--gallery needs --subject")
@@ -153,7 +151,7 @@ def verify(
         return EXIT_STATUS[verify_claim(gallery, subject, finger, values, as_json=as_json)]
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
-    from fpmatch.base.output import check_writable
+    from fpmatch.base.output import atomic_write, check_writable
     from fpmatch.errors import MatcherError
     from fpmatch.matching.result import named
     from fpmatch.prints.report import as_text
@@ -172,9 +170,7 @@ def verify(
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
     try:
         if as_json:
-            ridges = pair.verification.ridge_map if ridge_map else None
-            cells = {"ridge_map": None if ridges is None else ridges.as_dict()} if ridge_map else {}
-            answer = json_text(pair.as_dict() | cells)
+            answer = json_text(pair.as_dict())
         else:
             # images are graded where the text states it
             answer = as_text(pair.verification, None if match else pair.quality)
@@ -183,24 +179,21 @@ def verify(
     show(answer)
     # after the decision, which no file that cannot be written is to cost
     if overlay_file is not None:
-        _draw(overlay_file, pair, view or "superposed")
+        from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
+
+        v, view = pair.verification, view or "superposed"
+        scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, v, view)
+        content = scene_bytes(overlay_file.suffix.lower(), scene)
+        with atomic_write(overlay_file) as stream:
+            stream.write(content)
+        if view != "side-by-side" and v.transform is None:
+            say_note(f"{overlay_file}: no transform was found: the prints are beside each other")
+        elif view == "ridges" and v.ridge_map is None:
+            say_note(f"{overlay_file}: the ridges were not compared: the overlay is drawn instead")
     if case_report is not None:
         written = {"case_number": case_number, "notes": notes}
         _write_case_report(case_report, pair, values, written)
     return EXIT_STATUS[pair.verification.decision]
-
-
-def _draw(target: Path, pair: ComparedPair, view: View) -> None:
-    """Draw a comparison of two files; print a note where another picture is drawn."""
-    from fpmatch.base.output import atomic_write_bytes
-    from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
-
-    v, images = pair.verification, (pair.probe.pixels, pair.reference.pixels)
-    atomic_write_bytes(target, scene_bytes(target.suffix.lower(), overlay_scene(*images, v, view)))
-    if view != "side-by-side" and v.transform is None:
-        say_note(f"{target}: no transform was found: the prints are drawn beside each other")
-    elif view == "ridges" and v.ridge_map is None:
-        say_note(f"{target}: the ridges were not compared: the overlay is drawn instead")
 
 
 def _write_case_report(

@@ -8,10 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from PIL import Image
 
+from fpmatch.cli.command import GROUPS
 from fpmatch.cli.group import COMMANDS
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.progress import ProgressBars
@@ -50,25 +52,21 @@ def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
 
 
 WRONG_USAGE = {
-    "": "verifie | evaluate | synth | points | points p.csv",
-    "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --enhance gabor",
+    "": "verifie | evaluate | points p.csv",
+    "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --view ridges | "
+    "a --gallery g | a a --gallery g --subject 1 | a --gallery g --subject 1 --overlay o.png",
     "convert a b": "--size 300 | --size 0x5",
     "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
     "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
     "--impostors y | --enrol-seed 1 | --enhance gabor | --fmr 0",
-    "evaluate-identification x": "--crop 100 | --scores s.csv | --fmr 0.1 | --fpir 0 | "
-    "--fingers 0 | --table t.csv",
-    "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --crop 100 | s.csv --fmr 0 | "
-    "--genuine-scores g.txt",
+    "evaluate-identification x": "--crop 100 | --fpir 0 | --fingers 0",
+    "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --fmr 0 | --genuine-scores g.txt",
     "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
-    "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off | "
-    "audit switch x on --yes",
+    "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off",
     "identify x y": "--loss 100% | --loss few | --consolidate --impressions",
-    "points": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
-    "extract a -o b": "--enhance gabor",
-    "synth x": "--preset wet | --sensor nose | --size 400 | --size axb | --size -4x400 | "
-    "--dpi 500 | --size 400x400 --sensor plain-288x384 | --workers 0 | --fingers many",
+    "extract a -o b": "--enhance gabor | --subject 1",
+    "synth x": "--preset wet | --size axb | --size 400x400 --sensor plain-288x384 | --fingers many",
 }
 
 
@@ -90,48 +88,27 @@ def test_wrong_usage(run, tmp_path, monkeypatch, words):
     [
         ("verfy a b", "'verify'"),
         ("verify a b --overly c", "--overlay"),
-        ("convert a b --format iso205", "'iso2005'"),
-        ("convert a b --from xty", "'xyt'"),
-        ("synth x --preset clen", "'clean'"),
         ("points a b --matcher triangle", "'triangles'"),
-        ("calibrate x -o c.json --matcher unit-circl", "'unit-circle'"),
         ("zzz", "Error: No such command 'zzz'.\n"),
     ],
 )
-def test_the_closest_name_is_suggested(run, tmp_path, monkeypatch, words, suggestion):
-    monkeypatch.chdir(tmp_path)
+def test_the_closest_name_is_suggested(run, words, suggestion):
     result = run(*words.split())
     assert (result.exit_code, suggestion in result.stderr.split("ean ")[-1]) == (2, True)
 
 
-def failing(monkeypatch, error):
-    def fail(*_, **__):
-        raise error
-
-    verify = importlib.import_module("fpmatch.cli.verify").verify
-    monkeypatch.setattr(verify, "callback", fail)
-
-
 def test_errors_are_one_line_interrupts_are_quiet_and_faults_are_not_hidden(run, monkeypatch):
-    words = ("verify", "odd.png", "odd.png")
-    failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
-    assert_refused(run(*words), "odd\\nname.png: no such file\n")
-    caused = FpmatchError("a worker ended")
-    caused.__cause__ = KeyboardInterrupt()
-    for interrupt in (KeyboardInterrupt(), caused):
-        failing(monkeypatch, interrupt)
-        assert (run(*words).exit_code, run(*words).output) == (130, "")
-    failing(monkeypatch, ZeroDivisionError())
-    assert isinstance(run(*words).exception, ZeroDivisionError)
+    def failing(error):
+        def fail(**_):
+            raise error
 
+        monkeypatch.setattr(importlib.import_module("fpmatch.cli.doctor").doctor, "callback", fail)
+        return run("doctor")
 
-def test_an_interrupt_is_quiet_while_the_command_line_is_parsed(run, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("click.Group.make_context", interrupted)
-    result = run("inspect", "odd.png")
-    assert (result.exit_code, result.output) == (130, "")
+    assert_refused(failing(FpmatchError("odd\nname.png: no such file")), "odd\\nname.png: no such")
+    interrupted = failing(KeyboardInterrupt())
+    assert (interrupted.exit_code, interrupted.output) == (130, "")
+    assert isinstance(failing(ZeroDivisionError()).exception, ZeroDivisionError)
 
 
 def start(command, **options):
@@ -146,6 +123,15 @@ def test_a_reader_that_leaves_is_met_in_silence():
     os.close(write_end)
     assert done.returncode == 128 + signal.SIGPIPE
     assert not any(word in done.stderr for word in ("Traceback", "Exception"))
+
+
+def test_numpy_starts_no_threads_in_a_command():
+    program = (
+        "import atexit, os; from fpmatch.cli import main\n"
+        "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS']))\n"
+        "main(['--version'])"
+    )
+    assert start([sys.executable, "-c", program]).stdout.splitlines()[-1] == "1"
 
 
 @pytest.mark.parametrize("closed", [False, True], ids=["stderr open", "stderr closed"])
@@ -168,7 +154,7 @@ def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
         ("fpmatch gallery audit ", ["show", "switch", "verify"]),
         ("fpmatch verify --sub", ["--subject"]),
         ("fpmatch verify --probe-d", []),
-        ("fpmatch verify --ridge-map --view o", ["overlay"]),
+        ("fpmatch verify --json --view o", ["overlay"]),
         ("fpmatch rates --gen", ["--genuine-scores"]),
     ):
         monkeypatch.setenv("COMP_WORDS", words)
@@ -177,12 +163,6 @@ def test_the_shell_completes_commands_options_and_values(monkeypatch, capsys):
             main(prog_name="fpmatch")
         lines = capsys.readouterr().out.split()
         assert [line.removeprefix("plain,") for line in lines] == completed
-
-
-def test_the_module_runs_as_the_command(tmp_path):
-    done = start([*FPMATCH, "verify", "gone.png", "gone.png"], cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "fpmatch: error: gone.png: no such file\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full here")
@@ -195,13 +175,45 @@ def test_output_that_cannot_be_written_is_one_line_and_status_2():
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_a_bar_tells_stage_share_and_rate_on_a_terminal(monkeypatch, terminal):
+def test_a_bar_has_stage_share_and_text_on_a_terminal(monkeypatch, terminal):
     stream = io.StringIO()
     stream.isatty = lambda: terminal
     monkeypatch.setattr(sys, "stderr", stream)
     with ProgressBars({"enrol": "enrolling"}) as bars:
         for done in (0, 5, 10):
-            bars.show("enrol", done, 10)
+            bars.show("enrol", done, 10, f"{done} prints")
     shown = stream.getvalue()
-    assert all((words in shown) == terminal for words in ("enrolling", "100%", " a second"))
-    assert bool(shown) == terminal
+    assert all((words in shown) == terminal for words in ("enrolling", "100%", "10 prints"))
+
+
+HELP = {"-h", "--help", "--help-all"}
+LEAVES = list(leaves(main))
+
+
+def command_of(words):
+    context, command = click.Context(main), main
+    for word in words.split():
+        command = command.get_command(context, word)
+    return command
+
+
+def options_of(words):
+    of = [one for one in command_of(words).params if isinstance(one, click.Option)]
+    return [one for one in of if not HELP & {*one.opts}]
+
+
+@pytest.mark.parametrize("words", LEAVES)
+def test_rare_options_are_in_the_whole_help_alone(run, words):
+    short, whole = (run(*words.split(), f"--help{which}").stdout for which in ("", "-all"))
+    for one in options_of(words):
+        listed = f"\n  {', '.join(one.opts)}"
+        assert listed in whole
+        assert (listed in short) is not one.hidden
+    for line in command_of(words).details.replace("\b", "").split("\n\n"):
+        assert " ".join(line.split()) in " ".join(whole.split())
+    assert len(short) <= len(whole)
+
+
+def test_groups_name_options_that_exist():
+    names = {one.name for words in LEAVES for one in options_of(words)}
+    assert {name for of in GROUPS.values() for name in of} <= names

@@ -1,21 +1,24 @@
-"""What commands make of images: bare pixels, ``--polarity``, ``--enhance``, wrong resolutions."""
+"""How commands read files: bare pixels, standard input, ``--polarity``, one print of several."""
 
 import io
 import json
 import sys
 
 import click
+import numpy as np
 import pytest
 from PIL import Image
 
 from fpmatch import load_template, verify
 from fpmatch.cli.options import PRINT
-from fpmatch.image import extract as extraction_of_one
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, assess
+from fpmatch.formats.files import save_record
+from fpmatch.formats.record import TemplateRecord, View
+from fpmatch.image.enhancement.enhancers import ENHANCERS
+from fpmatch.image.extract import extract
 from fpmatch.image.io import grey
 from fpmatch.image.quality.polarity import INVERTED
-from fpmatch.prints import reading
 from tests.conftest import assert_refused, copied
+from tests.image.made_files import an2, tagged_print, with_fields
 
 
 def first_score(result):
@@ -44,6 +47,7 @@ def test_bare_pixels_are_the_print_that_they_are(run, prints, bare, tmp_path):
     assert run("enrol", gallery, bare, *size, "--workers", 1).exit_code == 0
     assert first_score(run("identify", gallery, bare, *size, "--workers", 1, "--json")) > 40
     assert "280 x 300 px" in run("inspect", bare, "--raw", "280x300").stdout
+    assert_refused(run("verify", bare, prints / "1_1.png", "--raw", "100x100"), "84000")
 
 
 def test_a_dash_is_standard_input(run, prints, tmp_path):
@@ -78,124 +82,91 @@ def test_standard_input_may_be_closed_or_too_large(monkeypatch):
         PRINT.convert("-", None, context)
 
 
-def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
-    words = ("verify", bare, prints / "1_1.png", "--raw")
-    assert_refused(run(*words, "100x100"), "84000")
-    wrong = run(*words, "280")
-    assert (wrong.exit_code, "'280'" in wrong.stderr) == (2, True)
-
-
-def test_bytes_of_no_known_format_are_answered_with_the_option(run, prints, bare, tmp_path):
-    square = tmp_path / "1_2.dat"
-    square.write_bytes(bare.read_bytes()[: 280 * 280])
-    out = tmp_path / "out"
-    for words in (
-        ("verify", square, prints / "1_1.png"),
-        ("verify", prints / "1_1.png", square, "--overlay", tmp_path / "o.png"),
-        ("extract", square, "-o", out),
-        ("convert", square, tmp_path / "t.json"),
-        ("inspect", square),
-        ("enrol", tmp_path / "prints.db", square, "--workers", 1),
-    ):
-        assert "; if its 78400 bytes are pixels: --raw WIDTHxHEIGHT" in run(*words).stderr, words
-    read = run("convert", square, tmp_path / "t.json", "--raw", "280x280", "--dpi", 500)
-    assert (read.exit_code, read.stderr) == (0, "")
-    square.write_bytes(b"word" * 78400)
-    assert "--raw" not in run("inspect", square).stderr
-
-
 def test_a_dataset_toml_beside_the_file_counts_unless_an_option_is_given(run, prints, tmp_path):
     folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png")
     pair = (folder / "1_1.png", folder / "1_2.png")
 
     def states(*options):
         """Return what commands say of the resolution, and a score that depends on it."""
-        verified = json.loads(run("verify", *pair, "--json", *options).stdout)
         (inspected,) = json.loads(run("inspect", pair[0], "--json", *options).stdout)
-        dpis = [inspected["image"]["dpi"]]
-        for words in (("extract", pair[0], "-o", tmp_path), ("convert", pair[0], "{}/1_1.json")):
-            done = run(*(str(word).format(tmp_path) for word in words), *options)
-            assert done.exit_code == 0, done.stderr
-            dpis.append(load_template(tmp_path / "1_1.json").dpi)
-        return dpis, verified["score"]
+        run("extract", pair[0], "-o", tmp_path, *options)
+        run("convert", pair[0], tmp_path / "converted.json", *options)
+        templates = [load_template(tmp_path / name) for name in ("1_1.json", "converted.json")]
+        dpis = [inspected["image"]["dpi"], *(template.dpi for template in templates)]
+        return dpis, json.loads(run("verify", *pair, "--json", *options).stdout)["score"]
 
     plain, given = states(), states("--dpi", 569)
     (folder / "dataset.toml").write_text("dpi = 569\n")
     assert states() == given
-    assert given[0] == [569] * 3
+    assert given == ([569] * 3, verify(*pair).score)
     assert states("--dpi", 500) == plain
-    assert verify(*pair).score == given[1]
-    (folder / "dataset.toml").write_text("dpi = 5\n")
-    assert_refused(run("verify", *pair), f"{folder}/dataset.toml: ")
-
-
-@pytest.fixture
-def darks(tmp_path, pressed):
-    folder = tmp_path / "darks"
-    folder.mkdir()
-    for number, pixels in enumerate(pressed[:2], start=1):
-        Image.fromarray(pixels).save(folder / f"{number}_1.png", dpi=(500, 500))
-    return folder
+    (folder / "dataset.toml").write_text('polarity = "pink"\n')
+    for words in (("enrol", tmp_path / "x.db", folder), ("inspect", pair[0]), ("verify", *pair)):
+        assert_refused(run(*words), f"{folder}/dataset.toml: no polarity 'pink'")
 
 
 @pytest.mark.parametrize(
     "words",
     [
         "verify {one} {one}",
-        "extract {one} -o {out}",
         "extract {one} -o {out} --format stages",
-        "enrol {out} {one} --workers 1",
-        "score --references {darks} --probes {darks} -o {out}.csv",
+        "enrol {out} {folder} --workers 1",
+        "score --references {folder} --probes {folder} -o {out}.csv",
     ],
 )
-def test_the_polarity_asked_for_is_taken_and_said(run, darks, tmp_path, words):
-    given = words.format(one=darks / "1_1.png", darks=darks, out=tmp_path / "out").split()
-    asked = run(*given, "--polarity", "white")
-    assert asked.exit_code == 0, asked.stderr
-    assert INVERTED in asked.stderr
-    assert INVERTED not in run(*given).stderr
+def test_the_polarity_asked_for_is_taken_and_said(run, pressed, tmp_path, words):
+    (tmp_path / "set").mkdir()
+    for number, pixels in enumerate(pressed[:2], start=1):
+        path = tmp_path / "set" / f"{number}_1.png"
+        Image.fromarray(pixels).save(path, dpi=(500, 500))
+    given = words.format(one=path, folder=path.parent, out=tmp_path / "out").split()
+    assert INVERTED in run(*given, "--polarity", "white").stderr
+    if words.startswith("enrol"):
+        (path.parent / "dataset.toml").write_text('polarity = "white"\n')
+        noted = run("enrol", tmp_path / "new.db", path.parent, "--workers", 1, "--json")
+        both = [f"{path.parent}/1_1.png", f"{path.parent}/2_1.png"]
+        assert json.loads(noted.stdout)["notes"] == [{"note": INVERTED, "prints": both}]
+    else:
+        assert INVERTED not in run(*given).stderr
 
 
-def test_a_folder_says_its_polarity(run, darks, tmp_path):
-    (darks / "dataset.toml").write_text('polarity = "white"\n')
-    result = run("enrol", tmp_path / "prints.db", darks, "--workers", 1, "--json")
-    assert result.stderr == f"fpmatch: note: {darks}/1_1.png and 1 other: {INVERTED}\n"
-    both = [f"{darks}/1_1.png", f"{darks}/2_1.png"]
-    assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": both}]
-    (darks / "dataset.toml").write_text('polarity = "pink"\n')
-    for words in (("enrol", tmp_path / "prints.db", darks), ("inspect", darks / "1_1.png")):
-        assert_refused(run(*words), f"{darks}/dataset.toml: no polarity 'pink'")
+def test_commands_enhance_as_they_are_told(run, prints, tmp_path):
+    image = prints / "1_1.png"
+    for words, way in (((), "learned"), (("--enhance", "filters"), "filters")):
+        assert run("extract", image, "-o", tmp_path / way, *words).exit_code == 0
+        assert load_template(tmp_path / way / "1_1.json") == extract(image, enhance=way)
+    one, other = (run("verify", image, image, "--json", "--enhance", way) for way in ENHANCERS)
+    assert json.loads(one.stdout)["pairs"] != json.loads(other.stdout)["pairs"]
 
 
-@pytest.fixture
-def asked(monkeypatch):
-    """Return the list of the enhancements by which prints are extracted from now on."""
-    ways = []
+@pytest.fixture(params=["card.an2", "two.iso"])
+def several(request, prints, tmp_path):
+    """Return a card, whose first finger is missing, or a record of prints of two fingers."""
+    path = tmp_path / request.param
+    files = prints / "1_1.png", prints / "2_1.png"
+    if path.suffix == ".an2":
+        amputated = (14, with_fields(14, [(18, b"1\x1fXX")]))
+        images = [tagged_print(np.asarray(Image.open(file))) for file in files]
+        path.write_bytes(an2(amputated, *images))
+    else:
+        save_record(path, TemplateRecord("", tuple(View(extract(file)) for file in files)))
+    return path
 
-    def noted(*arguments, enhance="", **others):
-        ways.append(enhance)
-        return assess(*arguments, enhance=enhance, **others)
 
-    monkeypatch.setattr(extraction_of_one, "assess", noted)
-    monkeypatch.setattr(reading, "assess", noted)
-    return ways
-
-
-@pytest.mark.parametrize("options", [[], ["--enhance", "filters"]])
-@pytest.mark.parametrize(
-    ("words", "extractions"),
-    [
-        ("verify {one} {other} --overlay {out}", 2),
-        ("extract {one} -o {out}", 1),
-        ("extract {one} -o {out} --format stages", 1),
-        ("evaluate {folder} --workers 1 --bootstrap 0", 3),
-    ],
-)
-def test_every_command_enhances_as_it_is_told(
-    run, prints, tmp_path, asked, words, extractions, options
-):
-    folder = copied(prints, tmp_path / "set", "1_1.png", "1_2.png", "2_1.png")
-    named = {"one": folder / "1_1.png", "other": folder / "1_2.png", "out": tmp_path / "out.png"}
-    result = run(*words.format(folder=folder, **named).split(), *options)
-    assert (result.exit_code, result.stderr) == (0, "")
-    assert asked == [options[1] if options else DEFAULT_ENHANCEMENT] * extractions
+def test_a_print_of_several_is_chosen_by_its_number(run, prints, several, tmp_path):
+    first = run("verify", several, prints / "1_1.png")
+    assert (first.exit_code, first.stderr.count(f"{several}: ")) == (0, 1)
+    for number, status in ((1, 1), (2, 0)):
+        chosen = run("verify", several, prints / "2_1.png", "--record", number)
+        assert (chosen.exit_code, "first of its 2" in chosen.stderr) == (status, False)
+    second = extract(prints / "2_1.png")
+    out, gallery, words = tmp_path / "out.json", tmp_path / "x.db", ("--record", 2)
+    assert run("convert", several, out, *words).exit_code == 0
+    assert len(load_template(out).minutiae) == len(second.minutiae)
+    assert run("extract", several, "-o", tmp_path, *words).exit_code == 0
+    extracted = load_template(tmp_path / f"{several.stem}.json")
+    assert len(extracted.minutiae) == len(second.minutiae)
+    assert run("enrol", gallery, several, "--pattern", "(?P<subject>.*)", *words).exit_code == 0
+    found = run("identify", gallery, prints / "2_1.png", "--workers", 1, "--json")
+    assert json.loads(found.stdout)["probes"][0]["candidates"][0]["score"] > 90
+    assert_refused(run("verify", several, several, "--record", 3), "not 3")

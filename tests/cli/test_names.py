@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -100,102 +101,65 @@ def stored(place, images):
     }
 
 
-# What each command is run with: names of fixtures and of files in `out`; expected exit statuses.
+# What each command is run with: names of fixtures and of files in `out`; expected exit status,
+# None for 0 or 1.
 CASES = {
     "verify": [
-        ("{0} {1}", {0, 1}),
-        ("{0} {1} --overlay {out}/o.png --case-report {out}/c.html", {0, 1}),
-        ("{0} {1} --json --overlay {out}/o.svg --view side-by-side", {0, 1}),
-        ("{template} {1} --ridge-map --json", {0, 1}),
-        ("--gallery {gallery} --subject {subject} {0}", {0, 1}),
-        ("--gallery {gallery} --subject {subject} {0} --json", {0, 1}),
-        ("--gallery {gallery} --subject {missing} {0}", {2}),
-        ("{missing} {1}", {2}),
-        ("{0} {1} --calibration {missing}", {2}),
-        ("{0} {1} --{missing}", {2}),
-        ("{0} {1} --overlay {0}/{missing}/x.png", {2}),
+        ("{0} {1} --overlay {out}/o.png --case-report {out}/c.html", None),
+        ("{template} {1} --json --overlay {out}/o.svg --view side-by-side", None),
+        ("--gallery {gallery} --subject {subject} {0} --json", None),
+        ("--gallery {gallery} --subject {missing} {0}", 2),
+        ("{missing} {1}", 2),
+        ("{0} {1} --calibration {missing}", 2),
+        ("{0} {1} --{missing}", 2),
+        ("{0} {1} --overlay {0}/{missing}/x.png", 2),
     ],
-    "explain": [
-        ("{0} {1} -o {out}/e", {0}),
-        ("{points} {points} -o {out}/e", {0}),
-    ],
+    "explain": [("{0} {1} -o {out}/e", 0), ("{points} {points} -o {out}/e", 0)],
     "extract": [
-        ("{all} -o {out}/t --json", {0}),
-        ("{0} -o {out}/t --format stages", {0}),
-        ("--gallery {gallery} -o {out}/e", {0}),
-        ("--gallery {gallery} -o {out}/e --format iso2005 --subject {subject}", {0}),
+        ("{all} -o {out}/t --json", 0),
+        ("{0} -o {out}/t --format stages", 0),
+        ("--gallery {gallery} -o {out}/e --format iso2005 --subject {subject}", 0),
     ],
-    "convert": [
-        ("{template} {out}/t.iso", {0}),
-        ("{0} {out}/t.xyt", {0}),
-    ],
-    "inspect": [("{all} {template}", {0}), ("{all} --json", {0}), ("{missing} {0} {scores}", {1})],
+    "convert": [("{template} {out}/t.iso", 0), ("{0} {out}/t.xyt", 0)],
+    "inspect": [("{all} {template}", 0), ("{missing} {0} {scores} --json", 1)],
     "enrol": [
-        ("{out}/new.db {dir} --pattern {pattern} --workers 1", {1}),
-        ("{out}/new.db {manifest} --workers 1 --json", {1}),
-        ("{out}/new.db {all} --workers 1", {1}),
-        ("{out}/new.db {dir}/.. --by-folder --workers 1 --json", {0, 1}),
+        ("{out}/new.db {dir} --pattern {pattern} --workers 1", 1),
+        ("{out}/new.db {manifest} --workers 1 --json", 1),
+        ("{out}/new.db {dir}/.. --by-folder --workers 1 --json", None),
     ],
     "identify": [
-        ("{gallery} {all} --workers 1", {0}),
-        ("{gallery} {dir} --workers 1 --json --transform", {0}),
-        ("{gallery} {manifest} --workers 1 --impressions", {0}),
-        ("{gallery} --probes {dir} -o {out}/c.csv --workers 1", {0}),
-        ("{gallery} {0} {1} -o {out}/c.csv --workers 1 --json", {0}),
+        ("{gallery} {dir} --workers 1 --json --transform", 0),
+        ("{gallery} {manifest} --workers 1 --impressions", 0),
+        ("{gallery} --probes {dir} -o {out}/c.csv --workers 1", 0),
     ],
     "gallery list": [
-        ("{gallery} --summary", {0}),
-        ("{gallery} --summary --json", {0}),
-        ("{gallery}", {0}),
-        ("{gallery} --json", {0}),
-        ("{gallery} --failures --json", {0}),
-        ("{gallery} --subject {subject}", {0}),
+        ("{gallery} --summary --json", 0),
+        ("{gallery} --subject {subject}", 0),
+        ("{gallery} --failures --json", 0),
     ],
-    "gallery check": [
-        ("{gallery}", {0, 1}),
-        ("{gallery} --json", {0, 1}),
-    ],
-    "gallery remove": [("{copy} --subject {subject}", {0}), ("{copy} --subject {missing}", {2})],
-    "gallery rewrite": [
-        ("{copy}", {0}),
-        ("{copy} --json", {0}),
-        ("{copy} --encrypt --key file:{key}", {0}),
-        ("{copy} --encrypt --key file:{key} --json", {0}),
-    ],
-    "gallery audit show": [("{missing}", {2}), ("{scores}", {2})],
-    "gallery audit verify": [("{missing}", {2}), ("{scores}", {2})],
-    "gallery audit switch": [("{missing} on", {2}), ("{scores} on", {2})],
+    "gallery check": [("{gallery}", None), ("{gallery} --json", None)],
+    "gallery remove": [("{copy} --subject {subject}", 0), ("{copy} --subject {missing}", 2)],
+    "gallery rewrite": [("{copy}", 0), ("{copy} --encrypt --key file:{key} --json", 0)],
+    "gallery audit show": [("{missing}", 2), ("{scores}", 2)],
+    "gallery audit verify": [("{missing}", 2), ("{scores}", 2)],
+    "gallery audit switch": [("{missing} on", 2), ("{scores} on", 2)],
     "score": [
-        ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1", {0}),
-        ("--references {gallery} --probes {dir} -o {out}/s.csv --workers 1 --json", {0}),
-        ("--references {manifest} --probes {manifest} -o {out}/s.csv --workers 1", {0}),
-        ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1 --pairs {pairs}", {0}),
-        ("--references {gallery} --probes {dir} -o {out}/s.csv --fingers {out}/f.csv", {0}),
+        ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1 --pairs {pairs}", 0),
+        ("--references {manifest} --probes {manifest} -o {out}/s.csv --workers 1", 0),
+        ("--references {gallery} --probes {dir} -o {out}/s.csv --fingers {out}/f.csv", 0),
     ],
-    "serve": [("--settings {missing}", {2}), ("--gallery {scores}", {2})],
+    "serve": [("--settings {missing}", 2), ("--gallery {scores}", 2)],
     "evaluate": [
-        ("{dir} --pattern {pattern} --report {out}/r --scores {out}/s.csv --bootstrap 0", {0}),
-        ("{dir} --pattern {pattern} --workers 1 --json --bootstrap 0", {0}),
-        ("{manifest} --workers 1 --json --bootstrap 0 --pairs {pairs}", {0}),
-        ("{gallery} --workers 1 --bootstrap 0 --report {out}/r", {0}),
-        ("{dir} --pattern {pattern} --workers 1 --bootstrap 0 --baseline {own}", {0}),
+        ("{dir} --pattern {pattern} --report {out}/r --scores {out}/s.csv --bootstrap 0", 0),
+        ("{manifest} --workers 1 --json --bootstrap 0 --pairs {pairs}", 0),
     ],
-    "evaluate-identification": [("{missing}", {2})],
-    "rates": [("{own} --json --report {out}/r --bootstrap 0", {0}), ("{missing}", {2})],
-    "synth": [
-        ("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", {0}),
-        ("{out}/made.db --templates --fingers 1 --impressions 1 --workers 1", {0}),
-    ],
-    "calibrate": [("{scores} -o {out}/c.json", {2}), ("{missing} -o {out}/c.json", {2})],
-    "points": [
-        ("{points} {points} --plot {out}/p.svg --pairs {out}/p.csv", {0}),
-        ("{points} {points} --json", {0}),
-    ],
-    "key": [
-        ("{out}/{missing} --new", {0}),
-        ("{out}/{missing} --new --json", {0}),
-    ],
-    "doctor": [("", {0, 1}), ("--json", {0, 1}), ("{missing}", {2})],
+    "evaluate-identification": [("{missing}", 2)],
+    "rates": [("{own} --json --report {out}/r --bootstrap 0", 0), ("{missing}", 2)],
+    "synth": [("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", 0)],
+    "calibrate": [("{scores} -o {out}/c.json", 2)],
+    "points": [("{points} {points} --plot {out}/p.svg --pairs {out}/p.csv --json", 0)],
+    "key": [("{out}/{missing} --new --json", 0)],
+    "doctor": [("--json", None), ("{missing}", 2)],
 }
 
 
@@ -203,15 +167,14 @@ def test_every_command_has_a_case():
     assert set(CASES) == set(leaves(main))
 
 
-def each_case():
-    """Yield command, words and statuses; the first case of each command is a `smoke` test."""
-    for command, cases in CASES.items():
-        for k, case in enumerate(cases):
-            marks = () if k else pytest.mark.smoke
-            yield pytest.param(command, *case, id=f"{command}-{k}", marks=marks)
-
-
-@pytest.mark.parametrize(("command", "words", "expected"), [*each_case()])
+@pytest.mark.parametrize(
+    ("command", "words", "expected"),
+    [
+        pytest.param(command, *case, marks=() if k else pytest.mark.smoke)
+        for command, cases in CASES.items()
+        for k, case in enumerate(cases)  # the first of each command is a `smoke` test
+    ],
+)
 def test_hostile_names_go_through(command, words, expected, run, place, images, stored, out):
     missing = "no\udcff\x1b[2J\nsuch"
     copy = out / "copy.db"
@@ -235,7 +198,7 @@ def test_hostile_names_go_through(command, words, expected, run, place, images, 
     for word in words.split():
         given += map(str, images) if word == "{all}" else [word.format(*images, **values)]
     done = run(*command.split(), *given)
-    assert done.exit_code in expected, (done.output, done.exception)
+    assert done.exit_code in ({0, 1} if expected is None else {expected}), done.output
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
     for text in (done.stdout, done.stderr):
         assert not CONTROLS.search(text), text
@@ -264,12 +227,11 @@ def test_names_are_the_same_in_every_form(run, images, stored):
     ]
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "ascii", "latin-1"])
-def test_a_stream_that_cannot_show_a_name_stops_nothing(place, images, encoding):
+def test_a_stream_that_cannot_show_a_name_stops_nothing(place, images):
     done = subprocess.run(
         [sys.executable, "-m", "fpmatch", "inspect", *images, file_in(place, b"\xc3\xa9", b"")],
         capture_output=True,
-        env={**os.environ, "PYTHONIOENCODING": f"{encoding}:strict"},
+        env={**os.environ, "PYTHONIOENCODING": "ascii:strict"},
         timeout=60,
         check=False,
     )
@@ -277,3 +239,18 @@ def test_a_stream_that_cannot_show_a_name_stops_nothing(place, images, encoding)
     assert len(done.stdout.splitlines()) == len(images)
     assert rb"101_\xff_1.png" in done.stdout
     assert done.stderr.count(b"fpmatch: error:") == 1
+
+
+def test_a_killed_run_is_resumed_to_the_same_bytes(run, place, stored, out):
+    scores = file_in(out, b"s\xff\x1b", b".csv")
+    words = ["score", "--references", place, "--probes", place, "-o", scores, "--workers", "1"]
+    unfinished = scores.with_name(f"{scores.name}.unfinished")
+    process = subprocess.Popen([sys.executable, "-m", "fpmatch", *words], stderr=subprocess.DEVNULL)
+    while process.poll() is None and not unfinished.exists():
+        time.sleep(0.005)
+    process.kill()
+    process.wait()
+    assert unfinished.exists()
+    assert run(*words).exit_code == 0
+    assert scores.read_bytes() == stored["scores"].read_bytes()
+    assert not unfinished.exists()

@@ -8,8 +8,7 @@ import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
 from fpmatch import Minutiae, Template, enrol, extract, save_template
-from fpmatch.base.plugins import MATCHERS, forget_plugins
-from fpmatch.cli.matchers import matcher_failures
+from fpmatch.base.plugins import MATCHERS, forget_plugins, load_plugins
 from fpmatch.errors import MatcherError, ScoringError
 from fpmatch.gallery.batch.pair_list import print_names
 from fpmatch.gallery.batch.plan import ListedPairs
@@ -109,7 +108,7 @@ def test_a_matcher_that_cannot_be_loaded_is_one_line_with_the_reason(name):
 
 @pytest.mark.usefixtures("broken")
 def test_the_others_work_beside_it(run, few_prints):
-    assert set(matcher_failures()) == set(BROKEN)
+    assert set(load_plugins(MATCHERS)[1]) >= set(BROKEN)
     assert get_matcher("unit-circle").name == "unit-circle"
     result = run("evaluate", few_prints, "--matcher", "all", "--bootstrap", 0, "--workers", 1)
     assert result.exit_code == 0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.cli.notes import say_notes_on, show
-from fpmatch.cli.pair import open_side, pair_options_of
+from fpmatch.cli.options import open_side, pair_options_of
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import MIRROR, RECORD, json_option, reading_options
@@ -165,23 +164,22 @@ def enrol(
     check_where(workers, scheduler)
     if scheduler is None:
         start_fork_server(workers, *_WORKERS_NEED)
-    with fast_imports():
-        from fpmatch.gallery.encryption.keys import load_keys
-        from fpmatch.gallery.engine.engine import make_engine
-        from fpmatch.gallery.gallery import open_gallery
-        from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
-        from fpmatch.gallery.listing.kinds import kind_of
-        from fpmatch.gallery.listing.prints import (
-            extract_opened,
-            extract_print,
-            find_prints,
-            folder_reader,
-            open_print,
-        )
-        from fpmatch.gallery.store.audit import turn_on
-        from fpmatch.gallery.tasks import enrol as work
-        from fpmatch.gallery.tasks.transfer import enrol_gallery
-        from fpmatch.prints.reading import PrintReader
+    from fpmatch.gallery.encryption.keys import load_keys
+    from fpmatch.gallery.engine.engine import make_engine
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
+    from fpmatch.gallery.listing.kinds import kind_of
+    from fpmatch.gallery.listing.prints import (
+        extract_opened,
+        extract_print,
+        find_prints,
+        folder_reader,
+        open_print,
+    )
+    from fpmatch.gallery.store.audit import turn_on
+    from fpmatch.gallery.tasks import enrol as work
+    from fpmatch.gallery.tasks.transfer import enrol_gallery
+    from fpmatch.prints.reading import PrintReader
 
     if encrypt:
         load_keys()  # before any work

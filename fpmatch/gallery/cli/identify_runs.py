@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.base.threads import fast_imports
 from fpmatch.cli.notes import say_errors, say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, MatcherError
@@ -200,12 +199,11 @@ def _far(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpmat
 
 def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequence[str]) -> int:
     """Show the subjects whose fingers match one probe and prints of other fingers best."""
+    import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
+
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
     from fpmatch.gallery.search.entries import identify_entries_fused
     from fpmatch.prints.reading import group_by_note
-
-    with fast_imports():
-        import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
 
     files = [*run.files, *others]
     positions = _positions(run.files, others, positions)

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.base.threads import available_cores, loaded_single_threaded
+from fpmatch.base.threads import available_cores, environment
 from fpmatch.errors import EngineError
 from fpmatch.gallery.engine.processes import (
     interrupt_deferred,
@@ -86,8 +86,9 @@ def start_fork_server(workers: int | None, *modules: str) -> None:
 
     context = multiprocessing.get_context(_START_METHOD)
     context.set_forkserver_preload([*_EVERY_WORKER_NEEDS, *modules])
-    # no threads in a process that forks
-    with interrupt_deferred(), safe_import_path(), loaded_single_threaded():
+    # numpy starts no threads in a process that forks
+    single = environment("OPENBLAS_NUM_THREADS", "1")
+    with interrupt_deferred(), safe_import_path(), single:
         forkserver.ensure_running()
 
 

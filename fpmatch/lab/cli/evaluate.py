@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.base.kernels import build_command, outdated_kernels
-from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import enhance_option, file_option, reading_options
@@ -189,19 +188,16 @@ def evaluate(
     from fpmatch.gallery.engine.local import start_fork_server
 
     start_fork_server(workers, *_WORKERS_NEED)
-    with fast_imports():
-        import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
-
-        from fpmatch.base.output import check_writable
-        from fpmatch.gallery.engine.engine import processes
-        from fpmatch.lab.evaluation import cropping, enrolment, run
-        from fpmatch.lab.evaluation.databases import dataset, extraction
-        from fpmatch.lab.evaluation.ground_truth.report import format_minutiae, measure_minutiae
-        from fpmatch.lab.evaluation.ground_truth.truth import load_truth
-        from fpmatch.lab.evaluation.rates.scores import read_scores
-        from fpmatch.lab.evaluation.report.analysis import Report
-        from fpmatch.lab.evaluation.report.score_rows import write_scores
-        from fpmatch.prints.reading import PrintReader
+    from fpmatch.base.output import check_writable
+    from fpmatch.gallery.engine.engine import processes
+    from fpmatch.lab.evaluation import cropping, enrolment, run
+    from fpmatch.lab.evaluation.databases import dataset, extraction
+    from fpmatch.lab.evaluation.ground_truth.report import format_minutiae, measure_minutiae
+    from fpmatch.lab.evaluation.ground_truth.truth import load_truth
+    from fpmatch.lab.evaluation.rates.scores import read_scores
+    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.score_rows import write_scores
+    from fpmatch.prints.reading import PrintReader
 
     if scores is not None:
         check_writable(scores)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.base.threads import fast_imports
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes, say_slow_kernels, show
 from fpmatch.cli.options import enhance_option, file_option, reading_options
@@ -124,16 +123,15 @@ def evaluate_identification(
 
     Each DIR, MANIFEST or GALLERY is as for fpmatch evaluate.
     """
-    with fast_imports():
-        from fpmatch.gallery.engine.engine import processes
-        from fpmatch.lab.evaluation import run
-        from fpmatch.lab.evaluation.databases import dataset, extraction
-        from fpmatch.lab.evaluation.open_set.background import load_background
-        from fpmatch.lab.evaluation.open_set.rates import FPIRS
-        from fpmatch.lab.evaluation.open_set.run import IdentificationTest
-        from fpmatch.lab.evaluation.open_set.run import evaluate_identification as evaluate_searches
-        from fpmatch.matching.registry import get_matcher
-        from fpmatch.prints.reading import PrintReader, group_by_note
+    from fpmatch.gallery.engine.engine import processes
+    from fpmatch.lab.evaluation import run
+    from fpmatch.lab.evaluation.databases import dataset, extraction
+    from fpmatch.lab.evaluation.open_set.background import load_background
+    from fpmatch.lab.evaluation.open_set.rates import FPIRS
+    from fpmatch.lab.evaluation.open_set.run import IdentificationTest
+    from fpmatch.lab.evaluation.open_set.run import evaluate_identification as evaluate_searches
+    from fpmatch.matching.registry import get_matcher
+    from fpmatch.prints.reading import PrintReader, group_by_note
 
     chosen = chosen_matchers(matchers)
     _prepare_outputs(curves, det, report_folder)

@@ -10,8 +10,7 @@ from click.core import ParameterSource
 from fpmatch.base.parameters import read_parameters, with_parameters
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, say_notes_on, show_line
-from fpmatch.cli.options import output_option
-from fpmatch.cli.pair import compare_files, pair_options
+from fpmatch.cli.options import PRINT, compare_files, output_option, pair_options
 from fpmatch.errors import PointSetError
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher, split_name
 
@@ -39,7 +38,9 @@ Examples:
 Exit status: 0 when the page is written, whatever the decision; 2 on bad input.
 """,
 )
-@pair_options()
+@click.argument("probe", type=PRINT)
+@click.argument("reference", type=PRINT)
+@pair_options
 @output_option(metavar="FOLDER", help="Folder of the page; a new one, or of an earlier page.")
 @click.option(
     "--pair",

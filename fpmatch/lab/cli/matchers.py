@@ -6,9 +6,9 @@ from typing import Final
 
 import click
 
-from fpmatch.cli.matchers import matcher_failures
+from fpmatch.base.plugins import MATCHERS, load_plugins
 from fpmatch.cli.notes import say_note
-from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names
+from fpmatch.matching.registry import DEFAULT_MATCHER, OWN_MATCHERS, matcher_names
 
 matchers_option: Final = click.option(
     "--matcher",
@@ -24,8 +24,9 @@ def chosen_matchers(names: tuple[str, ...]) -> list[str]:
     """Return the requested matchers, each once; "all" means every matcher that can be loaded."""
     known = matcher_names()
     if "all" in names:
-        for name, why in matcher_failures().items():
-            known.remove(name)
-            say_note(f"matcher {name} is left out: {why}")
+        for name, why in load_plugins(MATCHERS)[1].items():
+            if name not in OWN_MATCHERS:
+                known.remove(name)
+                say_note(f"matcher {name} is left out: {why}")
     every = [name for given in names for name in (known if given == "all" else [given])]
     return list(dict.fromkeys(every))

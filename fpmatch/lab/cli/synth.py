@@ -12,7 +12,7 @@ import click
 
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import first_of, say_note, show
-from fpmatch.cli.options import Name, json_option
+from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
 from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
@@ -80,7 +80,7 @@ Examples:
 @click.option("--impressions", metavar="M", type=int, default=8, help="Of each finger.")
 @click.option(
     "--preset",
-    type=Name(list(PRESETS)),
+    type=click.Choice(list(PRESETS)),
     default="normal",
     help="How carefully fingers are placed on the sensor.",
 )
@@ -89,7 +89,7 @@ Examples:
     "--sensor",
     "sensors",
     metavar="NAME",
-    type=Name(list(SENSORS)),
+    type=click.Choice(list(SENSORS)),
     multiple=True,
     help=f"What takes the impressions; several take them in turn.  [default: {DEFAULT_SENSOR}]",
 )

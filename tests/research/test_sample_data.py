@@ -20,7 +20,7 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.figures import sample_data
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "sample_data"
 DATASET = load_dataset(FOLDER)
 NAMES = [impression.path.stem for impression in DATASET.impressions]

@@ -9,7 +9,7 @@ from PIL import Image
 from research.fuzzing import sanitizer
 from research.fuzzing.damage import damaged, with_right_sums
 from research.fuzzing.loop import Limits, run
-from tests.fuzzing.planted_targets import GOOD, planted
+from tests.research.fuzzing.planted_targets import GOOD, planted
 
 
 def fed(name, extra=(), **limits):

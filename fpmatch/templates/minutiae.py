@@ -351,13 +351,6 @@ class Template:
         """Return the number of minutiae."""
         return len(self.minutiae)
 
-    def __iter__(self) -> Iterator[Minutia]:
-        return iter(self.minutiae)
-
-    def __getitem__(self, index: Any) -> Any:
-        """Return one minutia, or `Minutiae`, as `Minutiae` does."""
-        return self.minutiae[index]
-
     def __repr__(self) -> str:
         ridges = "" if self.field is None else ", ridges" * (self.field.ridges is not None)
         size = f"{self.width} x {self.height} px, {self.dpi:g} dpi"

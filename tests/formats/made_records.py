@@ -11,6 +11,7 @@ from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, recognise
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.fuzzing.good_images import an2_text
+from research.fuzzing.targets.prints import READ_ONLY
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN = [codec.name for codec in CODECS if codec.encode]
@@ -104,27 +105,15 @@ def sample_record(count=20):
 
 # Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
 # degrees, quality 77.
-BY_HAND = {
-    name: bytes.fromhex(text)
-    for name, text in {
-        "iso2005": "464d5200 20323000 00000024 0000 012c 0190 00c5 00c5 01 00"
-        "02 00 50 01 8064 0032 40 4d 0000",
-        "ansi2004": "464d5200 20323000 0026 0000 0000 0000 012c 0190 00c5 00c5 01 00"
-        "02 00 50 01 8064 0032 2d 4d 0000",
-        "ansi2009": "464d5200 30333000 0000002e 0000 0000 00 0000 01 00"
-        "02 00 00 50 0000 0000 012c 0190 00c5 00c5 01 8064 0032 2d 4d 0000",
-        "iso2011": "464d5200 30333000 0000003c 0001 00"
-        "0000002d ffffffffffffffffff 00 0000 0000 01 50 0000 0000"
-        "02 00 00c5 00c5 00 012c 0190 60 01 8064 0032 40 4d 0000",
-    }.items()
+BY_HAND = READ_ONLY | {
+    "iso2005": bytes.fromhex(
+        "464d5200 20323000 00000024 0000 012c 0190 00c5 00c5 01 00 02 00 50 01 8064 0032 40 4d 0000"
+    ),
+    "ansi2004": bytes.fromhex(
+        "464d5200 20323000 0026 0000 0000 0000 012c 0190 00c5 00c5 01 00"
+        "02 00 50 01 8064 0032 2d 4d 0000"
+    ),
 }
-
-
-def sample_files():
-    """Return a file of every format that defines its angles, by name."""
-    record = sample_record()
-    files = {name: written(name, record) for name in WRITTEN}
-    return {**BY_HAND, **files, "an2": an2_file()}
 
 
 def an2_file(

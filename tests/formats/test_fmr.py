@@ -128,11 +128,6 @@ def test_a_wrong_length_is_noted(name, length):
     assert record.notes == (declares,)
 
 
-def test_different_resolutions_across_and_down_are_refused():
-    with pytest.raises(TemplateError, match="resolution differ"):
-        read(ISO_2005[:20] + b"\x00\x62" + ISO_2005[22:])
-
-
 @given(st.integers(round(MIN_DPI), round(MAX_DPI)))
 @example(500)
 @example(569)

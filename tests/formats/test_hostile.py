@@ -21,11 +21,11 @@ from fpmatch.prints.reading import GivenPrint, PrintReader, decode_print
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Template
 from tests.formats.made_records import (
+    BY_HAND,
     WRITTEN,
     an2_file,
     read,
     record_of,
-    sample_files,
     sample_record,
     written,
 )
@@ -45,7 +45,11 @@ def npy_of(shape):
 
 RADIANS = ReadingOptions(angles=AngleConvention("rad"))
 ARRAY = np.linspace(0, 3, 12).reshape(4, 3)
-FILES = sample_files() | {"numbers": b"1.5 2 3 50\n4 5 6 70\n# more\n7 8 1 9\n", "npy": npy(ARRAY)}
+FILES = {
+    **BY_HAND,
+    **{name: written(name, sample_record()) for name in WRITTEN},
+    **{"an2": an2_file(), "numbers": b"1.5 2 3 50\n4 5 6 70\n# more\n7 8 1 9\n", "npy": npy(ARRAY)},
+}
 
 
 def attempt(data, file_format=None):
@@ -125,6 +129,7 @@ MANY = MAX_MINUTIAE + 1
         (b"FMR\x00 99\x00" + bytes(40), "of version '99', which is not known"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(11), "cut short"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(12), "holds no print"),
+        (BY_HAND["iso2005"][:20] + b"\x00\x62" + BY_HAND["iso2005"][22:], "resolution differ"),
         (b"1.001:99\x1d1.003:1\x1f1\x1e9\x1f01\x1c", "cut short"),
         (b"1.001:26\x1d1.003:1\x1f1\x1e9\x1f01\x1c99", "no record of type 9"),
         (an2_file("none"), "no minutiae in the file"),

@@ -263,9 +263,7 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     if len(minutiae) > most:
         dropped = count(len(minutiae) - most, "minutia", "minutiae")
         notes.append(f"{dropped} of lowest quality dropped: {most} fit in")
-        best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
-        minutiae = minutiae.take(np.sort(best))
-    return minutiae
+    return minutiae.best(most)
 
 
 def span(x: NDArray[Any], y: NDArray[Any]) -> tuple[int, int]:

@@ -194,6 +194,11 @@ class Minutiae:
         i = np.asarray(index)
         return Minutiae(self.x[i], self.y[i], self.angle[i], self.kind[i], self.quality[i])
 
+    def best(self, most: int) -> Minutiae:
+        """Return, in their order, the `most` minutiae of best quality, of equal ones the first."""
+        order = np.argsort(-self.quality.astype(np.int64), kind="stable")
+        return self if len(self) <= most else self.take(np.sort(order[:most]))
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RidgeField:
@@ -359,11 +364,10 @@ class Template:
 
     def _repr_html_(self) -> str:
         """Return a drawing of the minutiae, the best where there are many, for notebooks."""
-        drawn = np.argsort(-self.minutiae.quality.astype(int), kind="stable")[:MOST_DRAWN]
         marks = "".join(
             f'<g transform="translate({m.x:.1f} {m.y:.1f}) rotate({-math.degrees(m.angle):.0f})">'
             f'<path d="M0 0H9"/><circle r="3" fill="{_FILLS[m.kind]}"/></g>'
-            for m in self.minutiae.take(drawn)
+            for m in self.minutiae.best(MOST_DRAWN)
         )
         frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
         style = "background:#fff;border:1px solid #ccc"

@@ -66,7 +66,7 @@ def test_a_file_of_images_alone_is_no_template():
     ],
 )
 def test_the_region_of_the_extended_feature_set(region, offset, size):
-    view = only_view(an2_file("efs", "none", region=region))
+    view = only_view(an2_file("efs", "none", f300=region))
     expected = (np.array([[1000, 500], [2000, 1000], [0, 0]]) + offset) * PX
     assert np.allclose(view.template.minutiae.xy, expected, atol=0.01)
     assert view.size_known is (size is not None)
@@ -76,6 +76,6 @@ def test_the_region_of_the_extended_feature_set(region, offset, size):
 
 def test_minutiae_of_the_extended_feature_set_without_a_direction_or_type():
     minutiae = "1000\x1f500\x1f270\x1e2000\x1f1000\x1f\x1fB\x1e0\x1f0\x1f180\x1f\x1e5\x1f5"
-    record = read(an2_file("efs", minutiae=minutiae))
+    record = read(an2_file("efs", f331=minutiae))
     assert record.views[0].template.minutiae.kind.tolist() == [0, 0]
     assert record.notes == ("2 minutiae without a direction passed over",)

@@ -134,7 +134,7 @@ MANY = MAX_MINUTIAE + 1
         (b"1.001:26\x1d1.003:1\x1f1\x1e9\x1f01\x1c99", "no record of type 9"),
         (an2_file("none"), "no minutiae in the file"),
         (an2_file().replace(b"10000500090", b"1000x500090"), "field 9.012 is malformed"),
-        (an2_file("efs", region="wide\x1f2000"), "field 9.300 is malformed"),
+        (an2_file("efs", f300="wide\x1f2000"), "field 9.300 is malformed"),
         (b"1 2 3 4\n1 2\n", "line 2: expected 4 values, found 2"),
         (b"1 2 3\n1.5 2 3\n", "expected whole numbers"),
         (b"1 2 999 4\n", "an angle of 999"),

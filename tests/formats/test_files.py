@@ -18,7 +18,6 @@ from fpmatch.formats.files import (
     save_template,
 )
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.prints.reading import content_of
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from tests.formats.made_records import WRITTEN, only_view, record_of, written
@@ -49,11 +48,8 @@ def test_a_template_comes_back_to_the_last_bit(name, template):
     assert replace(once, field=None) == replace(template, field=None)
     assert (once.field is None) == (name == "csv" or template.field is None)
     if once.field is not None:
-        assert MATCHER.prepare(once).key == MATCHER.prepare(template).key
-        mask = template.field.mask
-        assert np.array_equal(once.field.orientation[mask], template.field.orientation[mask])
-        assert not once.field.orientation[~mask].any()
         assert once.field == template.field
+        assert not once.field.orientation[~once.field.mask].any()
 
 
 def test_json_wraps_an_orientation_beyond_half_a_turn():
@@ -101,6 +97,10 @@ def test_saving_leaves_one_file_and_replaces_it_whole(tmp_path, template):
     assert [entry.name for entry in tmp_path.iterdir()] == ["print.json"]
     assert load_template(path).minutiae == template.minutiae
     assert save_template(tmp_path / "print.csv", template) == ("the ridge field dropped",)
+    save_template(path, template, file_format="ansi2004")
+    assert load_record(path).format == "ansi2004"
+    with pytest.raises(TemplateError, match=r"print\.json: "):
+        load_record(path, file_format="iso2005")
 
 
 def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path, template):
@@ -120,14 +120,6 @@ def test_what_cannot_be_saved_leaves_nothing_behind(tmp_path, template):
     with pytest.raises(TemplateError, match=r"print\.csv: .*one print"):
         save_record(tmp_path / "print.csv", two)
     assert [entry.name for entry in tmp_path.iterdir()] == ["folder.json"]
-
-
-def test_a_format_may_be_named(tmp_path, template):
-    path = tmp_path / "print.dat"
-    save_template(path, template, file_format="ansi2004")
-    assert load_record(path).format == "ansi2004"
-    with pytest.raises(TemplateError, match=r"print\.dat: "):
-        load_record(path, file_format="iso2005")
 
 
 def test_what_is_no_template_is_named(tmp_path):

@@ -118,11 +118,6 @@ class View:
     extended: bytes = b""
     fields: tuple[tuple[str, str], ...] = ()
 
-    @property
-    def dpi_known(self) -> bool:
-        """Whether the file contains the resolution; `template` has that of the options if not."""
-        return self.template.dpi_known
-
     @classmethod
     def without_frame(
         cls,

@@ -42,8 +42,8 @@ def test_a_template_comes_back_to_the_last_bit(name, template):
     unstated = replace(template, dpi_known=False)
     known, unknown = (written(name, record_of(one)) for one in (template, unstated))
     assert [b"dpi_known" in data for data in (known, unknown)] == [False, True]
-    assert [only_view(data).dpi_known for data in (known, unknown)] == [True, False]
-    assert only_view(unknown).at(500).dpi_known
+    assert [only_view(data).template.dpi_known for data in (known, unknown)] == [True, False]
+    assert only_view(unknown).at(500).template.dpi_known
     once = only_view(known).template
     assert replace(once, field=None) == replace(template, field=None)
     assert (once.field is None) == (name == "csv" or template.field is None)

@@ -64,7 +64,7 @@ def test_angles_beyond_179_in_ansi_are_read_as_iso_steps():
 def test_a_size_and_resolution_of_zero_are_unknown():
     data = ISO_2005[:14] + bytes(8) + ISO_2005[22:]
     view = only_view(data)
-    assert (view.dpi_known, view.size_known) == (False, False)
+    assert (view.template.dpi_known, view.size_known) == (False, False)
     assert (view.template.width, view.template.height, view.template.dpi) == (101, 51, 500)
     stated = only_view(data, dpi=1000, size=(640, 480)).template
     assert (stated.width, stated.height, stated.dpi) == (640, 480, 1000)

@@ -39,7 +39,7 @@ def test_counts_and_resolution(name):
     assert [len(view.template.minutiae) for view in record.views] == counts
     for view in record.views:
         assert view.template.dpi == 500
-        assert view.dpi_known is (expected != "xyt-m1")
+        assert view.template.dpi_known is (expected != "xyt-m1")
         minutiae = view.template.minutiae
         assert 0 <= minutiae.x.min() <= minutiae.x.max() < view.template.width
         assert 0 <= minutiae.y.min() <= minutiae.y.max() <= view.template.height

@@ -37,7 +37,7 @@ def test_every_form_of_the_same_table_is_read_with_a_convention(names, start, de
     view = decoded(text.encode(), "rad").views[0]
     assert view.template.minutiae == Minutiae(x, y, angle)
     assert (view.template.width, view.template.height, view.template.dpi) == (51, 41, STANDARD_DPI)
-    assert not any([view.size_known, view.dpi_known, view.quality_known])
+    assert not any([view.size_known, view.template.dpi_known, view.quality_known])
     with pytest.raises(TemplateError, match="--angles of verify"):
         decoded(text.encode())
 

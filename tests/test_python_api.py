@@ -106,10 +106,7 @@ def test_texts_are_short(template, result):
     assert len(repr(result)) < 300
 
 
-def test_notebooks_show_templates_and_results(template, result):
-    drawn = template._repr_html_()
-    assert drawn.count("<circle") == len(template)
-    assert len(drawn) < 5000
+def test_notebooks_show_results(result):
     assert result._repr_html_().startswith("<b>MATCH</b>")
     assert result._repr_png_().startswith(b"\x89PNG")
     assert result.overlay(side_by_side=True)._repr_png_().startswith(b"\x89PNG")

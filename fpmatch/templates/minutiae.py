@@ -39,8 +39,6 @@ CELL_BITS: Final = 8
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
 _MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows integers
 WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
-MOST_DRAWN: Final = 300
-"""Minutiae in the drawing of a notebook."""
 
 
 class MinutiaKind(IntEnum):
@@ -59,13 +57,6 @@ class Minutia(NamedTuple):
     angle: float
     kind: MinutiaKind
     quality: int
-
-
-_FILLS: Final = {
-    MinutiaKind.ENDING: "#003e96",
-    MinutiaKind.BIFURCATION: "#be3e00",
-    MinutiaKind.OTHER: "none",
-}
 
 
 def dpi_of_per_cm(pixels: float) -> float:
@@ -361,17 +352,6 @@ class Template:
         size = f"{self.width} x {self.height} px, {self.dpi:g} dpi"
         minutiae = count(len(self), "minutia", "minutiae")
         return f"Template({size}, {minutiae}{ridges})"
-
-    def _repr_html_(self) -> str:
-        """Return a drawing of the minutiae, the best where there are many, for notebooks."""
-        marks = "".join(
-            f'<g transform="translate({m.x:.1f} {m.y:.1f}) rotate({-math.degrees(m.angle):.0f})">'
-            f'<path d="M0 0H9"/><circle r="3" fill="{_FILLS[m.kind]}"/></g>'
-            for m in self.minutiae.best(MOST_DRAWN)
-        )
-        frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
-        style = "background:#fff;border:1px solid #ccc"
-        return f'<svg {frame} style="{style}">{marks}</svg><div>{self!r}</div>'
 
 
 def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDArray[np.float64]:

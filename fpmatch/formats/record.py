@@ -56,12 +56,6 @@ class AngleConvention:
         angles = np.radians(values) if self.unit == "deg" else values
         return (-angles if self.clockwise else angles) + (math.pi if self.opposite else 0.0)
 
-    def __str__(self) -> str:
-        unit = {"deg": "degrees", "rad": "radians"}[self.unit]
-        sense = "clockwise" if self.clockwise else "counter-clockwise"
-        direction = "opposite to ISO/IEC 19794-2" if self.opposite else "as in ISO/IEC 19794-2"
-        return f"{unit}, {sense} on screen from +x, {direction}"
-
 
 OWN_DEGREES: Final = AngleConvention("deg")
 

@@ -82,18 +82,8 @@ _GENERAL: Final = 2  # the last ones, after the formats of other packages, which
 
 
 def recognise(data: bytes) -> Codec | None:
-    """Return the codec that recognises `data`, a file or its first few thousand bytes; else None.
-
-    Raises TemplateError for a finger minutiae record of another version.
-    """
-    codec = next((one for one in known_codecs() if one.recognises(data)), None)
-    if codec is None and data.startswith(FMR_SIGNATURE):
-        version = data[4:7].decode("ascii", "replace").strip()
-        raise TemplateError(
-            f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
-            "which is not known"
-        )
-    return codec
+    """Return the codec that recognises a file or its first few thousand bytes; else None."""
+    return next((codec for codec in known_codecs() if codec.recognises(data)), None)
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:

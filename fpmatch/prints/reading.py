@@ -306,8 +306,6 @@ def content_of(file: str | os.PathLike[str] | bytes) -> Content:
         if codec is None or codec.name != "an2":
             return "template" if codec else ""
         return "both" if agency("an2").holds_image(head) else "template"
-    except TemplateError:  # which reading it raises again
-        return "template"
     except PluginError:  # the reader of images says so
         return "both"
 

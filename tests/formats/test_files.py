@@ -131,4 +131,3 @@ def test_what_is_no_template_is_named(tmp_path):
         assert content_of(tmp_path / name) in {"", "image"}
     for content in (b"", b"\x89PNG\r\n\x1a\n", b"II*\x00", b"P5 9 9 255\n", b"hello"):
         assert content_of(content) in {"", "image"}
-    assert content_of(b"FMR\x00 99\x00" + bytes(30)) == "template"  # of an unknown version

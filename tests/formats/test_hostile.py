@@ -126,7 +126,7 @@ MANY = MAX_MINUTIAE + 1
         (b"x;y;theta\n1,5;2;3\n", "line 2, column x: expected a number, found '1,5'"),
         (b"x,y,theta\n1,2,\n", "line 2, column angle: expected a number, found nothing"),
         (b"\nx,y,theta\n\n1,2\n", "line 4: expected 3 values, found 2"),
-        (b"FMR\x00 99\x00" + bytes(40), "of version '99', which is not known"),
+        (b"FMR\x00 99\x00" + bytes(40), "not a template file of a known format"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(11), "cut short"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(12), "holds no print"),
         (BY_HAND["iso2005"][:20] + b"\x00\x62" + BY_HAND["iso2005"][22:], "resolution differ"),

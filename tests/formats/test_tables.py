@@ -46,10 +46,7 @@ def test_every_form_of_the_same_table_is_read_with_a_convention(names, start, de
 def test_a_unit_in_the_name_of_the_column_is_taken_with_a_note(name):
     record = decoded(f"x,y,{name},\n1,2,90,\n".encode())
     assert record.views[0].template.minutiae.angle.tolist() == pytest.approx([np.pi / 2])
-    assert record.notes == (
-        "angles taken for degrees, counter-clockwise on screen from +x, as in ISO/IEC 19794-2 "
-        "(--angles sets it)",
-    )
+    assert record.notes == ("angles taken for deg, counter-clockwise on screen (--angles sets it)",)
     stated = decoded(f"x,y,{name}\n1,2,90\n".encode(), "deg,clockwise")
     assert stated.views[0].template.minutiae.angle.tolist() == pytest.approx([3 * np.pi / 2])
     assert not stated.notes

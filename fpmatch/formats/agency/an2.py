@@ -126,19 +126,6 @@ def contents(data: bytes, error: Callable[[str], FpmatchError]) -> list[tuple[in
     return others
 
 
-def types_of(data: bytes) -> set[int]:
-    """Return the types of the records that a file lists, none if it is not ANSI/NIST-ITL."""
-    try:
-        return {kind for kind, _ in contents(data, ImageReadError)} if _START.match(data) else set()
-    except FpmatchError:
-        return set()
-
-
-def holds_image(data: bytes) -> bool:
-    """Return whether a file lists a record of a print."""
-    return not types_of(data).isdisjoint(PRINT_TYPES)
-
-
 def read_records(data: bytes, error: Callable[[str], FpmatchError]) -> list[Record]:
     """Return all records of a file; raises what `error` makes of the reason if it is damaged."""
     start = _START.match(data)
@@ -367,8 +354,3 @@ def _code(fields: dict[int, bytes], number: int) -> int:
     """Return the whole number in the first item of a field, 0 if there is none."""
     first = table(fields.get(number, b""))[0][0].strip()
     return int(first) if first.isdigit() and len(first) < 7 else 0
-
-
-def holds_minutiae(data: bytes) -> bool:
-    """Return whether a file lists a record of minutiae."""
-    return MINUTIAE_TYPE in types_of(data)

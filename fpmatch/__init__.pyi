@@ -4,7 +4,6 @@ from .api import VerifiedPrints as VerifiedPrints
 from .api import as_template as as_template
 from .api import verify as verify
 from .drawing.overlay.draw import draw as draw
-from .drawing.overlay.draw import save_overlay as save_overlay
 from .errors import FpmatchError as FpmatchError
 from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template

@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.base.parsing import read_regular
-from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
+from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.record import MAX_BYTES, AngleConvention, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, codec_of_suffix, failures_text, recognise
 from fpmatch.formats.tables import NPY_CODEC, PLAIN_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.templates.bounds import check_bounds
-from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
     import os
+
+    from fpmatch.templates.minutiae import Template
 
 _NO_TEMPLATES: Final = ("a folder, not a template file", "not a regular file")
 
@@ -55,7 +56,6 @@ def load_template(path: str | os.PathLike[str], *, angles: str | None = None) ->
     ...     load_template(Path(folder, "print.npy"), angles="rad,clockwise")
     Template(31 x 41 px, 500 dpi, 2 minutiae)
     """
-    check_path(path, TemplateError)
     convention = None if angles is None else AngleConvention.parse(angles)
     return load_record(path, options=ReadingOptions(angles=convention)).views[0].template
 
@@ -143,8 +143,6 @@ def save_template(
     ...     load_template(Path(folder, "print.csv")) == template
     True
     """
-    check_path(path, TemplateError)
-    check_type(template, Template, "the template is a Template", TemplateError)
     return save_record(path, TemplateRecord("", (View(template),)), file_format=file_format)
 
 

@@ -138,7 +138,7 @@ def known_codecs() -> Iterator[Codec]:
     """Yield the package's codecs, those of others, imported only then, and those of tables."""
     yield from CODECS[:-_GENERAL]
     own = {codec.name for codec in CODECS}
-    for name, codec in load_plugins(FORMATS).loaded.items():
+    for name, codec in load_plugins(FORMATS)[0].items():
         if name not in own:
             yield _guarded(codec)
     yield from CODECS[-_GENERAL:]
@@ -146,7 +146,7 @@ def known_codecs() -> Iterator[Codec]:
 
 def failures_text() -> str:
     """Return why formats of other packages cannot be loaded, to be added to a message."""
-    return "".join(f"; {why}" for why in load_plugins(FORMATS).failures.values())
+    return "".join(f"; {why}" for why in load_plugins(FORMATS)[1].values())
 
 
 def _guarded(codec: Codec) -> Codec:

@@ -36,8 +36,8 @@ from fpmatch.formats.record import (
     check_views,
     span,
 )
-from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
-from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
+from fpmatch.image.io.grey import dpi_in_units, usable_dpi
+from fpmatch.image.io.read import UNCOMPRESSED, StoredImage, decode_stored
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import LARGEST, MM_PER_INCH, Minutiae, MinutiaKind, Template
 

@@ -16,8 +16,7 @@ import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.grey import GreyImage
-from fpmatch.image.io.resolution import usable_dpi
+from fpmatch.image.io.grey import GreyImage, usable_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.io.grey import ImageLimits

@@ -11,10 +11,15 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.gallery.listing.separate_prints import (
+    coarse,
+    count_loops,
+    count_prints,
+    doubled_orientation,
+)
 from fpmatch.templates import plausibility
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import MOST_COMPARED, dpi_meant
-from fpmatch.templates.separate_prints import coarse, count_loops, count_prints, doubled_orientation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

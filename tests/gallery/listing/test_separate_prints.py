@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fpmatch.gallery.listing.separate_prints import count_loops, count_prints
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-from fpmatch.templates.separate_prints import count_loops, count_prints
 
 
 @pytest.mark.parametrize(("index", "found"), [(0.5, (1, 0)), (-0.5, (0, 1)), (1.0, (2, 0))])

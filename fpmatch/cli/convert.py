@@ -149,7 +149,7 @@ def _template(
     record = load_record(path, file_format=file_format, options=options)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)
-    if not all(view.dpi_known for view in views):
+    if not all(view.template.dpi_known for view in views):
         notes.append(ASSUMED_DPI)
     if size is None and not all(view.size_known for view in views):
         notes.append(

@@ -132,7 +132,7 @@ def _print(view: View) -> dict[str, Any]:
         "width": template.width,
         "height": template.height,
         "size_known": view.size_known,
-        "dpi": template.dpi if view.dpi_known else None,
+        "dpi": template.dpi if template.dpi_known else None,
         "minutiae": len(minutiae),
         "endings": int(np.count_nonzero(minutiae.kind == MinutiaKind.ENDING)),
         "bifurcations": int(np.count_nonzero(minutiae.kind == MinutiaKind.BIFURCATION)),

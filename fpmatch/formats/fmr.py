@@ -145,7 +145,11 @@ class RecordReader(ByteReader):
         extended = self._extended()
         width, height, per_cm_x, per_cm_y = frame
         size_known, dpi_known = min(width, height) > 0, min(per_cm_x, per_cm_y) > 0
-        dpi = dpi_of(per_cm_x, per_cm_y) if dpi_known else self.options.dpi
+        if dpi_known and abs(per_cm_x - per_cm_y) > max(1.0, MISMATCH * per_cm_x):
+            raise TemplateError(
+                f"horizontal and vertical resolution differ ({per_cm_x} and {per_cm_y} pixels a cm)"
+            )
+        dpi = dpi_of_per_cm(per_cm_x) if dpi_known else self.options.dpi
         if not size_known:
             width, height = self.options.size or span(minutiae.x, minutiae.y)
         return View(
@@ -187,15 +191,6 @@ class RecordReader(ByteReader):
             self.take(self.left)
             return b""
         return self.take(length)
-
-
-def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
-    """Return the dpi of a resolution in whole pixels per centimetre, both positive."""
-    if abs(per_cm_x - per_cm_y) > max(1.0, MISMATCH * per_cm_x):
-        raise TemplateError(
-            f"horizontal and vertical resolution differ ({per_cm_x} and {per_cm_y} pixels a cm)"
-        )
-    return dpi_of_per_cm(per_cm_x)
 
 
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:

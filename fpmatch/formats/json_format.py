@@ -66,8 +66,11 @@ def encode(record: TemplateRecord) -> Encoded:
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file, or raise TemplateError."""
-    document = _parse(data)
-    if document.get("format") != FORMAT:
+    try:
+        document = parse_json(data)
+    except ParseError as error:
+        raise TemplateError(f"not JSON: {error}") from error
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise TemplateError(f'not a template: expected the member "format": "{FORMAT}"')
     if document.get("version") != VERSION:
         raise TemplateError(f"unknown version of the format (known: {VERSION})")
@@ -80,21 +83,6 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     known = _member({"dpi_known": True} | document, "dpi_known", bool)
     template = Template(minutiae, width, height, _number(document, "dpi"), field, dpi_known=known)
     return TemplateRecord(CODEC.name, (View(template),))
-
-
-def _recognises(data: bytes) -> bool:
-    return data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{")
-
-
-def _parse(data: bytes) -> dict[str, Any]:
-    """Return the JSON object in `data`."""
-    try:
-        document = parse_json(data)
-    except ParseError as error:
-        raise TemplateError(f"not JSON: {error}") from error
-    if not isinstance(document, dict):
-        raise TemplateError("not a template: expected one JSON object")
-    return document
 
 
 def _member(parent: dict[str, Any], name: str, kind: type) -> Any:
@@ -134,11 +122,13 @@ def _encode_field(field: RidgeField) -> dict[str, Any]:
         "step": field.step,
         "rows": field.mask.shape[0],
         "columns": field.mask.shape[1],
-        "orientation": _to_base64(orientation.astype("<f4")),
-        "mask": _to_base64(np.packbits(field.mask)),
+        "orientation": base64.b64encode(orientation.astype("<f4").tobytes()).decode(),
+        "mask": base64.b64encode(np.packbits(field.mask).tobytes()).decode(),
     }
     if field.ridges is not None:
-        stored["ridges"] = _to_base64(field.ridges[field.mask].astype("<u8"))
+        stored["ridges"] = base64.b64encode(
+            field.ridges[field.mask].astype("<u8").tobytes()
+        ).decode()
     return stored
 
 
@@ -160,10 +150,6 @@ def _decode_field(stored: dict[str, Any]) -> RidgeField:
     return RidgeField(_number(stored, "step"), orientation, mask, ridges)
 
 
-def _to_base64(values: NDArray[Any]) -> str:
-    return base64.b64encode(values.tobytes()).decode("ascii")
-
-
 def _from_base64(stored: dict[str, Any], name: str, count: int, dtype: str = "u1") -> NDArray[Any]:
     """Return the `count` numbers under `name`."""
     try:
@@ -174,6 +160,10 @@ def _from_base64(stored: dict[str, Any], name: str, count: int, dtype: str = "u1
     if len(data) != length:
         raise TemplateError(f"ridge_field: {name} has {len(data)} bytes, expected {length}")
     return np.frombuffer(data, dtype)
+
+
+def _recognises(data: bytes) -> bool:
+    return data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{")
 
 
 CODEC: Final = Codec("json", "fpmatch JSON 2", (".json",), _recognises, decode, encode)

@@ -56,12 +56,6 @@ class AngleConvention:
         angles = np.radians(values) if self.unit == "deg" else values
         return (-angles if self.clockwise else angles) + (math.pi if self.opposite else 0.0)
 
-    def __str__(self) -> str:
-        unit = {"deg": "degrees", "rad": "radians"}[self.unit]
-        sense = "clockwise" if self.clockwise else "counter-clockwise"
-        direction = "opposite to ISO/IEC 19794-2" if self.opposite else "as in ISO/IEC 19794-2"
-        return f"{unit}, {sense} on screen from +x, {direction}"
-
 
 OWN_DEGREES: Final = AngleConvention("deg")
 
@@ -117,11 +111,6 @@ class View:
     quality_known: bool = True
     extended: bytes = b""
     fields: tuple[tuple[str, str], ...] = ()
-
-    @property
-    def dpi_known(self) -> bool:
-        """Whether the file contains the resolution; `template` has that of the options if not."""
-        return self.template.dpi_known
 
     @classmethod
     def without_frame(
@@ -263,9 +252,7 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     if len(minutiae) > most:
         dropped = count(len(minutiae) - most, "minutia", "minutiae")
         notes.append(f"{dropped} of lowest quality dropped: {most} fit in")
-        best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
-        minutiae = minutiae.take(np.sort(best))
-    return minutiae
+    return minutiae.best(most)
 
 
 def span(x: NDArray[Any], y: NDArray[Any]) -> tuple[int, int]:

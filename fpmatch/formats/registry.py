@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from functools import partial
 from pathlib import PurePath
@@ -26,12 +27,28 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 
-def _recognises(signatures: tuple[bytes, ...], module: str, name: str, data: bytes) -> bool:
-    """Return whether a function of a module of agencies recognises a file with a signature."""
-    try:
-        return data.startswith(signatures) and bool(_call(module, name, data))
-    except PluginError:  # which reading it raises again
-        return True
+_VERSION_2009: Final = FMR_SIGNATURE + b"030\x00"
+_AMENDED: Final = FMR_SIGNATURE + b"035\x00"
+_ISO_2011_HEADER: Final = ((8, 12), (12, 14), (15, 19))  # its length, views, the first's length
+FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
+_LISTS_MINUTIAE: Final = re.compile(rb"1\.0?03:[^\x1d]*\x1e0?9\x1f")  # a record of type 9
+_LISTS_PRINT: Final = re.compile(rb"1\.0?03:[^\x1d]*\x1e(0?4|13|14|15)\x1f")
+
+
+def _is_iso_2011(data: bytes) -> bool:
+    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
+
+    The first view of the former states a length, that of the rest of the record if it is the only
+    one, and else no more.
+    """
+    declared, views, length = (int.from_bytes(data[a:b], "big") for a, b in _ISO_2011_HEADER)
+    rest = declared - _ISO_2011_HEADER[-1][0]
+    return length == rest if views == 1 else FEWEST_VIEW_BYTES <= length <= rest
+
+
+def holds_image(data: bytes) -> bool:
+    """Return whether the first record of an ANSI/NIST-ITL file lists one of a print."""
+    return _LISTS_PRINT.search(data) is not None
 
 
 def _call(module: str, name: str, *given: Any) -> Any:
@@ -39,26 +56,27 @@ def _call(module: str, name: str, *given: Any) -> Any:
     return getattr(agency(module), name)(*given)
 
 
-_2009: Final = (FMR_SIGNATURE + b"030\x00", FMR_SIGNATURE + b"035\x00")  # the second: amended
 ISO_2011: Final = Codec(
     "iso2011",
     "ISO/IEC 19794-2:2011",
     (".iso2011",),
-    partial(_recognises, _2009[:1], "fmr_2011", "is_iso"),
+    lambda data: data.startswith(_VERSION_2009) and _is_iso_2011(data),
     partial(_call, "fmr_2011", "decode_iso"),
 )
 ANSI_2009: Final = Codec(
     "ansi2009",
     "ANSI/INCITS 378-2009",
     (".ansi2009",),
-    partial(_recognises, _2009, "fmr_2011", "is_ansi"),
+    lambda data: (
+        data.startswith(_AMENDED) or (data.startswith(_VERSION_2009) and not _is_iso_2011(data))
+    ),
     partial(_call, "fmr_2011", "decode_ansi"),
 )
 AN2: Final = Codec(
     "an2",
     "ANSI/NIST-ITL, type 9",
     (".an2", ".an2k", ".eft"),
-    partial(_recognises, AN2_SIGNATURES, "an2", "holds_minutiae"),
+    lambda data: data.startswith(AN2_SIGNATURES) and _LISTS_MINUTIAE.search(data) is not None,
     partial(_call, "an2", "decode"),
 )
 
@@ -82,18 +100,8 @@ _GENERAL: Final = 2  # the last ones, after the formats of other packages, which
 
 
 def recognise(data: bytes) -> Codec | None:
-    """Return the codec that recognises `data`, a file or its first few thousand bytes; else None.
-
-    Raises TemplateError for a finger minutiae record of another version.
-    """
-    codec = next((one for one in known_codecs() if one.recognises(data)), None)
-    if codec is None and data.startswith(FMR_SIGNATURE):
-        version = data[4:7].decode("ascii", "replace").strip()
-        raise TemplateError(
-            f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
-            "which is not known"
-        )
-    return codec
+    """Return the codec that recognises a file or its first few thousand bytes; else None."""
+    return next((codec for codec in known_codecs() if codec.recognises(data)), None)
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:

@@ -166,7 +166,7 @@ def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
     view = _view(table, convention, options, graded="quality" in header.names)
     notes = range_notes(table[2], convention)
     if options.angles is None and unit:
-        notes.append(f"angles taken for {convention} (--angles sets it)")
+        notes.append(f"angles taken for {unit}, counter-clockwise on screen (--angles sets it)")
     return TemplateRecord(PLAIN_CODEC.name, (view,), tuple(notes))
 
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
-from fpmatch.base.plugins import PluginError, agency
 from fpmatch.errors import ImageReadError, TemplateError
 from fpmatch.image.dataset_folder import folder_settings
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, AssessedPrint, assess
@@ -275,17 +274,12 @@ def content_of(file: str | os.PathLike[str] | bytes) -> Content:
     reader = sniff(head)
     if reader is not None and not reader.holds_several:  # then it is no template
         return "image"
-    from fpmatch.formats.registry import recognise  # noqa: PLC0415
+    from fpmatch.formats.registry import holds_image, recognise  # noqa: PLC0415
 
-    try:
-        codec = recognise(head)
-        if codec is None or codec.name != "an2":
-            return "template" if codec else ""
-        return "both" if agency("an2").holds_image(head) else "template"
-    except TemplateError:  # which reading it raises again
-        return "template"
-    except PluginError:  # the reader of images says so
-        return "both"
+    codec = recognise(head)
+    if codec is None or codec.name != "an2":
+        return "template" if codec else ""
+    return "both" if holds_image(head) else "template"
 
 
 @contextmanager

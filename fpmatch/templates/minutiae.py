@@ -39,8 +39,6 @@ CELL_BITS: Final = 8
 """Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
 _MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows integers
 WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
-MOST_DRAWN: Final = 300
-"""Minutiae in the drawing of a notebook."""
 
 
 class MinutiaKind(IntEnum):
@@ -59,13 +57,6 @@ class Minutia(NamedTuple):
     angle: float
     kind: MinutiaKind
     quality: int
-
-
-_FILLS: Final = {
-    MinutiaKind.ENDING: "#003e96",
-    MinutiaKind.BIFURCATION: "#be3e00",
-    MinutiaKind.OTHER: "none",
-}
 
 
 def dpi_of_per_cm(pixels: float) -> float:
@@ -193,6 +184,11 @@ class Minutiae:
         """Return the minutiae that `index` (integers or a boolean mask, shape (N,)) selects."""
         i = np.asarray(index)
         return Minutiae(self.x[i], self.y[i], self.angle[i], self.kind[i], self.quality[i])
+
+    def best(self, most: int) -> Minutiae:
+        """Return, in their order, the `most` minutiae of best quality, of equal ones the first."""
+        order = np.argsort(-self.quality.astype(np.int64), kind="stable")
+        return self if len(self) <= most else self.take(np.sort(order[:most]))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -351,30 +347,11 @@ class Template:
         """Return the number of minutiae."""
         return len(self.minutiae)
 
-    def __iter__(self) -> Iterator[Minutia]:
-        return iter(self.minutiae)
-
-    def __getitem__(self, index: Any) -> Any:
-        """Return one minutia, or `Minutiae`, as `Minutiae` does."""
-        return self.minutiae[index]
-
     def __repr__(self) -> str:
         ridges = "" if self.field is None else ", ridges" * (self.field.ridges is not None)
         size = f"{self.width} x {self.height} px, {self.dpi:g} dpi"
         minutiae = count(len(self), "minutia", "minutiae")
         return f"Template({size}, {minutiae}{ridges})"
-
-    def _repr_html_(self) -> str:
-        """Return a drawing of the minutiae, the best where there are many, for notebooks."""
-        drawn = np.argsort(-self.minutiae.quality.astype(int), kind="stable")[:MOST_DRAWN]
-        marks = "".join(
-            f'<g transform="translate({m.x:.1f} {m.y:.1f}) rotate({-math.degrees(m.angle):.0f})">'
-            f'<path d="M0 0H9"/><circle r="3" fill="{_FILLS[m.kind]}"/></g>'
-            for m in self.minutiae.take(drawn)
-        )
-        frame = f'viewBox="0 0 {self.width} {self.height}" width="240" stroke="#003e96"'
-        style = "background:#fff;border:1px solid #ccc"
-        return f'<svg {frame} style="{style}">{marks}</svg><div>{self!r}</div>'
 
 
 def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDArray[np.float64]:

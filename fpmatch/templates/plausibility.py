@@ -18,7 +18,7 @@ from fpmatch.templates.minutiae import CM_PER_INCH, MM_PER_INCH, STANDARD_DPI
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.minutiae import Minutiae, Template
+    from fpmatch.templates.minutiae import Template
 
 ENOUGH_MINUTIAE: Final = 40  # of a print whose neighbouring directions are compared
 NEIGHBOURS: Final = 5
@@ -57,11 +57,10 @@ def dpi_meant(template: Template) -> int | None:
 
     Minutiae are then 2.54 times too close to each other.
     """
-    per_cm, xy = round(template.dpi / CM_PER_INCH), template.minutiae.xy
-    if per_cm not in USUAL_DPI or len(xy) < ENOUGH_ON_RIDGES or template.field is not None:
+    per_cm, few = round(template.dpi / CM_PER_INCH), len(template.minutiae) < ENOUGH_ON_RIDGES
+    if per_cm not in USUAL_DPI or few or template.field is not None:
         return None
-    m = best_minutiae(template.minutiae)
-    nearest = _distances(m.xy).min(axis=1)
+    nearest = _distances(template.minutiae.best(MOST_COMPARED).xy).min(axis=1)
     close = float(np.median(nearest)) * MM_PER_INCH / template.dpi < CLOSE_MM
     return per_cm if close else None
 
@@ -82,7 +81,7 @@ def why_no_finger(template: Template) -> str:
         if lie_off_ridges(on, m.angle[on] - field.orientation[row, column][on]):
             return f"{NO_FINGER}: {OFF_RIDGES}"
     if len(m) >= ENOUGH_MINUTIAE:
-        best = best_minutiae(m)
+        best = m.best(MOST_COMPARED)
         if _coherence(best.xy * (STANDARD_DPI / template.dpi), best.angle) < LEAST_COHERENCE:
             return f"{NO_FINGER}: {DISORDERED}"
     squares = m.quality.astype(np.float64) ** 2
@@ -91,14 +90,6 @@ def why_no_finger(template: Template) -> str:
     if mean and np.minimum(squares, mean).mean() / mean < least:
         return f"{NO_FINGER}: {UNEVEN}"
     return ""
-
-
-def best_minutiae(m: Minutiae) -> Minutiae:
-    """Return the minutiae that are compared with each other: the best of very many."""
-    if len(m) <= MOST_COMPARED:
-        return m
-    best = np.argsort(-m.quality.astype(np.int64), kind="stable")[:MOST_COMPARED]
-    return m.take(np.sort(best))
 
 
 def lie_off_ridges(on: NDArray[np.bool_], apart: NDArray[np.floating]) -> bool:

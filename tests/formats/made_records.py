@@ -11,6 +11,7 @@ from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, recognise
 from fpmatch.templates.minutiae import Minutiae, Template
 from research.fuzzing.good_images import an2_text
+from research.fuzzing.targets.prints import AN2_BLOCKS, READ_ONLY
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN = [codec.name for codec in CODECS if codec.encode]
@@ -104,60 +105,31 @@ def sample_record(count=20):
 
 # Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
 # degrees, quality 77.
-BY_HAND = {
-    name: bytes.fromhex(text)
-    for name, text in {
-        "iso2005": "464d5200 20323000 00000024 0000 012c 0190 00c5 00c5 01 00"
-        "02 00 50 01 8064 0032 40 4d 0000",
-        "ansi2004": "464d5200 20323000 0026 0000 0000 0000 012c 0190 00c5 00c5 01 00"
-        "02 00 50 01 8064 0032 2d 4d 0000",
-        "ansi2009": "464d5200 30333000 0000002e 0000 0000 00 0000 01 00"
-        "02 00 00 50 0000 0000 012c 0190 00c5 00c5 01 8064 0032 2d 4d 0000",
-        "iso2011": "464d5200 30333000 0000003c 0001 00"
-        "0000002d ffffffffffffffffff 00 0000 0000 01 50 0000 0000"
-        "02 00 00c5 00c5 00 012c 0190 60 01 8064 0032 40 4d 0000",
-    }.items()
+BY_HAND = READ_ONLY | {
+    "iso2005": bytes.fromhex(
+        "464d5200 20323000 00000024 0000 012c 0190 00c5 00c5 01 00 02 00 50 01 8064 0032 40 4d 0000"
+    ),
+    "ansi2004": bytes.fromhex(
+        "464d5200 20323000 0026 0000 0000 0000 012c 0190 00c5 00c5 01 00"
+        "02 00 50 01 8064 0032 2d 4d 0000"
+    ),
 }
 
 
-def sample_files():
-    """Return a file of every format that defines its angles, by name."""
-    record = sample_record()
-    files = {name: written(name, record) for name in WRITTEN}
-    return {**BY_HAND, **files, "an2": an2_file()}
-
-
-def an2_file(
-    block="standard",
-    image="13",
-    resolution="19.69",
-    *,
-    region="1500\x1f2000\x1f100\x1f200",
-    minutiae="1000\x1f500\x1f270\x1fE\x1e2000\x1f1000\x1f90\x1fB\x1e0\x1f0\x1f180\x1fX",
-):
+def an2_file(block="standard", image="13", resolution="19.69", **changed):
     """Return an AN2 file with three minutiae in a block of type 9, and an image record.
 
-    `region` and `minutiae` are fields of the extended feature set.
+    `changed` has other values of fields, "f300" of field 300.
     """
-    blocks = {
-        "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB"
-                                     "\x1e003\x1f00000000000\x1f63\x1fD")],
-        "iafis": [(14, "07"), (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fB"
-                                   "\x1e003\x1f00000000180\x1f63\x1fC")],
-        "m1": [(128, "300"), (129, "400"), (130, "2"), (131, "197"), (132, "197"), (134, "07"),
-               (137, "001\x1f100\x1f50\x1f135\x1f1\x1f90\x1e002\x1f200\x1f100\x1f45\x1f2\x1f80"
-                     "\x1e003\x1f0\x1f0\x1f90\x1f0\x1f0")],
-        "efs": [(300, region), (302, "7"), (331, minutiae)],
-        "none": [(6, "07")],
-    }  # fmt: skip
+    fields = dict(AN2_BLOCKS.get(block, [(6, "07")]))
+    fields |= {int(name[1:]): value for name, value in changed.items()}
+    frame = [(6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500")]
     images = {
-        "13": an2_text(13, [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"),
-                         (999, "pixels\x1d13.006:9\x1d")]),
+        "13": an2_text(13, [(2, "01"), *frame, (999, "pixels\x1d13.006:9\x1d")]),
         "4": (36).to_bytes(4, "big") + bytes([1, 1, *[255] * 6, 0, 1, 44, 1, 144, 0]) + bytes(18),
         "none": b"",
-    }  # fmt: skip
-    kind = {"13": "\x1e13\x1f01", "4": "\x1e4\x1f01", "none": ""}[image]
-    count = 2 if image == "none" else 3
-    contents = f"1\x1f{count - 1}\x1e9\x1f01{kind}"
+    }
+    listed = ["9\x1f01", *([f"{image}\x1f01"] if images[image] else [])]
+    contents = "\x1e".join([f"1\x1f{len(listed)}", *listed])
     first = an2_text(1, [(2, "0400"), (3, contents), (11, resolution), (12, resolution)])
-    return first + an2_text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]
+    return first + an2_text(9, [(2, "01"), (3, "1"), *sorted(fields.items())]) + images[image]

@@ -32,12 +32,12 @@ def test_each_block_by_its_own_convention(block, image, x, y, quality):
     assert minutiae.quality.tolist() == (quality or [100, 100, 100])
     assert (view.finger, view.impression) == (7, 1)
     assert (view.template.width, view.template.height, view.template.dpi) == (300, 400, 500)
-    assert (view.size_known, view.dpi_known) == (True, True)
+    assert (view.size_known, view.template.dpi_known) == (True, True)
 
 
 def test_without_an_image_record_the_size_is_what_the_minutiae_span():
     view = only_view(an2_file("standard", "none"))
-    assert (view.dpi_known, view.size_known) == (True, False)
+    assert (view.template.dpi_known, view.size_known) == (True, False)
     assert (view.template.width, view.template.height) == (394, 197 + 1)
     stated = only_view(an2_file("standard", "none"), size=(500, 600)).template
     assert (stated.width, stated.height) == (500, 600)
@@ -46,7 +46,7 @@ def test_without_an_image_record_the_size_is_what_the_minutiae_span():
 
 def test_without_any_resolution_that_of_the_reader_holds():
     data = an2_file("standard", "none", "00.00")
-    assert not only_view(data).dpi_known
+    assert not only_view(data).template.dpi_known
     view = only_view(data, dpi=1000)
     assert view.template.dpi == 1000
     assert view.template.minutiae.x.max() == pytest.approx(2000 * 1000 / 2540, abs=0.01)
@@ -66,7 +66,7 @@ def test_a_file_of_images_alone_is_no_template():
     ],
 )
 def test_the_region_of_the_extended_feature_set(region, offset, size):
-    view = only_view(an2_file("efs", "none", region=region))
+    view = only_view(an2_file("efs", "none", f300=region))
     expected = (np.array([[1000, 500], [2000, 1000], [0, 0]]) + offset) * PX
     assert np.allclose(view.template.minutiae.xy, expected, atol=0.01)
     assert view.size_known is (size is not None)
@@ -76,6 +76,6 @@ def test_the_region_of_the_extended_feature_set(region, offset, size):
 
 def test_minutiae_of_the_extended_feature_set_without_a_direction_or_type():
     minutiae = "1000\x1f500\x1f270\x1e2000\x1f1000\x1f\x1fB\x1e0\x1f0\x1f180\x1f\x1e5\x1f5"
-    record = read(an2_file("efs", minutiae=minutiae))
+    record = read(an2_file("efs", f331=minutiae))
     assert record.views[0].template.minutiae.kind.tolist() == [0, 0]
     assert record.notes == ("2 minutiae without a direction passed over",)

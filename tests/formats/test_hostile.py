@@ -21,11 +21,11 @@ from fpmatch.prints.reading import GivenPrint, PrintReader, decode_print
 from fpmatch.templates.bounds import check_bounds
 from fpmatch.templates.minutiae import Template
 from tests.formats.made_records import (
+    BY_HAND,
     WRITTEN,
     an2_file,
     read,
     record_of,
-    sample_files,
     sample_record,
     written,
 )
@@ -45,7 +45,11 @@ def npy_of(shape):
 
 RADIANS = ReadingOptions(angles=AngleConvention("rad"))
 ARRAY = np.linspace(0, 3, 12).reshape(4, 3)
-FILES = sample_files() | {"numbers": b"1.5 2 3 50\n4 5 6 70\n# more\n7 8 1 9\n", "npy": npy(ARRAY)}
+FILES = {
+    **BY_HAND,
+    **{name: written(name, sample_record()) for name in WRITTEN},
+    **{"an2": an2_file(), "numbers": b"1.5 2 3 50\n4 5 6 70\n# more\n7 8 1 9\n", "npy": npy(ARRAY)},
+}
 
 
 def attempt(data, file_format=None):
@@ -122,14 +126,15 @@ MANY = MAX_MINUTIAE + 1
         (b"x;y;theta\n1,5;2;3\n", "line 2, column x: expected a number, found '1,5'"),
         (b"x,y,theta\n1,2,\n", "line 2, column angle: expected a number, found nothing"),
         (b"\nx,y,theta\n\n1,2\n", "line 4: expected 3 values, found 2"),
-        (b"FMR\x00 99\x00" + bytes(40), "of version '99', which is not known"),
+        (b"FMR\x00 99\x00" + bytes(40), "not a template file of a known format"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(11), "cut short"),
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(12), "holds no print"),
+        (BY_HAND["iso2005"][:20] + b"\x00\x62" + BY_HAND["iso2005"][22:], "resolution differ"),
         (b"1.001:99\x1d1.003:1\x1f1\x1e9\x1f01\x1c", "cut short"),
         (b"1.001:26\x1d1.003:1\x1f1\x1e9\x1f01\x1c99", "no record of type 9"),
         (an2_file("none"), "no minutiae in the file"),
         (an2_file().replace(b"10000500090", b"1000x500090"), "field 9.012 is malformed"),
-        (an2_file("efs", region="wide\x1f2000"), "field 9.300 is malformed"),
+        (an2_file("efs", f300="wide\x1f2000"), "field 9.300 is malformed"),
         (b"1 2 3 4\n1 2\n", "line 2: expected 4 values, found 2"),
         (b"1 2 3\n1.5 2 3\n", "expected whole numbers"),
         (b"1 2 999 4\n", "an angle of 999"),

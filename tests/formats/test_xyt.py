@@ -24,7 +24,7 @@ def test_two_conventions_mean_the_same(name, data):
     assert np.degrees(template.minutiae.angle[0]) == pytest.approx(101.25, abs=1.3)
     assert template.minutiae.quality.tolist() == [16]
     assert (template.width, template.height) == (300, 300)
-    assert not record.views[0].dpi_known
+    assert not record.views[0].template.dpi_known
 
 
 @pytest.mark.parametrize("name", ["xyt", "xyt-m1"])

@@ -21,7 +21,6 @@ from fpmatch.templates.plausibility import (
     NO_FINGER,
     OFF_RIDGES,
     UNEVEN,
-    best_minutiae,
     find_doubts,
     why_no_finger,
 )
@@ -52,7 +51,7 @@ def test_of_very_many_minutiae_the_best_are_compared():
     assert why_no_finger(many) == f"{NO_FINGER}: {DISORDERED}"
     m = many.minutiae
     graded = Minutiae(m.x, m.y, m.angle, quality=np.arange(MOST_MINUTIAE) >= MOST_MINUTIAE - 400)
-    assert np.array_equal(best_minutiae(graded).x, m.x[-400:])
+    assert np.array_equal(graded.best(400).x, m.x[-400:])
 
 
 @given(SEEDS, st.integers(0, 9))

@@ -60,7 +60,6 @@ _RECORD_START: Final = re.compile(rb"(\d{1,2})\.0?01:(\d{1,9})\x1d")
 _TAG: Final = re.compile(rb"(\d{1,2})\.(\d{2,4}):")
 _COMPRESSION: Final = (UNCOMPRESSED, "WSQ20", "JPEGB", "JPEGL", "JP2", "JP2L", "PNG")  # of type 4
 _STANDARD_PPI: Final = 500.0
-NO_PRINT: Final = "has no print in it (amputated or unprinted)"
 MINUTIAE_TYPE: Final = 9
 IMAGE_FRAME, M1_FRAME = 6, 128  # the first of the fields of width, height, unit and resolution
 REGION: Final = 300  # of the extended feature set: width, height and offsets, then its polygon
@@ -127,19 +126,6 @@ def contents(data: bytes, error: Callable[[str], FpmatchError]) -> list[tuple[in
     return others
 
 
-def types_of(data: bytes) -> set[int]:
-    """Return the types of the records that a file lists, none if it is not ANSI/NIST-ITL."""
-    try:
-        return {kind for kind, _ in contents(data, ImageReadError)} if _START.match(data) else set()
-    except FpmatchError:
-        return set()
-
-
-def holds_image(data: bytes) -> bool:
-    """Return whether a file lists a record of a print."""
-    return not types_of(data).isdisjoint(PRINT_TYPES)
-
-
 def read_records(data: bytes, error: Callable[[str], FpmatchError]) -> list[Record]:
     """Return all records of a file; raises what `error` makes of the reason if it is damaged."""
     start = _START.match(data)
@@ -182,7 +168,7 @@ def decode_image(data: bytes, limits: ImageLimits, number: int | None = None) ->
         raise ImageReadError(f"ANSI/NIST file without a grey print (its records: type {types})")
     with_image = [record for record in prints if record.has_image()]
     if not with_image:
-        raise ImageReadError(f"ANSI/NIST file that {NO_PRINT}")
+        raise ImageReadError("ANSI/NIST file that has no print in it (amputated or unprinted)")
     if number is not None and number > len(with_image):
         raise ImageReadError(f"ANSI/NIST file of {len(with_image)} images, not {number}")
     record = with_image[(number or 1) - 1]
@@ -200,13 +186,13 @@ def _damaged(reason: str) -> ImageReadError:
 
 def _binary_image(record: Record, first: Record) -> StoredImage:
     body = ByteReader(record.data, _damaged)
-    body.take(12)  # length, identifier, impression type, finger positions
-    is_native, width, height, compression = body.numbers("B2HB")
+    # behind length, identifier, impression type and finger positions
+    is_native, width, height, compression = body.numbers("12xB2HB")
     if compression >= len(_COMPRESSION):
         raise ImageReadError(f"ANSI/NIST file with an unknown compression ({compression})")
     dpi = native_dpi(first) if is_native else _STANDARD_PPI
-    pixels = body.take(body.left)
-    return StoredImage(pixels, _COMPRESSION[compression], width, height, 1, dpi or 0, dpi or 0)
+    pixels, name = body.take(body.left), _COMPRESSION[compression]
+    return StoredImage(pixels, name, width, height, 1, dpi or 0, dpi or 0)
 
 
 def _tagged_image(record: Record) -> StoredImage:
@@ -368,8 +354,3 @@ def _code(fields: dict[int, bytes], number: int) -> int:
     """Return the whole number in the first item of a field, 0 if there is none."""
     first = table(fields.get(number, b""))[0][0].strip()
     return int(first) if first.isdigit() and len(first) < 7 else 0
-
-
-def holds_minutiae(data: bytes) -> bool:
-    """Return whether a file lists a record of minutiae."""
-    return MINUTIAE_TYPE in types_of(data)

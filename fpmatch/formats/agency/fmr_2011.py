@@ -19,29 +19,10 @@ if TYPE_CHECKING:
 
 VERSION: Final = b"030\x00"
 AMENDED: Final = b"035\x00"
-ISO_HEADER_BYTES: Final = 15
-FEWEST_VIEW_BYTES: Final = 34  # of an ISO view without minutiae
 QUALITY_BLOCK_BYTES: Final = 5
 CERTIFICATE_BYTES: Final = 3
 ISO: Final = Layout("iso2011", ISO_STEPS, is_older=False)
 ANSI: Final = Layout("ansi2009", ANSI_STEPS, is_older=False)
-
-
-def is_iso(data: bytes) -> bool:
-    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
-
-    The first view of the former states a length, that of the rest of the record if it is the only
-    one, and else no more.
-    """
-    bounds = ((8, 12), (12, 14), (ISO_HEADER_BYTES, ISO_HEADER_BYTES + 4))
-    declared, views, length = (int.from_bytes(data[a:b], "big") for a, b in bounds)
-    rest = declared - ISO_HEADER_BYTES
-    return length == rest if views == 1 else FEWEST_VIEW_BYTES <= length <= rest
-
-
-def is_ansi(data: bytes) -> bool:
-    """Return whether a record is one of ANSI/INCITS 378-2009 or its amendment."""
-    return data[4:8] == AMENDED or not is_iso(data)
 
 
 def decode_iso(data: bytes, options: ReadingOptions) -> TemplateRecord:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from fpmatch.image.io.grey import ImageLimits
     from fpmatch.image.preprocess.arrays import Floats
 
-START_OF_IMAGE: Final = b"\xff\xa0"
 _END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN = range(0xFFA1, 0xFFA7)
 _COMMENT: Final = 0xFFA8
 _LARGEST_TAP: Final = 2.0  # of a filter: those in use stay below 1
@@ -52,9 +51,7 @@ _ESCAPES: Final = {
 
 def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
     """Decode a WSQ file of at most 16 megapixels; a comment of NIST's has its resolution."""
-    reader = ByteReader(data, _damaged)
-    if reader.take(2) != START_OF_IMAGE:
-        raise ImageReadError("not a WSQ image")
+    reader = ByteReader(data, _damaged, 2)  # behind its signature
     decoder = _Decoder(limits)
     segments = 0
     while (marker := reader.number(2)) != _END:
@@ -98,8 +95,7 @@ class _Decoder:
         if marker == _FRAME:
             if self.size is not None:
                 raise _damaged("two frames")
-            body.take(2)  # black and white
-            height, width = body.number(2), body.number(2)
+            height, width = body.numbers("xxHH")  # behind black and white
             self.limits.check(width, height, most=MAX_MEGAPIXELS)
             self.size = width, height
             self.shift, self.scale = _decimal(body), _decimal(body)
@@ -157,9 +153,8 @@ class _Decoder:
             spread = np.zeros((height, width), np.float32)
             joined_part = self._join(part, *inner, right=in_right, below=in_below)
             spread[int(high_y) :: 2, int(high_x) :: 2] = joined_part
-            along_x, along_y = self.filters[high_x], self.filters[high_y]
-            edge = cv2.BORDER_REFLECT_101
-            joined += cv2.sepFilter2D(spread, cv2.CV_32F, along_x, along_y, borderType=edge)
+            along = self.filters[high_x], self.filters[high_y]
+            joined += cv2.sepFilter2D(spread, -1, *along, borderType=cv2.BORDER_REFLECT_101)
         return joined
 
     def _subband(self, width: int, height: int) -> Floats:
@@ -188,17 +183,14 @@ def _read_tables(body: ByteReader) -> dict[int, tuple[bytes, bytes]]:
         if not body.left:
             return tables
         number, counts = body.number(), body.take(LONGEST_CODE)
-        lengths = np.repeat(np.arange(1, LONGEST_CODE + 1), list(counts))
+        lengths = np.repeat(np.arange(1, LONGEST_CODE + 1, dtype=np.uint8), list(counts))
         values = np.frombuffer(body.take(len(lengths)), np.uint8)
-        words = 1 << (LONGEST_CODE - lengths)  # that begin with each code
+        words = 1 << (LONGEST_CODE - lengths.astype(np.int64))  # that begin with each code
         missing = (1 << LONGEST_CODE) - int(words.sum())
         if missing < 0:
             raise _damaged("a Huffman table has too many codes")
-        symbols = np.repeat(values, words).tobytes() + bytes(missing)
-        tables[number] = (
-            symbols,
-            np.repeat(lengths, words).astype(np.uint8).tobytes() + bytes(missing),
-        )
+        symbols, code_bits = (np.repeat(each, words).tobytes() for each in (values, lengths))
+        tables[number] = symbols + bytes(missing), code_bits + bytes(missing)
     raise _damaged("too many Huffman tables")
 
 
@@ -210,7 +202,7 @@ def _decimal(body: ByteReader, size: int = 2) -> float:
 
 def _synthesis_filters(body: ByteReader) -> tuple[Floats, Floats]:
     """Return the low and high pass synthesis filters of the given analysis filters."""
-    lengths = body.number(), body.number()
+    lengths = body.numbers("BB")
     if any(length % 2 == 0 for length in lengths):
         raise ImageReadError("WSQ image with filters of even length, which cannot be read")
     filters = []

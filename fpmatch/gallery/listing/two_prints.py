@@ -19,7 +19,7 @@ from fpmatch.gallery.listing.separate_prints import (
 )
 from fpmatch.templates import plausibility
 from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.plausibility import best_minutiae, dpi_meant
+from fpmatch.templates.plausibility import MOST_COMPARED, dpi_meant
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -159,7 +159,7 @@ def contrary_share(m: Minutiae, px: float) -> float:
 
     A pixel of the print has `px` pixels at 500 dpi.
     """
-    m = best_minutiae(m)
+    m = m.best(MOST_COMPARED)
     x, y, angle = (column.astype(np.float64) for column in (m.x, m.y, m.angle))
     near = np.hypot(x[:, None] - x, y[:, None] - y) * px < _NEIGHBOUR_PX
     contrary = np.sin(angle[:, None] - angle) ** 2 > _CONTRARY

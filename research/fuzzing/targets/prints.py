@@ -34,19 +34,28 @@ IMAGE_LIMITS = ImageLimits(max_side_px=4000, max_megapixels=4.0)
 EXTRACT_LIMITS = ImageLimits(max_side_px=600, max_megapixels=0.1)
 WRITTEN_ONE_IN = 8  # of the templates that are read: writing takes longer
 REPAIRED_IMAGES = {"png": with_right_sums, "fir": with_right_length}
-AN2_BLOCKS = {
-    "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB")],
-    "iafis": [(14, "07"), (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fC")],
+AN2_BLOCKS = {  # fields of three minutiae
+    "standard": [
+        (6, "07"),
+        (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB"
+             "\x1e003\x1f00000000000\x1f63\x1fD"),
+    ],
+    "iafis": [
+        (14, "07"),
+        (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fB"
+             "\x1e003\x1f00000000180\x1f63\x1fC"),
+    ],
     "m1": [
         *((128, "300"), (129, "400"), (130, "2"), (131, "197"), (132, "197"), (134, "07")),
-        (137, "001\x1f100\x1f50\x1f135\x1f1\x1f90\x1e002\x1f200\x1f100\x1f45\x1f2\x1f80"),
+        (137, "001\x1f100\x1f50\x1f135\x1f1\x1f90\x1e002\x1f200\x1f100\x1f45\x1f2\x1f80"
+              "\x1e003\x1f0\x1f0\x1f90\x1f0\x1f0"),
     ],
     "efs": [
         (300, "1500\x1f2000\x1f100\x1f200"),
-        (331, "1000\x1f500\x1f270\x1fE\x1e0\x1f0\x1f1\x1fX"),
+        (302, "7"),
+        (331, "1000\x1f500\x1f270\x1fE\x1e2000\x1f1000\x1f90\x1fB\x1e0\x1f0\x1f180\x1fX"),
     ],
-}
-
+}  # fmt: skip
 READ_ONLY = {  # a record of one minutia in each format of the family that is only read
     "ansi2009": bytes.fromhex(
         "464d5200 30333000 0000002e 0000 0000 00 0000 01 00"

@@ -220,22 +220,23 @@ def make_given_print(
 ) -> GivenPrint:
     """Return a print that was read, with the template of an image extracted.
 
-    Of several prints in a record the first is taken. The stages go to `recorder`, or without one
-    to the recorder that `GivenPrint.quality` needs.
+    Of several prints in a record the first is taken; a template that no finger can have gets a
+    note. The stages go to `recorder`, or without one to the recorder that `GivenPrint.quality`
+    needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
-        notes = (first,) if several else ()
         template, image, stages = view.at(given_dpi).template, None, None
+        notes = ((first,) if several else ()) + find_doubts(template)
     else:
         notes, image = (), content
         stages = QualityRecorder() if recorder is None else None
         template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
     common = image is not None and image.likely_dpi is not None
     source, on_dpi = dpi_source(template, given=given_dpi is not None, among_others=common)
-    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
+    all_notes = (*content.notes, *notes, *on_dpi)
     return GivenPrint(name, template, image, all_notes, stages, source, enhance)
 
 

@@ -88,9 +88,6 @@ def test_notebooks_show_templates_and_results(template, result):
     templates = fpmatch.verify(result.probe, result.reference)
     for one in (result, result.overlay(side_by_side=True), templates):
         assert one._repr_png_().startswith(b"\x89PNG")
-    table = template.minutiae._repr_html_()
-    assert (table.count("<tr>"), table[-1]) == (11, "…")  # the first ten, and a head
-    assert f"<td>{template[0].x:.1f}</td>" in table
 
 
 def test_what_is_shown_is_short_and_escaped(template, result):

@@ -14,7 +14,7 @@ from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
+from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -176,4 +176,4 @@ def test_ridges_of_different_fingers_agree_as_the_legend_states():
     ]
     agreements = [one.ridge_agreement for one in compared if one and one.ridge_area_mm2]
     assert len(agreements) > 50
-    assert np.mean(agreements) == pytest.approx(IMPOSTOR_MEAN, abs=0.02)
+    assert np.mean(agreements) == pytest.approx(IMPOSTOR_RIDGES, abs=0.02)

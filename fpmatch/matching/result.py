@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
+    from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.templates.minutiae import Template
 
     Side: TypeAlias = tuple[Template, Any]  # a template, and what the matcher prepared of it

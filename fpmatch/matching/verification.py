@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.decision import Reachable
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
+    from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.matching.result import Compared, Decision, Identity, Shortage
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.pointset.geometry.similarity import Similarity

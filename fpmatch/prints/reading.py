@@ -19,10 +19,9 @@ from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.base.plugins import PluginError, agency
 from fpmatch.errors import ImageReadError, TemplateError
 from fpmatch.image.dataset_folder import folder_settings
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, AssessedPrint, assess
 from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.read import GreyImage, decode_image, read_image
-from fpmatch.image.io.registry import sniff
+from fpmatch.image.io.read import GreyImage, decode_image, read_image, sniff
 from fpmatch.image.quality.ridge_scale import PERIODS_PX, clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
@@ -33,10 +32,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import ImageLimits, RawSize
-    from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template
@@ -126,24 +123,23 @@ def decode_print(
 class GivenPrint:
     """A print that was given for comparison, the name of its file, and notes on it.
 
-    `stages` are those of the extraction from which `quality` is computed; a print that was given
-    as a template has neither these nor an `image`.
+    A print that was given as a template has no `image`, and no extraction, `assessed`.
     """
 
     name: str
     template: Template
     image: GreyImage | None = None
     notes: tuple[str, ...] = ()
-    stages: QualityRecorder | None = None
+    assessed: AssessedPrint | None = None
     dpi_source: DpiSource = "stated"
     enhance: str = DEFAULT_ENHANCEMENT
 
     @cached_property
     def quality(self) -> PrintQuality | None:
         """Quality of the image; None for a template."""
-        if self.stages is None:
+        if self.assessed is None:
             return None
-        quality = self.stages.quality(self.template.dpi)
+        quality = self.assessed.quality
         return quality.at_found_resolution() if self.dpi_source == "found" else quality
 
     @property
@@ -216,28 +212,26 @@ def make_given_print(
     *,
     dpi: float | None = None,
     enhance: str = DEFAULT_ENHANCEMENT,
-    recorder: Recorder | None = None,
 ) -> GivenPrint:
     """Return a print that was read, with the template of an image extracted.
 
     Of several prints in a record the first is taken; a template that no finger can have gets a
-    note. The stages go to `recorder`, or without one to the recorder that `GivenPrint.quality`
-    needs.
+    note.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
-        template, image, stages = view.at(given_dpi).template, None, None
+        template, image, assessed = view.at(given_dpi).template, None, None
         notes = ((first,) if several else ()) + find_doubts(template)
     else:
         notes, image = (), content
-        stages = QualityRecorder() if recorder is None else None
-        template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
+        assessed = assess(content, given_dpi, enhance=enhance)
+        template = assessed.template
     common = image is not None and image.likely_dpi is not None
     source, on_dpi = dpi_source(template, given=given_dpi is not None, among_others=common)
     all_notes = (*content.notes, *notes, *on_dpi)
-    return GivenPrint(name, template, image, all_notes, stages, source, enhance)
+    return GivenPrint(name, template, image, all_notes, assessed, source, enhance)
 
 
 def read_given_print(
@@ -247,7 +241,6 @@ def read_given_print(
     polarity: Polarity = "auto",
     dpi: float | None = None,
     enhance: str = DEFAULT_ENHANCEMENT,
-    recorder: Recorder | None = None,
 ) -> GivenPrint:
     """Read one print, with `polarity` and `dpi` from its ``dataset.toml`` where not given.
 
@@ -255,7 +248,7 @@ def read_given_print(
     """
     polarity, dpi = folder_settings(path, polarity=polarity, dpi=dpi)
     content = read(path, polarity=polarity, dpi=dpi)
-    return make_given_print(content, str(path), dpi=dpi, enhance=enhance, recorder=recorder)
+    return make_given_print(content, str(path), dpi=dpi, enhance=enhance)
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:

@@ -126,10 +126,8 @@ def test_the_map_of_ridges_is_of_the_number_that_the_score_used(second):
     for probe, reference in (prints, prints[::-1]):
         found = verify(probe, reference)
         assert found.ridge_map.mean == pytest.approx(found.compared.ridge_agreement, rel=1e-12)
-        inside = found.ridge_map.compared
-        t = found.reference
-        assert ((found.ridge_map.x[inside] > -8) & (found.ridge_map.x[inside] < t.width + 8)).all()
-        assert ((found.ridge_map.y[inside] > -8) & (found.ridge_map.y[inside] < t.height + 8)).all()
+        size = found.reference.width, found.reference.height
+        assert ((found.ridge_map.xy > -8) & (found.ridge_map.xy < np.add(size, 8))).all()
     document = found.ridge_map.as_dict()
     values = [value for _, _, value in document["cells"]]
     assert np.mean(values) == pytest.approx(document["mean"], abs=1e-4)

@@ -17,7 +17,7 @@ from fpmatch.prints.reading import content_of
 GUIDE = "add_a_format.md"
 PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]
 CARELESS = """
-from fpmatch.formats.codec import Codec
+from fpmatch.formats.record import Codec
 
 def fail(*given):
     raise KeyError("fault")
@@ -100,7 +100,7 @@ def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, t
 @pytest.mark.usefixtures("deg")
 def test_what_is_no_record_is_an_error_of_the_format(site, template, tmp_path):
     (site / "idle.py").write_text(
-        "from fpmatch.formats.codec import Codec\n"
+        "from fpmatch.formats.record import Codec\n"
         "same = lambda *given: 3\n"
         'CODEC = Codec("idle", "Idle", (".idle",), lambda head: head == b"idle", same, same)\n'
     )

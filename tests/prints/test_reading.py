@@ -148,7 +148,7 @@ def test_two_resolutions_are_turned_with_the_image(form):
     assert read_image(data).dpi == 500
 
 
-MODES = [*("1", "L", "LA", "La", "P", "PA", "RGB", "RGBA", "RGBa", "RGBX", "CMYK", "YCbCr", "LAB")]
+MODES = [*("1", "L", "LA", "P", "PA", "RGB", "RGBA", "RGBa", "RGBX", "CMYK", "YCbCr", "LAB")]
 MODES += ["HSV", "I", "F", "I;16", "I;16L", "I;16B", "I;16N"]
 
 

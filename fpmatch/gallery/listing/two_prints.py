@@ -24,8 +24,7 @@ from fpmatch.templates.plausibility import best_minutiae, dpi_meant
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.minutiae import Minutiae, Template
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
     Floats = NDArray[np.float64]
 

@@ -1,8 +1,7 @@
-"""Matchers, formats and commands of other packages, which name them as entry points.
+"""Matchers and formats of other packages, which name them as entry points.
 
 A package states them in its pyproject.toml, as docs/how-to/add_a_matcher.md shows:
-``[project.entry-points."fpmatch.matchers"]``; the other groups are ``fpmatch.formats`` and
-``fpmatch.commands``.
+``[project.entry-points."fpmatch.matchers"]``; the other group is ``fpmatch.formats``.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
 
 MATCHERS: Final = "fpmatch.matchers"
 FORMATS: Final = "fpmatch.formats"
-COMMANDS: Final = "fpmatch.commands"
 AN2_SIGNATURES: Final = (b"1.001:", b"1.01:")
 FMR_SIGNATURE: Final = b"FMR\x00"  # of finger minutiae records
 _AGENCY: Final = "fpmatch.formats.agency"
@@ -26,7 +24,6 @@ _MATCHER: Final = "fpmatch.matching.result.Matcher"  # the base class, not impor
 _PARTS: Final = {  # what an object of a group must have
     MATCHERS: ("name",),
     FORMATS: ("name", "title", "suffixes", "recognises", "decode", "encode"),
-    COMMANDS: ("name", "make_context"),
 }
 
 

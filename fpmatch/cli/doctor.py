@@ -13,7 +13,7 @@ import click
 
 from fpmatch._version import __version__
 from fpmatch.base.kernels import build_command, compiled_kernels, outdated_kernels
-from fpmatch.base.plugins import COMMANDS, FORMATS, MATCHERS, load_plugins, plugin_source
+from fpmatch.base.plugins import FORMATS, MATCHERS, load_plugins, plugin_source
 from fpmatch.base.threads import available_cores
 from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_errors, show
@@ -39,7 +39,6 @@ def inspect_installation() -> dict[str, Any]:
     plugins = {
         "matchers": _plugins(MATCHERS, set(OWN_MATCHERS)),
         "formats": _plugins(FORMATS, {codec.name for codec in CODECS}),
-        "commands": _plugins(COMMANDS, set()),
     }
     outdated = outdated_kernels()
     needed = packages.pop("", {})
@@ -86,7 +85,7 @@ def installation_text(installed: dict[str, Any]) -> str:
         ("packages", _versions(installed["packages"])),
     ]
     rows += [(f"extra {name}", _versions(of)) for name, of in installed["extras"].items()]
-    for kind in ("matchers", "formats", "commands"):
+    for kind in ("matchers", "formats"):
         usable = [one for one in installed[kind] if not one["problem"]]
         shown = [f"{one['name']} ({one['source']})" for one in usable]
         rows.append((f"{kind} added", ", ".join(shown) or "none"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import IO, Any, Final, cast
+from typing import IO, Any, Final
 
 import click
 
@@ -44,7 +44,6 @@ COMMANDS: Final = {
         "points": "Find the transform between two point sets.",
     },
 }
-_OF_OTHERS: Final = "Commands of other packages"
 
 EXIT_ERROR: Final = 2
 EXIT_BROKEN_PIPE: Final = 141  # 128 + SIGPIPE
@@ -82,28 +81,11 @@ def _places() -> dict[str, str]:
 
 
 class _Fpmatch(Group):
-    """The whole command: sub-commands return the exit status, errors are shown on one line.
-
-    Other packages may add commands, as entry points of `fpmatch.base.plugins.COMMANDS`.
-    """
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the commands, plug-ins of other packages last."""
-        return list(dict.fromkeys([*super().list_commands(ctx), *_added()]))
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the sub-command `cmd_name`, of fpmatch or another package."""
-        if cmd_name in self.lazy or cmd_name not in _added():
-            return super().get_command(ctx, cmd_name)
-        from fpmatch.base.plugins import COMMANDS as ADDED
-        from fpmatch.base.plugins import load_plugin
-
-        return cast("click.Command", load_plugin(ADDED, cmd_name))
+    """The whole command: sub-commands return the exit status, errors are shown on one line."""
 
     def sections(self, ctx: click.Context) -> dict[str, dict[str, str]]:
         """Return the summaries, without importing the commands."""
-        own = {title: commands for (title, _), commands in COMMANDS.items()}
-        return own | {_OF_OTHERS: {k: of for k, of in _added().items() if k not in self.lazy}}
+        return {title: commands for (title, _), commands in COMMANDS.items()}
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
         """Return the context of a command line; click answers Ctrl-C here with "Aborted!"."""
@@ -139,14 +121,6 @@ class _Fpmatch(Group):
             if isinstance(error, click.ClickException | FpmatchError | OSError):
                 raise _shown(error) from None
             raise
-
-
-def _added() -> dict[str, str]:
-    """Return the commands that other packages add, and what each is of."""
-    from fpmatch.base.plugins import COMMANDS as ADDED
-    from fpmatch.base.plugins import plugin_names, plugin_source
-
-    return {name: plugin_source(ADDED, name) for name in plugin_names(ADDED)}
 
 
 def _show_version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:

@@ -1,4 +1,4 @@
-"""What Python programs type: prints in any form, short texts, data frames, notebooks."""
+"""What Python programs type: prints in any form, short texts, notebooks."""
 
 import dataclasses
 import shutil
@@ -154,17 +154,6 @@ def test_every_result_can_be_compared_and_hashed_or_says_in_one_line_that_it_can
                 continue
             with pytest.raises(TypeError, match=r"^unhashable type: '[A-Za-z]+'$"):
                 hash(one)
-
-
-@pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_minutiae_become_data_frames(library, template):
-    pytest.importorskip(library, reason=f"{library} is not installed")
-    frame = template.minutiae.to_dataframe(library)
-    assert type(frame).__module__.split(".")[0] == library
-    assert list(frame.columns) == ["x", "y", "angle", "kind", "quality"]
-    assert frame["x"].to_numpy().tolist() == template.minutiae.x.tolist()
-    with pytest.raises(ImportError, match="no_such_library"):
-        template.minutiae.to_dataframe("no_such_library")
 
 
 def test_an_overlay_is_saved_in_the_format_of_its_suffix(tmp_path, template):

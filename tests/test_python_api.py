@@ -1,4 +1,4 @@
-"""What Python programs type: prints in any form, short texts, data frames, notebooks."""
+"""What Python programs type: prints in any form, short texts, notebooks."""
 
 import dataclasses
 import shutil

@@ -76,8 +76,10 @@ def parameters_of(values: Any) -> dict[str, Parameter]:
 
 def check_ranges(values: Any) -> None:
     """Raise MatcherError for a parameter outside its range: for `__post_init__`."""
-    for one in parameters_of(values).values():
-        one.check()
+    for entry in fields(values):
+        about = entry.metadata.get("about")
+        if about and not about[2] <= getattr(values, entry.name) <= about[3]:
+            parameters_of(values)[entry.name].check()  # which raises it
 
 
 def with_parameters(values: Any, given: Mapping[str, object], owner: str) -> Any:

@@ -84,7 +84,9 @@ class Rule:
 
     def score(self, similarity: float) -> float:
         """Return the calibrated score of a similarity; NaN without a calibration."""
-        return math.nan if self.calibration is None else self.calibration.score(similarity)
+        if self.calibration is None:
+            return math.nan
+        return float(self.calibration.scores(similarity))
 
     def is_match(self, comparison: Comparison, score: float) -> bool:
         """Return whether a comparison of this score is a match; one that aligns nothing is none."""

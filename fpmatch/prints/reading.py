@@ -214,21 +214,22 @@ def make_given_print(
 ) -> GivenPrint:
     """Return a print that was read, with the template of an image extracted.
 
-    Of several prints in a record the first is taken.
+    Of several prints in a record the first is taken; a template that no finger can have gets a
+    note.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
-        notes = (first,) if several else ()
         template, image, assessed = view.at(given_dpi).template, None, None
+        notes = ((first,) if several else ()) + find_doubts(template)
     else:
         notes, image = (), content
         assessed = assess(content, given_dpi, enhance=enhance)
         template = assessed.template
     common = image is not None and image.likely_dpi is not None
     source, on_dpi = dpi_source(template, given=given_dpi is not None, among_others=common)
-    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
+    all_notes = (*content.notes, *notes, *on_dpi)
     return GivenPrint(name, template, image, all_notes, assessed, source, enhance)
 
 

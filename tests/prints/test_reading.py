@@ -129,18 +129,6 @@ def test_every_door_gives_one_answer(kind, run, tmp_path):
     assert compared["resolution"]["probe"]["dpi"] == template.dpi
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_an_upload_is_read_as_its_file(kind, tmp_path):
-    from fpmatch.server.prints import PrintOptions, Upload, open_upload
-    from fpmatch.server.settings import Limits
-
-    data = KINDS[kind](tmp_path)
-    for dpi in (None, 480.0):
-        options = PrintOptions(Limits(), dpi)
-        upload = reason_of(lambda: open_upload(Upload("it", data), options).template)  # noqa: B023
-        assert upload == reason_of(lambda: as_template(data, dpi=dpi))  # noqa: B023
-
-
 @pytest.mark.parametrize("form", ["PNG", "TIFF", "JPEG", "WEBP"])
 @pytest.mark.parametrize("orientation", STORED)
 def test_an_image_is_upright_as_its_tag_says(form, orientation):

@@ -1,8 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 cimport cython
 
-cpdef bint bounding_box(double[:, ::1] points, double[::1] box)
-
 cdef int _cell_at(double place, int cells) noexcept
 
 @cython.final
@@ -36,9 +34,3 @@ cdef class CellGrid:
     cdef void _select(
         self, Py_ssize_t low, Py_ssize_t high, Py_ssize_t middle, double[::1] value,
     ) noexcept
-
-
-cpdef int find_candidates(
-    double[:, ::1] p, CellGrid grid, double[::1] move, double t2, int most, int[::1] start,
-    int[::1] near, double[::1] cost,
-)

@@ -1,8 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: the bounding box of points, and points sorted into the cells of a square grid.
-
-Interpreted, the functions run as they stand.
-"""
+"""Kernel: points sorted into the cells of a square grid. Interpreted, it runs as it stands."""
 
 import cython
 import numpy as np
@@ -15,26 +12,6 @@ else:
 COMPILED = cython.compiled
 
 _CROWD = cython.declare(cython.int, 16)  # points of a cell that are searched one after the other
-
-
-@cython.locals(i=cython.Py_ssize_t)
-def bounding_box(points, box):
-    """Write least and largest x, least and largest y of points (N, 2), N > 0.
-
-    Returned is whether all coordinates are within ±2**300; only then is the box of any use.
-    """
-    most = 2.0**300
-    left = right = points[0, 0]
-    top = bottom = points[0, 1]
-    moderate = True
-    for i in range(points.shape[0]):
-        x, y = points[i, 0], points[i, 1]
-        if not (-most <= x <= most and -most <= y <= most):
-            moderate = False
-        left, right = min(left, x), max(right, x)
-        top, bottom = min(top, y), max(bottom, y)
-    box[0], box[1], box[2], box[3] = left, right, top, bottom
-    return moderate
 
 
 def _cell_at(place, cells):
@@ -262,20 +239,3 @@ class CellGrid:
                 low = i
             else:
                 break
-
-
-@cython.locals(e=cython.Py_ssize_t)
-def find_candidates(p, grid, move, t2, most, start, near, cost):
-    """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
-
-    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost is
-    d² - t², at most 0.
-    """
-    start[0] = 0
-    for i in range(p.shape[1]):
-        x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
-        y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
-        start[i + 1] = start[i] + grid.within(x, y, t2, most, near, cost, start[i])
-        for e in range(start[i], start[i + 1]):
-            cost[e] -= t2
-    return start[p.shape[1]]

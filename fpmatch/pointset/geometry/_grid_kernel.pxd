@@ -30,7 +30,3 @@ cdef class CellGrid:
         int[::1] near, double[::1] distance2, Py_ssize_t at, int found,
     ) noexcept
     cpdef split_crowds(self)
-    cdef void _split(self, Py_ssize_t low, Py_ssize_t high) noexcept
-    cdef void _select(
-        self, Py_ssize_t low, Py_ssize_t high, Py_ssize_t middle, double[::1] value,
-    ) noexcept

@@ -188,54 +188,26 @@ class CellGrid:
         near[e] = k
         return found
 
-    @cython.locals(cell=cython.Py_ssize_t)
     def split_crowds(self):
         """Sort the points of each cell with more than `_CROWD` into a k-d tree.
 
-        The point in the middle of a range splits it: along x where ``axis`` is 0 there, else y.
+        The point in the middle of a range splits it: along x where ``axis`` is 0 there, else y;
+        each range is split by its wider side.
         """
-        for cell in range(self.columns * self.rows):
-            if self.start[cell + 1] - self.start[cell] > _CROWD:
-                if self.axis.shape[0] == 0:
-                    self.axis = np.zeros(self.x.shape[0], np.uint8)
-                self._split(self.start[cell], self.start[cell + 1])
-
-    def _split(self, low, high):
-        """Sort the points low..high into a k-d tree, each range by its wider side."""
-        while high - low > _CROWD:
-            left = right = self.x[low]
-            top = bottom = self.y[low]
-            for k in range(low + 1, high):
-                left, right = min(left, self.x[k]), max(right, self.x[k])
-                top, bottom = min(top, self.y[k]), max(bottom, self.y[k])
+        start = np.asarray(self.start)
+        cells = np.flatnonzero(np.diff(start) > _CROWD)
+        ranges = np.column_stack([start[cells], start[cells + 1]]).tolist()
+        if ranges:
+            self.axis = np.zeros(self.x.shape[0], np.uint8)
+        xy, order = np.array([self.x, self.y]), np.array(self.order)
+        while ranges:
+            low, high = ranges.pop()
             middle = (low + high) // 2
-            self.axis[middle] = bottom - top > right - left
-            self._select(low, high - 1, middle, self.y if self.axis[middle] else self.x)
-            self._split(low, middle)
-            low = middle + 1
-
-    def _select(self, low, high, middle, value):
-        """Exchange points low..high until none before the middle has a larger value, none a less.
-
-        This is Hoare's selection; equal values are exchanged too, which keeps it fast.
-        """
-        while low < high:
-            pivot = value[(low + high) // 2]
-            i, j = low, high
-            while i <= j:
-                while value[i] < pivot:
-                    i += 1
-                while value[j] > pivot:
-                    j -= 1
-                if i <= j:
-                    self.x[i], self.x[j] = self.x[j], self.x[i]
-                    self.y[i], self.y[j] = self.y[j], self.y[i]
-                    self.order[i], self.order[j] = self.order[j], self.order[i]
-                    i += 1
-                    j -= 1
-            if middle <= j:
-                high = j
-            elif middle >= i:
-                low = i
-            else:
-                break
+            width, height = np.ptp(xy[:, low:high], axis=1)
+            self.axis[middle] = height > width
+            moved = low + np.argpartition(xy[int(height > width), low:high], middle - low)
+            xy[:, low:high], order[low:high] = xy[:, moved], order[moved]
+            for part in ((low, middle), (middle + 1, high)):
+                if part[1] - part[0] > _CROWD:
+                    ranges.append(part)
+        self.x, self.y, self.order = xy[0], xy[1], order

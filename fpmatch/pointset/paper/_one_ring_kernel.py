@@ -7,6 +7,7 @@ tx, ty) of the paper's eq. (1).
 """
 
 import cython
+import numpy as np
 
 COMPILED = cython.compiled
 
@@ -75,13 +76,7 @@ def shape_preserving_weights(px, py, vertex, begin, end, x, y, weight):
     return True
 
 
-@cython.locals(
-    met_p=cython.int,
-    met_q=cython.int,
-    i=cython.Py_ssize_t,
-    row=cython.Py_ssize_t,
-    j=cython.Py_ssize_t,
-)
+@cython.locals(met_p=cython.int, met_q=cython.int, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
 def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     """Find the move under which the most points match, the first of them where several tie.
 
@@ -92,13 +87,15 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     meets the nearest point of Q only.
     """
     n: cython.int = p_point.shape[1]
-    crowded: cython.bint = grid.axis.shape[0] > 0
+    most: cython.int = 1 if grid.axis.shape[0] > 0 else grid.order.shape[0]
+    near: cython.int[::1] = np.empty(most, np.intc)
+    distance2: cython.double[::1] = np.empty(most)
     squared = tolerance * tolerance
     found[0], found[1] = -1, 0
     for k in range(move.shape[0]):
         met_p = met_q = 0
         for i in range(n):
-            if (met_q if crowded else met_p) + n - i <= found[1]:
+            if (met_q if most == 1 else met_p) + n - i <= found[1]:
                 break
             x = move[k, 0] * p_point[0, i] - move[k, 1] * p_point[1, i] + move[k, 2]
             y = move[k, 1] * p_point[0, i] + move[k, 0] * p_point[1, i] + move[k, 3]
@@ -109,27 +106,12 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
                 and y - tolerance < 1.0
             ):
                 continue
-            if crowded:
-                near: cython.int = grid.nearest(x, y, squared)
-                if near >= 0:
-                    met_p += 1
-                    if last_met[near] != k:
-                        last_met[near] = k
-                        met_q += 1
-                continue
-            left, top, right, bottom = grid.around(x, y, tolerance)
-            near = 0
-            for row in range(top, bottom):
-                for j in range(
-                    grid.start[row * grid.columns + left], grid.start[row * grid.columns + right]
-                ):
-                    dx, dy = grid.x[j] - x, grid.y[j] - y
-                    if dx * dx + dy * dy <= squared:
-                        near = 1
-                        if last_met[j] != k:
-                            last_met[j] = k
-                            met_q += 1
-            met_p += near
+            count: cython.int = grid.within(x, y, squared, most, near, distance2, 0)
+            met_p += count > 0
+            for j in range(count):
+                if last_met[near[j]] != k:
+                    last_met[near[j]] = k
+                    met_q += 1
         met_p = min(met_p, met_q)
         if met_p > found[1]:
             found[0], found[1] = k, met_p

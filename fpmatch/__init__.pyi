@@ -30,5 +30,5 @@ from .pointset.geometry.similarity import Similarity as Similarity
 from .templates.minutiae import Minutia as Minutia
 from .templates.minutiae import Minutiae as Minutiae
 from .templates.minutiae import MinutiaKind as MinutiaKind
+from .templates.minutiae import RidgeField as RidgeField
 from .templates.minutiae import Template as Template
-from .templates.ridge_field import RidgeField as RidgeField

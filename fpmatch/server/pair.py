@@ -19,8 +19,7 @@ from fpmatch.errors import GalleryError, ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.image.preprocess.arrays import StageRecorder
-from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
+from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_rows, odds
@@ -202,7 +201,7 @@ def _ridges(verification: Verification) -> dict[str, Any] | None:
     document = ridges.as_dict()
     cells = [(*cell, hexadecimal(agreement(cell[2]))) for cell in document["cells"]]
     colours = [hexadecimal(agreement(value)) for value in np.linspace(0, 1, _COLOURS)]
-    beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_MEAN}
+    beside = {"area_mm2": compared.ridge_area_mm2, "impostor_mean": IMPOSTOR_RIDGES}
     return {**document, **beside, "cells": cells, "colours": colours}
 
 
@@ -233,11 +232,10 @@ def extract_template(upload: Upload, reading: PrintOptions, file_format: str) ->
 
 def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
     """Return the stages of an extraction as pictures; by name, range and words."""
-    recorder = StageRecorder()
-    given = open_upload(upload, reading, recorder)
-    if given.image is None:
+    given = open_upload(upload, reading)
+    if given.assessed is None:
         raise ImageError("a template has no stages of extraction", path=given.name)
-    backdrop = recorder.stages["input"]
+    stages = given.assessed.stages()
     return {
         "name": given.name,
         "stages": [
@@ -245,9 +243,9 @@ def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
                 "name": name,
                 "words": STAGE_TEXTS.get(name, ""),
                 "range": value_range(name, array),
-                "picture": _encoded_stage(stage_picture(name, array, backdrop)),
+                "picture": _encoded_stage(stage_picture(name, array, stages["input"])),
             }
-            for name, array in recorder.stages.items()
+            for name, array in stages.items()
         ],
     }
 

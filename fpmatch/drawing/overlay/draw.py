@@ -10,8 +10,7 @@ import numpy as np
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.drawing.overlay.views import ridge_page, side_by_side_page, superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
-from fpmatch.errors import ImageError, OutputError, check_type
-from fpmatch.matching.verification import Verification
+from fpmatch.errors import ImageError, OutputError
 
 if TYPE_CHECKING:
     import os
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Scene
+    from fpmatch.matching.verification import Verification
 
 SUFFIXES: Final = (".png", ".svg")
 
@@ -104,7 +104,6 @@ def overlay_scene(
 ) -> Scene:
     """Return what `draw` paints, which can also be written as SVG; its errors are raised."""
     v = verification
-    check_type(v, Verification, "what is drawn is a Verification", ImageError)
     images = []
     for side, image, t in (("probe", probe, v.probe), ("reference", reference, v.reference)):
         pixels = np.asarray(getattr(image, "pixels", image))

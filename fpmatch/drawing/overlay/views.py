@@ -44,7 +44,7 @@ from fpmatch.drawing.scene.items import (
     text_width,
     zoomed,
 )
-from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
+from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import STANDARD_DPI, MinutiaKind
 
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.overlay.page import Entry
     from fpmatch.drawing.scene.items import Matrix
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
+    from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.matching.verification import Verification
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
@@ -84,7 +84,7 @@ _SUPERPOSED_LEGEND: Final[tuple[Entry, ...]] = (
 _INK: Final[palette.Colour] = (70, 72, 76)
 _STEPS: Final = 64  # of the scale of colours
 _AGREEMENTS: Final = (
-    *((0.0, "0"), (IMPOSTOR_MEAN, f"{IMPOSTOR_MEAN:.2g}: mean of different fingers")),
+    *((0.0, "0"), (IMPOSTOR_RIDGES, f"{IMPOSTOR_RIDGES:.2g}: mean of different fingers")),
     *((0.6, "0.6"), (0.8, "0.8"), (1.0, "1: the ridges coincide")),
 )
 
@@ -171,7 +171,7 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     own = Box(-0.5, -0.5, t.width, t.height)
     shown = np.vstack([own.corners, ridges.corners.reshape(-1, 2)])
     caption, place, to_page = panel_for(v, moved(np.eye(3), shown))
-    colours = map(agreement, ridges.correlation[ridges.compared].tolist())
+    colours = map(agreement, ridges.correlation.tolist())
     pens = [Pen(colour, colour) for colour in colours]
     j = v.pairs.reshape(-1, 2)[:, 1].tolist()
     inside: tuple[Item, ...] = (

@@ -10,8 +10,7 @@ import numpy as np
 
 from fpmatch.drawing.scene.items import Ink, zoomed
 from fpmatch.templates.bounds import check_area
-from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.ridge_field import CELL_BITS
+from fpmatch.templates.minutiae import CELL_BITS, STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,6 @@ from fpmatch.drawing.scene.items import (
     parts,
     text_width,
     wrapped,
-    zoomed,
 )
 from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -98,11 +97,6 @@ def test_directions_turn_with_the_points(transform, angle):
     start, end = transform.apply(step)
     expected = (end - start) / np.linalg.norm(end - start)
     np.testing.assert_allclose(directions(matrix, np.array([angle]))[0], expected, atol=1e-6)
-
-
-def test_zooming_takes_the_origin_where_it_should_go():
-    placed = moved(zoomed(3.0, (5.0, 6.0), (100.0, 50.0)), [[5.0, 6.0], [6.0, 8.0]])
-    assert placed == [(100.0, 50.0), (103.0, 56.0)]
 
 
 def test_what_lies_absurdly_far_stays_finite():

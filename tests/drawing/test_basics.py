@@ -10,7 +10,6 @@ from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import (
     directions,
     moved,
-    of_transform,
     parts,
     text_width,
     wrapped,
@@ -87,12 +86,12 @@ transforms = st.builds(
 @given(transforms)
 def test_points_move_as_the_transform_says(transform):
     points = np.array([[0.0, 0.0], [30.0, -7.0], [100.5, 220.25]])
-    np.testing.assert_allclose(moved(of_transform(transform), points), transform.apply(points))
+    np.testing.assert_allclose(moved(transform.matrix, points), transform.apply(points))
 
 
 @given(transforms, st.floats(0, 2 * math.pi))
 def test_directions_turn_with_the_points(transform, angle):
-    matrix = of_transform(transform)
+    matrix = transform.matrix
     step = np.array([[10.0, 10.0], [10 + math.cos(angle), 10 - math.sin(angle)]])
     start, end = transform.apply(step)
     expected = (end - start) / np.linalg.norm(end - start)
@@ -100,6 +99,6 @@ def test_directions_turn_with_the_points(transform, angle):
 
 
 def test_what_lies_absurdly_far_stays_finite():
-    far = of_transform(Similarity(1e300, 1.0, -1e300, 1e308))
+    far = Similarity(1e300, 1.0, -1e300, 1e308).matrix
     assert np.isfinite(moved(far, [[1e9, -1e9], [0.0, 0.0]])).all()
     assert moved(far, np.empty((0, 2))) == []

@@ -40,7 +40,6 @@ from fpmatch.drawing.scene.items import (
     Text,
     directions,
     moved,
-    of_transform,
     text_width,
     zoomed,
 )
@@ -126,13 +125,13 @@ def superposed_page(
     transform: Similarity,
 ) -> Scene:
     """Compose the page of `images`, probe and reference; `transform` maps probe to reference."""
-    v, onto = verification, of_transform(transform)
+    v, onto = verification, transform.matrix
     own = Box(-0.5, -0.5, v.reference.width, v.reference.height)
     outline = moved(onto, Box(-0.5, -0.5, v.probe.width, v.probe.height).corners)
     limit = own.grown(_REACH * max(own.width, own.height))
     near = np.clip(outline, (limit.x, limit.y), (limit.right, limit.bottom))
     caption, place, to_page = panel_for(v, np.vstack([own.corners, near]))
-    moving = to_page @ onto
+    moving = to_page @ np.vstack([onto, (0.0, 0.0, 1.0)])
     inside: tuple[Item, ...] = (
         *ink_of(images[1], v.reference, to_page, palette.REFERENCE_INK, "reference ridges"),
         *ink_of(images[0], v.probe, moving, palette.PROBE_INK, "probe ridges"),

@@ -24,7 +24,6 @@ from fpmatch.drawing.scene.items import (
     Text,
     bounds,
     moved,
-    of_transform,
     wrapped,
     zoomed,
 )
@@ -115,7 +114,7 @@ class Side:
 
     def view_with(self, other: Side, transform: fpmatch.Similarity) -> Box:
         """Return the part that has ridges of this print, or of `other` once it is moved."""
-        own, their = self.view(), other._bounds_of_ridges(of_transform(transform))
+        own, their = self.view(), other._bounds_of_ridges(transform.matrix)
         return bounds([*own.corners, *their.corners])
 
     def _bounds_of_ridges(self, matrix: NDArray[np.float64]) -> Box:
@@ -251,7 +250,7 @@ def overlay_panel(
         (view.x + view.width / 2, view.y + view.height / 2),
         (place.x + place.width / 2, place.y + place.height / 2),
     )
-    moving = np.asarray(to_page @ of_transform(found.transform))
+    moving = np.asarray(to_page @ np.vstack([found.transform.matrix, (0.0, 0.0, 1.0)]))
     ridges = [
         *ink_of(reference.pixels, reference.template, to_page, palette.REFERENCE_INK, "reference"),
         *ink_of(probe.pixels, probe.template, moving, palette.PROBE_INK, "probe"),

@@ -5,7 +5,6 @@ import pytest
 from fpmatch.drawing.overlay.page import MARGIN, facts, header
 from fpmatch.drawing.scene.items import Text, text_width
 from fpmatch.matching.result import Compared
-from fpmatch.pointset.geometry.similarity import Similarity
 
 
 def facts_of(verification):
@@ -15,16 +14,6 @@ def facts_of(verification):
 def lines(verification, role):
     caption, _ = header(verification, (900, 500))
     return [i.text for i in caption.items if isinstance(i, Text) and i.role == role]
-
-
-def test_the_sense_of_a_rotation_is_that_on_screen(compared):
-    def rotation(degrees):
-        transform = Similarity(rotation=math.radians(degrees))
-        return facts_of(compared(transform=transform))["Rotation of probe"]
-
-    assert rotation(12.34) == "12.3° (clockwise)"  # y points down
-    assert rotation(-90) == "-90.0° (counter-clockwise)"
-    assert rotation(1e-9) == "0.0°"
 
 
 def test_what_is_unknown_is_a_dash_or_left_out(compared):

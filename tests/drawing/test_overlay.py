@@ -1,5 +1,4 @@
 import base64
-import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,15 +27,10 @@ SVG = "{http://www.w3.org/2000/svg}"
 NO_PAIRS = np.empty((0, 2), dtype=np.int32)
 
 
-def changed(verification, **changes):
-    """Return a verification with fields of its comparison replaced."""
-    return replace(verification, **changes)
-
-
 def without_minutiae(verification):
     sides = (verification.probe, verification.reference)
     probe, reference = (replace(side, minutiae=Minutiae.empty()) for side in sides)
-    return changed(replace(verification, probe=probe, reference=reference), pairs=NO_PAIRS)
+    return replace(replace(verification, probe=probe, reference=reference), pairs=NO_PAIRS)
 
 
 def panel_of(picture):
@@ -67,7 +61,7 @@ def test_draws_what_has_pixels_the_same_every_time_and_changes_nothing(sides, co
 def test_ridges_that_agree_turn_dark_and_others_do_not(sides, compared):
     right = without_minutiae(compared())
     off = replace(right.transform, tx=right.transform.tx + 4.5)
-    half_a_ridge_off = changed(right, transform=off)
+    half_a_ridge_off = replace(right, transform=off)
 
     def dark_share(verification):
         panel = panel_of(draw(*sides, verification))
@@ -90,22 +84,6 @@ def test_marks_of_a_pair_lie_where_picture_and_transform_say(sides, compared):
     assert np.subtract(*centres[::-1]) == pytest.approx((3.0, -6.0), abs=0.05)
 
 
-def test_ticks_point_in_the_moved_direction(sides, compared):
-    root = prints_of(sides, compared())
-    ticks = of_class(root, "line", "tick", "probe", "paired")
-    reference_ticks = of_class(root, "line", "tick", "reference", "paired")
-    assert len(ticks) == len(reference_ticks) == 3
-
-    def angle(tick):
-        x1, y1, x2, y2 = (float(tick.get(k)) for k in ("x1", "y1", "x2", "y2"))
-        return math.atan2(y1 - y2, x2 - x1)
-
-    for ours, theirs in zip(ticks, reference_ticks, strict=True):
-        assert math.cos(angle(ours) - angle(theirs)) == pytest.approx(1, abs=1e-2)
-    # Minutia 0 points along +x; the transform turns it 12 degrees clockwise on screen.
-    assert math.degrees(angle(ticks[0])) == pytest.approx(-12, abs=0.5)
-
-
 @pytest.mark.parametrize(("view", "numbers"), [("superposed", 0), ("side-by-side", 2)])
 def test_svg_joins_every_pair_once(sides, compared, view, numbers):
     root = svg_of(sides, compared(), view)
@@ -123,13 +101,6 @@ def test_svg_embeds_both_prints_and_multiplies_them(sides, probe_image, referenc
         assert head == "data:image/png;base64"
         stored = np.frombuffer(base64.b64decode(data), np.uint8)
         assert cv2.imdecode(stored, cv2.IMREAD_UNCHANGED).shape == (*shown.shape, 4)
-
-
-def test_svg_escapes_text_and_drops_what_xml_cannot_hold(sides, compared):
-    verification = compared(match=False, reason='<b>&"no"\x00\nridges</b>', transform=None)
-    root = svg_of(sides, verification)
-    written = " ".join(e.text for e in of_class(root, "text", "reason"))
-    assert written == 'Why: <b>&"no"\ufffd ridges</b>'
 
 
 def test_stands_side_by_side_where_there_is_no_transform(sides, compared):
@@ -177,7 +148,7 @@ def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_im
     half = Similarity(0.5, 0.0, -0.25, -0.25)
     coarse = draw(probe_image, reference_image, verification)
     probe = Template(Minutiae.empty(), double.shape[1], double.shape[0], dpi=1000)
-    scaled = changed(verification, transform=verification.transform.after(half))
+    scaled = replace(verification, transform=verification.transform.after(half))
     fine = draw(double, reference_image, replace(scaled, probe=probe))
     assert coarse.shape == fine.shape
     assert np.abs(panel_of(coarse) - panel_of(fine)).mean() < 6

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
@@ -173,16 +173,6 @@ def test_many_hostile_points_get_an_exact_delaunay_triangulation(family):
     mesh = check_exactly(made(family, 7, 1500))
     if family not in ("subnormal", "of all sizes", "pixels", "on a circle"):
         assert len(mesh.hull) + len(mesh.triangles) > 500
-
-
-@given(families, seeds, st.integers(3, 40))
-def test_order_of_the_points_does_not_matter(family, seed, n):
-    assume(family != "of all sizes")  # where different points coincide, the first stands for all
-    points = made(family, seed, n)
-    shuffled = np.random.default_rng(seed).permutation(points)
-    one, other = triangulate(points), triangulate(shuffled)
-    assert one.points[one.triangles].tolist() == other.points[other.triangles].tolist()
-    assert one.points[one.hull].tolist() == other.points[other.hull].tolist()
 
 
 @given(any_finite_points)

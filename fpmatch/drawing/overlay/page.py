@@ -10,6 +10,8 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
+import numpy as np
+
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import (
     Box,
@@ -20,7 +22,6 @@ from fpmatch.drawing.scene.items import (
     Pen,
     Scene,
     Text,
-    bounds,
     directions,
     moved,
     text_width,
@@ -33,6 +34,8 @@ from fpmatch.templates.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from numpy.typing import ArrayLike
 
     from fpmatch.drawing.scene.items import Matrix, Point
     from fpmatch.matching.verification import Verification
@@ -125,12 +128,10 @@ def marks(
     return [shape for i in index for shape in mark(points[i], ways[i], kinds[i], style)]
 
 
-def ridge_sample(meaning: str, ink: palette.Colour) -> Entry:
-    """Return the entry of a legend for ridges in an ink."""
-    right, pen = SAMPLE_WIDTH - 2, Pen(ink, width=3.4)
-    return meaning, [Path(((2, rise), (right, rise)), pen) for rise in (-6.5, 0.0, 6.5)]
-
-
+RIDGE_SAMPLES: Final = {
+    ink: [Path(((2, y), (SAMPLE_WIDTH - 2, y)), Pen(ink, width=3.4)) for y in (-6.5, 0.0, 6.5)]
+    for ink in (palette.REFERENCE_INK, palette.PROBE_INK, palette.BOTH_INKS, palette.NEUTRAL_INK)
+}
 _sample = partial(mark, (12.0, 0.0), (1.0, 0.0))
 ending_sample = partial(_sample, MinutiaKind.ENDING)
 KIND_SAMPLES: Final[tuple[Entry, ...]] = (
@@ -149,15 +150,16 @@ def comfortable_zoom(side: float, comfortable: float) -> float:
     return min(zoom, LARGEST_PANEL_SIDE / side)
 
 
-def panel_for(verification: Verification, shown: list[Point]) -> tuple[Group, Box, Matrix]:
-    """Return the caption of a page that shows all of `shown`, in pixels of the reference.
+def panel_for(verification: Verification, shown: ArrayLike) -> tuple[Group, Box, Matrix]:
+    """Return the caption of a page that shows all of `shown`, (N, 2), pixels of the reference.
 
     With it come the place of the panel, and the matrix of the pixels.
     """
-    view = bounds(shown).grown(_BORDER_PX)
-    zoom = comfortable_zoom(max(view.width, view.height), _COMFORTABLE_SIDE)
-    caption, place = header(verification, (round(view.width * zoom), round(view.height * zoom)))
-    return caption, place, zoomed(zoom, (view.x, view.y), (place.x, place.y))
+    left, top = (np.min(shown, axis=0) - _BORDER_PX).tolist()
+    width, height = (np.ptp(shown, axis=0) + 2 * _BORDER_PX).tolist()
+    zoom = comfortable_zoom(max(width, height), _COMFORTABLE_SIDE)
+    caption, place = header(verification, (round(width * zoom), round(height * zoom)))
+    return caption, place, zoomed(zoom, (left, top), (place.x, place.y))
 
 
 def header(verification: Verification, panel: tuple[float, float]) -> tuple[Group, Box]:

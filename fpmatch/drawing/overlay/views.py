@@ -16,6 +16,7 @@ from fpmatch.drawing.overlay.page import (
     MARGIN,
     PAIR_PEN,
     PAIRED,
+    RIDGE_SAMPLES,
     SAMPLE_WIDTH,
     UNPAIRED,
     comfortable_zoom,
@@ -25,7 +26,6 @@ from fpmatch.drawing.overlay.page import (
     marks,
     page,
     panel_for,
-    ridge_sample,
 )
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.ink import ink_of
@@ -40,7 +40,6 @@ from fpmatch.drawing.scene.items import (
     Text,
     directions,
     moved,
-    of_transform,
     text_width,
     zoomed,
 )
@@ -63,9 +62,9 @@ if TYPE_CHECKING:
 
 _REACH: Final = 0.75  # of the reference's longer side: how far beyond it the probe is shown
 _SUPERPOSED_LEGEND: Final[tuple[Entry, ...]] = (
-    ridge_sample("reference ridges", palette.REFERENCE_INK),
-    ridge_sample("probe ridges, moved", palette.PROBE_INK),
-    ridge_sample("both together", palette.BOTH_INKS),
+    ("reference ridges", RIDGE_SAMPLES[palette.REFERENCE_INK]),
+    ("probe ridges, moved", RIDGE_SAMPLES[palette.PROBE_INK]),
+    ("both together", RIDGE_SAMPLES[palette.BOTH_INKS]),
     (
         "paired minutiae",
         (
@@ -100,7 +99,7 @@ _NOT_COMPARED: Final = Path(
     Box(8, -8, 16, 16).corners, Pen(palette.PANEL_EDGE, palette.PAPER), closed=True
 )
 _RIDGES_LEGEND: Final[tuple[Entry, ...]] = (
-    ridge_sample("reference ridges", palette.NEUTRAL_INK),
+    ("reference ridges", RIDGE_SAMPLES[palette.NEUTRAL_INK]),
     ("paired minutia of reference", ending_sample(BESIDE_PAIRED["reference"])),
     ("not compared", (_NOT_COMPARED,)),
 )
@@ -126,14 +125,13 @@ def superposed_page(
     transform: Similarity,
 ) -> Scene:
     """Compose the page of `images`, probe and reference; `transform` maps probe to reference."""
-    v, onto = verification, of_transform(transform)
+    v, onto = verification, transform.matrix
     own = Box(-0.5, -0.5, v.reference.width, v.reference.height)
     outline = moved(onto, Box(-0.5, -0.5, v.probe.width, v.probe.height).corners)
     limit = own.grown(_REACH * max(own.width, own.height))
-    near = np.clip(outline, (limit.x, limit.y), (limit.right, limit.bottom)).tolist()
-    shown = [*own.corners, *((x, y) for x, y in near)]
-    caption, place, to_page = panel_for(v, shown)
-    moving = to_page @ onto
+    near = np.clip(outline, (limit.x, limit.y), (limit.right, limit.bottom))
+    caption, place, to_page = panel_for(v, np.vstack([own.corners, near]))
+    moving = to_page @ np.vstack([onto, (0.0, 0.0, 1.0)])
     inside: tuple[Item, ...] = (
         *ink_of(images[1], v.reference, to_page, palette.REFERENCE_INK, "reference ridges"),
         *ink_of(images[0], v.probe, moving, palette.PROBE_INK, "probe ridges"),
@@ -170,7 +168,7 @@ def ridge_page(image: NDArray[np.uint8], verification: Verification, ridges: Rid
     v, t = verification, verification.reference
     own = Box(-0.5, -0.5, t.width, t.height)
     shown = np.vstack([own.corners, ridges.corners.reshape(-1, 2)])
-    caption, place, to_page = panel_for(v, moved(np.eye(3), shown))
+    caption, place, to_page = panel_for(v, shown)
     colours = map(agreement, ridges.correlation.tolist())
     pens = [Pen(colour, colour) for colour in colours]
     j = v.pairs.reshape(-1, 2)[:, 1].tolist()
@@ -268,7 +266,7 @@ def side_by_side_page(
     ]
     for side in sides:
         items += _minutiae(*side)
-    entries = [ridge_sample("ridges", palette.NEUTRAL_INK)]
+    entries: list[Entry] = [("ridges", RIDGE_SAMPLES[palette.NEUTRAL_INK])]
     if len(v.pairs):
         entries.append(("paired, numbered, joined", ending_sample(BESIDE_PAIRED["probe"])))
         entries.append(("unpaired", ending_sample(BESIDE_UNPAIRED["probe"])))

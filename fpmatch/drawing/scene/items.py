@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
 
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.pointset.geometry.similarity import Similarity
 
     Matrix = NDArray[np.float64]
 
@@ -164,13 +163,11 @@ def zoomed(zoom: float, origin: Point, to: Point) -> Matrix:
     return np.array([[zoom, 0.0, x], [0.0, zoom, y], [0.0, 0.0, 1.0]])
 
 
-def of_transform(transform: Similarity) -> Matrix:
-    """Return a similarity transform as a matrix."""
-    return np.vstack([transform.matrix, [0.0, 0.0, 1.0]])
-
-
 def moved(matrix: Matrix, points: ArrayLike) -> list[Point]:
-    """Map `points` (shape (N, 2)) onto the page; coordinates are clipped to ±1e7 pixels."""
+    """Map `points` (shape (N, 2)) onto the page; coordinates are clipped to ±1e7 pixels.
+
+    Of the matrix, the first two rows count.
+    """
     p = np.asarray(points, dtype=np.float64).reshape(-1, 2)
     with np.errstate(over="ignore", invalid="ignore"):
         q = p @ matrix[:2, :2].T + matrix[:2, 2]

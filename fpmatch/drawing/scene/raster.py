@@ -128,30 +128,21 @@ def _draw_shape(canvas: Picture, shape: Path | Circle, origin: complex) -> None:
 def _strokes(canvas: Picture, shape: Path | Circle, points: Outlines) -> list[Outlines]:
     """Return the outlines of the line around a shape, with its halo and without.
 
-    The corners of a path are at `points`. Outlines are x + iy in canvas pixels, of shape
-    (polygons, contours of each, points): the ring of a circle, or each side with round ends.
+    The corners of a path are at `points`; its sides are cut to the canvas, and into dashes if it
+    has any. Outlines are x + iy in canvas pixels, of shape (polygons, contours of each, points):
+    the ring of a circle, or each side with round ends.
     """
-    pen = shape.pen
-    widths = pen.width + 2 * pen.halo, pen.width
+    pen, widths = shape.pen, (shape.pen.width + 2 * shape.pen.halo, shape.pen.width)
     halves = [max(width * _ZOOM / 2 - _SPREAD, 0.0) for width in widths]
     if isinstance(shape, Circle):
         radii = [np.maximum(shape.radius * _ZOOM + np.array([[h], [-h]]), 0.0) for h in halves]
         return [(points.mean() + r * _CIRCLE)[None] for r in radii]
-    ends = _visible(canvas, shape, points)
-    along = np.exp(1j * np.angle(ends[:, 1:] - ends[:, :1]))
-    corners = np.repeat(ends, len(_ROUND_ENDS) // 2, axis=1)
-    return [(corners + half * along * _ROUND_ENDS)[:, None] for half in halves]
-
-
-def _visible(canvas: Picture, path: Path, points: Outlines) -> Outlines:
-    """Return the ends, (N, 2), of a path's sides on the canvas, cut into dashes if it has any."""
-    pen = path.pen
     height, width = (length * _UNIT for length in canvas.shape[:2])
-    margin = math.ceil(pen.width + 2 * pen.halo) * _ZOOM * _UNIT
+    margin = math.ceil(widths[0]) * _ZOOM * _UNIT
     box = (-margin, -margin, width + 2 * margin, height + 2 * margin)
     corners = np.rint(points.view(np.float64).reshape(-1, 2) * _UNIT).astype(int).tolist()
     visible: list[tuple[complex, complex]] = []
-    for side in pairwise(corners + corners[:1] if path.closed else corners):
+    for side in pairwise(corners + corners[:1] if shape.closed else corners):
         inside, *ends = cv2.clipLine(box, *side)
         start, end = (complex(*point) / _UNIT for point in ends)
         if inside and pen.dash is None:
@@ -161,7 +152,10 @@ def _visible(canvas: Picture, path: Path, points: Outlines) -> Outlines:
             begins = np.arange(0.0, length, sum(pen.dash) * _ZOOM)
             shares = np.stack([begins, np.minimum(begins + pen.dash[0] * _ZOOM, length)]) / length
             visible += zip(*(start + shares * (end - start)).tolist(), strict=True)
-    return np.array(visible, dtype=np.complex128).reshape(-1, 2)
+    sides = np.array(visible, dtype=np.complex128).reshape(-1, 2)
+    along = np.exp(1j * np.angle(sides[:, 1:] - sides[:, :1]))
+    middles = np.repeat(sides, len(_ROUND_ENDS) // 2, axis=1)
+    return [(middles + half * along * _ROUND_ENDS)[:, None] for half in halves]
 
 
 def _write(page: Picture, text: Text) -> None:

@@ -104,7 +104,10 @@ def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triang
     n = len(points)
     steps = np.rint(np.ldexp(UnitFrame.of(points).apply(points), grid_bits))
     z = np.ldexp(steps, -grid_bits).view(np.complex128).ravel()
-    distinct, repeats = _split_coincident(z)
+    _, distinct, place = np.unique(z, return_index=True, return_inverse=True)
+    by_place, stand_in = z.argsort(kind="stable"), distinct[place]
+    twins = by_place[stand_in[by_place] != by_place]
+    repeats = np.column_stack([stand_in[twins], twins])
     line = _order_on_line(z, distinct)
     path = np.column_stack([line[:-1], line[1:]])
     start, end = np.vstack([path, path[:, ::-1], repeats[:, ::-1]]).T
@@ -123,16 +126,6 @@ def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triang
     for array in arrays:
         array.setflags(write=False)
     return Triangulation(points, *arrays)
-
-
-def _split_coincident(z: Plane) -> tuple[Ints, Ints]:
-    """Return the points that stand for all, by x then y, and pairs (stand-in, coincident)."""
-    order = z.argsort(kind="stable")  # complex numbers sort by x, then y
-    new = np.ones(len(z), bool)
-    new[1:] = z[order[1:]] != z[order[:-1]]
-    distinct = order[new]
-    stand_in = distinct[new.cumsum() - 1]
-    return distinct, np.column_stack([stand_in[~new], order[~new]])
 
 
 def _order_on_line(z: Plane, points: Ints) -> Ints:

@@ -1,8 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 cimport cython
 
-cpdef bint bounding_box(double[:, ::1] points, double[::1] box)
-
 cdef int _cell_at(double place, int cells) noexcept
 
 @cython.final
@@ -32,13 +30,3 @@ cdef class CellGrid:
         int[::1] near, double[::1] distance2, Py_ssize_t at, int found,
     ) noexcept
     cpdef split_crowds(self)
-    cdef void _split(self, Py_ssize_t low, Py_ssize_t high) noexcept
-    cdef void _select(
-        self, Py_ssize_t low, Py_ssize_t high, Py_ssize_t middle, double[::1] value,
-    ) noexcept
-
-
-cpdef int find_candidates(
-    double[:, ::1] p, CellGrid grid, double[::1] move, double t2, int most, int[::1] start,
-    int[::1] near, double[::1] cost,
-)

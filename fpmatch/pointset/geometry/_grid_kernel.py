@@ -1,8 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: the bounding box of points, and points sorted into the cells of a square grid.
-
-Interpreted, the functions run as they stand.
-"""
+"""Kernel: points sorted into the cells of a square grid. Interpreted, it runs as it stands."""
 
 import cython
 import numpy as np
@@ -15,26 +12,6 @@ else:
 COMPILED = cython.compiled
 
 _CROWD = cython.declare(cython.int, 16)  # points of a cell that are searched one after the other
-
-
-@cython.locals(i=cython.Py_ssize_t)
-def bounding_box(points, box):
-    """Write least and largest x, least and largest y of points (N, 2), N > 0.
-
-    Returned is whether all coordinates are within ±2**300; only then is the box of any use.
-    """
-    most = 2.0**300
-    left = right = points[0, 0]
-    top = bottom = points[0, 1]
-    moderate = True
-    for i in range(points.shape[0]):
-        x, y = points[i, 0], points[i, 1]
-        if not (-most <= x <= most and -most <= y <= most):
-            moderate = False
-        left, right = min(left, x), max(right, x)
-        top, bottom = min(top, y), max(bottom, y)
-    box[0], box[1], box[2], box[3] = left, right, top, bottom
-    return moderate
 
 
 def _cell_at(place, cells):
@@ -211,71 +188,26 @@ class CellGrid:
         near[e] = k
         return found
 
-    @cython.locals(cell=cython.Py_ssize_t)
     def split_crowds(self):
         """Sort the points of each cell with more than `_CROWD` into a k-d tree.
 
-        The point in the middle of a range splits it: along x where ``axis`` is 0 there, else y.
+        The point in the middle of a range splits it: along x where ``axis`` is 0 there, else y;
+        each range is split by its wider side.
         """
-        for cell in range(self.columns * self.rows):
-            if self.start[cell + 1] - self.start[cell] > _CROWD:
-                if self.axis.shape[0] == 0:
-                    self.axis = np.zeros(self.x.shape[0], np.uint8)
-                self._split(self.start[cell], self.start[cell + 1])
-
-    def _split(self, low, high):
-        """Sort the points low..high into a k-d tree, each range by its wider side."""
-        while high - low > _CROWD:
-            left = right = self.x[low]
-            top = bottom = self.y[low]
-            for k in range(low + 1, high):
-                left, right = min(left, self.x[k]), max(right, self.x[k])
-                top, bottom = min(top, self.y[k]), max(bottom, self.y[k])
+        start = np.asarray(self.start)
+        cells = np.flatnonzero(np.diff(start) > _CROWD)
+        ranges = np.column_stack([start[cells], start[cells + 1]]).tolist()
+        if ranges:
+            self.axis = np.zeros(self.x.shape[0], np.uint8)
+        xy, order = np.array([self.x, self.y]), np.array(self.order)
+        while ranges:
+            low, high = ranges.pop()
             middle = (low + high) // 2
-            self.axis[middle] = bottom - top > right - left
-            self._select(low, high - 1, middle, self.y if self.axis[middle] else self.x)
-            self._split(low, middle)
-            low = middle + 1
-
-    def _select(self, low, high, middle, value):
-        """Exchange points low..high until none before the middle has a larger value, none a less.
-
-        This is Hoare's selection; equal values are exchanged too, which keeps it fast.
-        """
-        while low < high:
-            pivot = value[(low + high) // 2]
-            i, j = low, high
-            while i <= j:
-                while value[i] < pivot:
-                    i += 1
-                while value[j] > pivot:
-                    j -= 1
-                if i <= j:
-                    self.x[i], self.x[j] = self.x[j], self.x[i]
-                    self.y[i], self.y[j] = self.y[j], self.y[i]
-                    self.order[i], self.order[j] = self.order[j], self.order[i]
-                    i += 1
-                    j -= 1
-            if middle <= j:
-                high = j
-            elif middle >= i:
-                low = i
-            else:
-                break
-
-
-@cython.locals(e=cython.Py_ssize_t)
-def find_candidates(p, grid, move, t2, most, start, near, cost):
-    """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
-
-    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost is
-    d² - t², at most 0.
-    """
-    start[0] = 0
-    for i in range(p.shape[1]):
-        x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
-        y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
-        start[i + 1] = start[i] + grid.within(x, y, t2, most, near, cost, start[i])
-        for e in range(start[i], start[i + 1]):
-            cost[e] -= t2
-    return start[p.shape[1]]
+            width, height = np.ptp(xy[:, low:high], axis=1)
+            self.axis[middle] = height > width
+            moved = low + np.argpartition(xy[int(height > width), low:high], middle - low)
+            xy[:, low:high], order[low:high] = xy[:, moved], order[moved]
+            for part in ((low, middle), (middle + 1, high)):
+                if part[1] - part[0] > _CROWD:
+                    ranges.append(part)
+        self.x, self.y, self.order = xy[0], xy[1], order

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry._grid_kernel import CellGrid, bounding_box
+from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-Box = list[float]
-"""Least and largest x, least and largest y."""
 
 MAX_CELLS_PER_POINT: Final = 4
 """Cells are enlarged where the grid would have far more of them than points."""
@@ -25,23 +22,17 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
 
     Coordinates reach ±2**300, so that no computation with them leaves float64.
     """
-    return points_in_box(points, name)[0]
-
-
-def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.float64], Box]:
-    """Return what `as_points` does, and the bounding box; zeros for no points."""
     try:
         array = np.array(points, dtype=np.float64, order="C")
     except (OverflowError, TypeError, ValueError) as error:
         raise PointSetError(f"{name}: expected an array of numbers of shape (N, 2)") from error
     if array.size == 0:
-        return array.reshape(0, 2), [0.0] * 4
+        return array.reshape(0, 2)
     if array.ndim != 2 or array.shape[1] != 2:
         raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
-    box = np.empty(4)
-    if not bounding_box(array, box):
+    if not (np.abs(array) <= 2.0**300).all():
         raise PointSetError(f"{name}: coordinates must be finite, none beyond ±2**300")
-    return array, box.tolist()
+    return array
 
 
 def sort_into_cells(

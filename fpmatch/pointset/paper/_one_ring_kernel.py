@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: shape-preserving weights, transforms of ring pairs, and overlays of whole sets.
+"""Kernel: shape-preserving weights, and overlays of whole sets.
 
 Rings are flat: the ring of centre ``centre[i]`` is ``vertex[start[i]:start[i + 1]]``, counter-
 clockwise. Points, circles and images are arrays (2, N) of x and y. A move is (s·cos θ, s·sin θ,
@@ -7,11 +7,7 @@ tx, ty) of the paper's eq. (1).
 """
 
 import cython
-
-if cython.compiled:
-    from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_lists
-else:
-    from fpmatch.pointset.geometry._least_squares_kernel import fit_lists
+import numpy as np
 
 COMPILED = cython.compiled
 
@@ -80,63 +76,7 @@ def shape_preserving_weights(px, py, vertex, begin, end, x, y, weight):
     return True
 
 
-@cython.locals(a=cython.Py_ssize_t, b=cython.Py_ssize_t)
-def fit_ring_pairs(
-    pair, p_point, p_centre, p_start, p_vertex, p_circle, p_image, q_point, q_centre, q_start,
-    q_vertex, q_circle, q_image, move,
-):  # fmt: skip
-    """Write the move of each ring pair (K, 2): the best rotation of its circles, then the fit.
-
-    ``move[k]`` (K, 4) is the least-squares fit of eq. (1) to the first ring with its centre and
-    the second, its points shifted by `_best_shift`; it is all 0 where there is no such fit.
-    """
-    px, py = p_point[0], p_point[1]
-    qx, qy = q_point[0], q_point[1]
-    for k in range(pair.shape[0]):
-        a, b = pair[k, 0], pair[k, 1]
-        degree: cython.Py_ssize_t = p_start[a + 1] - p_start[a]
-        shift = _best_shift(
-            p_circle, p_image, p_start[a], a, q_circle, q_image, q_start[b], b, degree
-        )
-        if not fit_lists(
-            px, py, p_vertex, p_start[a], p_centre[a],
-            qx, qy, q_vertex, q_start[b], q_centre[b], degree, shift, move[k],
-        ):  # fmt: skip
-            move[k, 0] = move[k, 1] = move[k, 2] = move[k, 3] = 0.0
-
-
-@cython.locals(j=cython.Py_ssize_t)
-def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, degree):
-    """Return the cyclic shift under which two unit circles correlate most after a rotation.
-
-    The centre's image counts as much as the whole boundary.
-    """
-    image_dot = degree * (p_image[0, a] * q_image[0, b] + p_image[1, a] * q_image[1, b])
-    image_cross = degree * (p_image[0, a] * q_image[1, b] - p_image[1, a] * q_image[0, b])
-    most = -1.0
-    best = 0
-    for shift in range(degree):
-        dot, cross = image_dot, image_cross
-        m: cython.Py_ssize_t = q_begin + shift
-        for j in range(p_begin, p_begin + degree):
-            dot += p_circle[0, j] * q_circle[0, m] + p_circle[1, j] * q_circle[1, m]
-            cross += p_circle[0, j] * q_circle[1, m] - p_circle[1, j] * q_circle[0, m]
-            m += 1
-            if m == q_begin + degree:
-                m = q_begin
-        strength = dot * dot + cross * cross
-        if strength > most:
-            most, best = strength, shift
-    return best
-
-
-@cython.locals(
-    met_p=cython.int,
-    met_q=cython.int,
-    i=cython.Py_ssize_t,
-    row=cython.Py_ssize_t,
-    j=cython.Py_ssize_t,
-)
+@cython.locals(met_p=cython.int, met_q=cython.int, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
 def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     """Find the move under which the most points match, the first of them where several tie.
 
@@ -147,13 +87,15 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     meets the nearest point of Q only.
     """
     n: cython.int = p_point.shape[1]
-    crowded: cython.bint = grid.axis.shape[0] > 0
+    most: cython.int = 1 if grid.axis.shape[0] > 0 else grid.order.shape[0]
+    near: cython.int[::1] = np.empty(most, np.intc)
+    distance2: cython.double[::1] = np.empty(most)
     squared = tolerance * tolerance
     found[0], found[1] = -1, 0
     for k in range(move.shape[0]):
         met_p = met_q = 0
         for i in range(n):
-            if (met_q if crowded else met_p) + n - i <= found[1]:
+            if (met_q if most == 1 else met_p) + n - i <= found[1]:
                 break
             x = move[k, 0] * p_point[0, i] - move[k, 1] * p_point[1, i] + move[k, 2]
             y = move[k, 1] * p_point[0, i] + move[k, 0] * p_point[1, i] + move[k, 3]
@@ -164,27 +106,12 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
                 and y - tolerance < 1.0
             ):
                 continue
-            if crowded:
-                near: cython.int = grid.nearest(x, y, squared)
-                if near >= 0:
-                    met_p += 1
-                    if last_met[near] != k:
-                        last_met[near] = k
-                        met_q += 1
-                continue
-            left, top, right, bottom = grid.around(x, y, tolerance)
-            near = 0
-            for row in range(top, bottom):
-                for j in range(
-                    grid.start[row * grid.columns + left], grid.start[row * grid.columns + right]
-                ):
-                    dx, dy = grid.x[j] - x, grid.y[j] - y
-                    if dx * dx + dy * dy <= squared:
-                        near = 1
-                        if last_met[j] != k:
-                            last_met[j] = k
-                            met_q += 1
-            met_p += near
+            count: cython.int = grid.within(x, y, squared, most, near, distance2, 0)
+            met_p += count > 0
+            for j in range(count):
+                if last_met[near[j]] != k:
+                    last_met[near[j]] = k
+                    met_q += 1
         met_p = min(met_p, met_q)
         if met_p > found[1]:
             found[0], found[1] = k, met_p

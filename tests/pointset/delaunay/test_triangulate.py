@@ -3,22 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import seeds
-from scipy.spatial import Delaunay
 
-from fpmatch.pointset.delaunay._delaunay_kernel import COMPILED
 from fpmatch.pointset.delaunay.triangulate import triangulate
-
-
-def edge_set(mesh):
-    return {(a, b) for a, b in mesh.edges.tolist()}
-
-
-@pytest.mark.parametrize("n", [20, 60, 1000, 20_000] if COMPILED else [20, 60, 1000])
-def test_agrees_with_qhull(rng, n):
-    for points in (rng.random((n, 2)), rng.normal(0, 1, (n, 2))):
-        corners = Delaunay(points).simplices
-        sides = np.sort(np.vstack([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]))
-        assert edge_set(triangulate(points)) == {(a, b) for a, b in sides.tolist()}
 
 
 def test_wholly_coincident_points_are_joined_to_the_first():

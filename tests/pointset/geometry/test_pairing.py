@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pointset_strategies import any_finite_points, crowded_pixels, grid_of, moved, places, seeds
+from pointset_strategies import any_finite_points, crowded_pixels
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry._grid_kernel import find_candidates
 from fpmatch.pointset.geometry.pairing import greedy_pairs
 
 
@@ -50,21 +49,3 @@ def test_nearest_pair_goes_first_and_the_tolerance_is_inclusive():
 def test_impossible_input_is_refused(q, tolerance, reason):
     with pytest.raises(PointSetError, match=reason):
         greedy_pairs([[0, 0]], q, tolerance)
-
-
-@given(seeds, st.integers(1, 4), st.sampled_from([0.1, 0.4, 2.0]))
-def test_candidates_are_the_nearest_within_the_tolerance(seed, most, tolerance):
-    rng = np.random.default_rng(seed)
-    p, q = rng.uniform(0, 1, (2, 6)), rng.uniform(0, 1, (2, 15))
-    grid, move = grid_of(q, tolerance), np.array([0.8, 0.3, 0.0, -0.1])
-    start = np.empty(7, np.int32)
-    near, cost = np.empty(6 * most, np.int32), np.empty(6 * most)
-    count = find_candidates(p, grid, move, tolerance**2, most, start, near, cost)
-    assert (start[0], start[-1]) == (0, count)
-    apart = moved(p, move)[:, :, None] - places(grid)[:, None, :]
-    gain = np.maximum(tolerance**2 - (apart**2).sum(axis=0), 0.0)
-    for i in range(6):
-        of_i = slice(start[i], start[i + 1])
-        assert -cost[of_i] == pytest.approx(gain[i, near[of_i]], abs=1e-12)
-        in_reach = np.sort(gain[i][gain[i] > 0])[::-1]
-        assert -cost[of_i] == pytest.approx(in_reach[:most], abs=1e-12)

@@ -78,13 +78,6 @@ def test_nearest_and_within_agree_with_a_look_at_every_point(points, side, seed,
         assert len(set(near)) == len(near)
 
 
-def test_reach_excludes_its_end_for_nearest_and_includes_it_for_within():
-    grid = grid_of(np.array([[0.0, 3.0], [0.0, 4.0]]), 1.0)
-    assert grid.nearest(0.0, -5.0, 25.0) == -1
-    assert grid.nearest(0.0, -5.0, np.nextafter(25.0, 26.0)) == 0
-    assert ask_within(grid, np.array([0.0, -5.0]), 25.0, 2) == ([0], [25.0])
-
-
 def test_only_the_points_counted_are_sorted():
     points = np.array([[0.0, 9.0, 1.0, 2.0], [0.0, 9.0, 1.0, 2.0]])
     grid = sort_into_cells(points, 1.0, low=(0, 0), high=(9, 9), count=2)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from pointset_strategies import any_finite_points, as_move, crowded_pixels, moved, seeds, worn
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
@@ -36,13 +36,6 @@ def test_every_finite_set_has_finite_rings(points):
     assert np.isfinite(rings.circle).all()
     assert (np.hypot(*rings.image) <= 1).all()
     assert ((rings.area > 0) & (rings.area < np.pi)).all()
-
-
-def test_rings_are_ordered_by_degree_then_area(rng):
-    rings = map_to_unit_circle(triangulate(rng.uniform(0, 1, (80, 2))))
-    keys = list(zip(rings.degree.tolist(), rings.area.tolist(), strict=True))
-    assert keys == sorted(keys)
-    assert len(set(rings.degree.tolist())) > 2
 
 
 def two_views(seed):
@@ -97,21 +90,6 @@ def test_a_ring_that_does_not_go_round_its_centre_has_no_image(rng):
     _one_ring_kernel.centre_images(xy, own, start, vertex, boundary, np.empty(24), image)
     assert image[:, [0, 2, 3]].tolist() == [[2.0, 2.0, 2.0], [0.0, 0.0, 0.0]]
     assert image[:, 1] == pytest.approx(centre)
-
-
-@given(seeds)
-@settings(max_examples=10)
-def test_weights_of_any_place_in_a_ring_give_the_place_back(plain, seed):
-    """The place need not be one of the points, where another kernel asks."""
-    rng = np.random.default_rng(seed)
-    x, y = rng.uniform(0, 100, 2)
-    points = np.ascontiguousarray(star(rng, 7, np.array([x, y])).T)
-    weight, vertex = np.full(9, np.nan), np.array([0, 0, *range(7)], np.int32)
-    kernel = plain("pointset.paper._one_ring_kernel")
-    assert kernel.shape_preserving_weights(*points, vertex, 2, 9, x, y, weight)
-    assert np.isnan(weight[:2]).all()
-    assert weight[2:].sum() == pytest.approx(1.0)
-    assert points @ weight[2:] == pytest.approx([x, y])
 
 
 @given(seeds)

@@ -87,3 +87,20 @@ def assign(start, near, cost, least_gain, edge, owner, path, work):
             edge[s] = near[edge[s]]
             assigned += 1
     return assigned
+
+
+@cython.locals(e=cython.Py_ssize_t)
+def find_candidates(p, grid, move, t2, most, start, near, cost):
+    """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
+
+    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost is
+    d² - t², at most 0.
+    """
+    start[0] = 0
+    for i in range(p.shape[1]):
+        x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
+        y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
+        start[i + 1] = start[i] + grid.within(x, y, t2, most, near, cost, start[i])
+        for e in range(start[i], start[i + 1]):
+            cost[e] -= t2
+    return start[p.shape[1]]

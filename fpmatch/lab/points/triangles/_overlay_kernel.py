@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
-A move is that of `fpmatch.pointset.geometry._least_squares_kernel`. Q is a grid; indices of its
+A move is (s·cos θ, s·sin θ, tx, ty) of eq. (1). Q is a grid; indices of its
 points are in the order of its cells.
 """
 

@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Kernel: the least-squares fit of a transform to points that have partners in a grid.
 
-A move is that of `fpmatch.pointset.geometry._least_squares_kernel`. The sums are in another order
+A move is (s·cos θ, s·sin θ, tx, ty) of eq. (1). The sums are in another order
 than there, so that results differ in the last bits. Interpreted, it runs as it stands.
 """
 

@@ -13,7 +13,7 @@ from fpmatch.lab.points.triangles import _overlay_kernel as overlay
 from fpmatch.lab.points.triangles.descriptors import density_of, nearest_two
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import UnitFrame, frame_of
-from fpmatch.pointset.geometry.points import is_finite, points_in_box, sort_into_cells
+from fpmatch.pointset.geometry.points import as_points, is_finite, sort_into_cells
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,17 +42,16 @@ class GivenSet:
     """A set as given, in its frame and triangulated; one without a triangle is refused by name."""
 
     def __init__(self, name: str, given: ArrayLike) -> None:
-        points, box = points_in_box(given, name)
+        points = as_points(given, name)
         if len(points) < MIN_POINTS:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
         self.name, self.given = name, points
-        left, right, top, bottom = box
-        moderate = max(-left, right, -top, bottom) < 1 / _LEAST_EXTENT
-        moderate &= max(right - left, bottom - top) > _LEAST_EXTENT
+        extent = np.ptp(points, axis=0).max()
+        moderate = extent > _LEAST_EXTENT and np.abs(points).max() < 1 / _LEAST_EXTENT
         self.frame = UnitFrame() if moderate else frame_of(points, name)
         if not moderate:
-            points, box = points_in_box(self.frame.apply(points), name)
-        self.box = box
+            points = self.frame.apply(points)
+        self.low, self.high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
         self.mesh = triangulate_checked(points)
         if not len(self.mesh.triangles):
             raise PointSetError(f"{name}: all points lie on one line")
@@ -91,7 +90,7 @@ class Target(NamedTuple):
         else:
             pairing = math.ldexp(tolerance, -given.frame.exponent)
         t = min(pairing, _WIDEST_TOLERANCE * spacing)
-        left, right, top, bottom = given.box
+        (left, top), (right, bottom) = given.low, given.high
         low, high = (left - t, top - t), (right + t, bottom + t)
         grid = sort_into_cells(points, max(0.7 * spacing, t), low=low, high=high)
         grid.split_crowds()

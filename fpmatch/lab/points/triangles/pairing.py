@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.lab.points.triangles import _assignment_kernel as kernel
-from fpmatch.pointset.geometry._grid_kernel import find_candidates
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,7 +32,7 @@ def optimal_pairs(p: Floats, grid: CellGrid, move: Floats, tolerance: float) -> 
     n, t2 = p.shape[1], tolerance * tolerance
     start = np.empty(n + 1, np.int32)
     near, cost = np.empty(n * MAX_CANDIDATES, np.int32), np.empty(n * MAX_CANDIDATES)
-    find_candidates(p, grid, move, t2, MAX_CANDIDATES, start, near, cost)
+    kernel.find_candidates(p, grid, move, t2, MAX_CANDIDATES, start, near, cost)
     edge, owner = np.empty(n, np.int32), np.empty(len(grid.order), np.int32)
     work = np.empty((5, n), np.int32)
     kernel.assign(start, near, cost, _ROUNDING * t2, edge, owner, np.empty(n), work)

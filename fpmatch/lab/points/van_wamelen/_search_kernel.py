@@ -11,11 +11,9 @@ import cython
 if cython.compiled:
     from cython.cimports.fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
     from cython.cimports.fpmatch.pointset.geometry._grid_kernel import CellGrid
-    from cython.cimports.fpmatch.pointset.geometry._least_squares_kernel import fit_lists
 else:
     from fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
-    from fpmatch.pointset.geometry._least_squares_kernel import fit_lists
 
 COMPILED = cython.compiled
 
@@ -126,12 +124,39 @@ def match_globally(p_grid, q_grid, tolerance, pairs, enough, max_steps, move, pa
     return count if count >= enough else 0
 
 
+@cython.locals(j=cython.Py_ssize_t)
 def fit_pairs(p_grid, q_grid, pair, count, move):
-    """Write the least-squares move of the pairs (2, count); return whether there is one."""
-    return fit_lists(
-        p_grid.x, p_grid.y, pair[0], 1, pair[0, 0], q_grid.x, q_grid.y, pair[1], 1, pair[1, 0],
-        count - 1, 0, move,
-    )  # fmt: skip
+    """Write the least-squares move of the pairs (2, count); return whether there is one.
+
+    With Σ|p|², Σp·q and Σp×q of centred points, s·cos θ = Σp·q / Σ|p|² and s·sin θ = Σp×q / Σ|p|².
+    One pass over offsets from the first pair; without a fit `move` stays as it is.
+    """
+    x0, y0 = p_grid.x[pair[0, 0]], p_grid.y[pair[0, 0]]
+    u0, v0 = q_grid.x[pair[1, 0]], q_grid.y[pair[1, 0]]
+    sum_x = sum_y = sum_u = sum_v = 0.0
+    spread = dot = cross = 0.0
+    for j in range(1, count):
+        x, y = p_grid.x[pair[0, j]] - x0, p_grid.y[pair[0, j]] - y0
+        u, v = q_grid.x[pair[1, j]] - u0, q_grid.y[pair[1, j]] - v0
+        sum_x += x
+        sum_y += y
+        sum_u += u
+        sum_v += v
+        spread += x * x + y * y
+        dot += x * u + y * v
+        cross += x * v - y * u
+    n: cython.double = count
+    spread -= (sum_x * sum_x + sum_y * sum_y) / n
+    dot -= (sum_x * sum_u + sum_y * sum_v) / n
+    cross -= (sum_x * sum_v - sum_y * sum_u) / n
+    if not (spread > 0.0 and dot * dot + cross * cross > 0.0):
+        return False
+    a, b = dot / spread, cross / spread
+    x, y = x0 + sum_x / n, y0 + sum_y / n
+    move[0], move[1] = a, b
+    move[2] = u0 + sum_u / n - (a * x - b * y)
+    move[3] = v0 + sum_v / n - (b * x + a * y)
+    return True
 
 
 @cython.locals(i=cython.Py_ssize_t)

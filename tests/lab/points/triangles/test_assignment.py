@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, moved, places, seeds
 
+from fpmatch.lab.points.triangles._assignment_kernel import find_candidates
 from fpmatch.lab.points.triangles.pairing import MAX_CANDIDATES, optimal_pairs
 
 STAY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -73,3 +74,21 @@ def test_a_pair_just_at_the_tolerance_gains_nothing():
 def test_nothing_pairs_with_nothing(n, m):
     partner = optimal_pairs(np.zeros((2, n)), grid_of(np.zeros((2, m)), 1.0), STAY, 1.0)
     assert partner.tolist() == [-1] * n
+
+
+@given(seeds, st.integers(1, 4), st.sampled_from([0.1, 0.4, 2.0]))
+def test_candidates_are_the_nearest_within_the_tolerance(seed, most, tolerance):
+    rng = np.random.default_rng(seed)
+    p, q = rng.uniform(0, 1, (2, 6)), rng.uniform(0, 1, (2, 15))
+    grid, move = grid_of(q, tolerance), np.array([0.8, 0.3, 0.0, -0.1])
+    start = np.empty(7, np.int32)
+    near, cost = np.empty(6 * most, np.int32), np.empty(6 * most)
+    count = find_candidates(p, grid, move, tolerance**2, most, start, near, cost)
+    assert (start[0], start[-1]) == (0, count)
+    apart = moved(p, move)[:, :, None] - places(grid)[:, None, :]
+    gain = np.maximum(tolerance**2 - (apart**2).sum(axis=0), 0.0)
+    for i in range(6):
+        of_i = slice(start[i], start[i + 1])
+        assert -cost[of_i] == pytest.approx(gain[i, near[of_i]], abs=1e-12)
+        in_reach = np.sort(gain[i][gain[i] > 0])[::-1]
+        assert -cost[of_i] == pytest.approx(in_reach[:most], abs=1e-12)

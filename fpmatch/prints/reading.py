@@ -50,7 +50,6 @@ Content = Literal["image", "template", "both", ""]
 UNKNOWN_DPI: Final = "resolution unknown; "
 ASSUMED_DPI: Final = f"{UNKNOWN_DPI}{STANDARD_DPI:g} dpi assumed"
 FOUND_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges"
-COMMON_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by the ridges of the prints with it"
 MATCHED_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges and the match"
 MIRRORED: Final = "left and right are exchanged"
 _STDERR: Final = 2
@@ -202,14 +201,11 @@ def dpi_source(template: Template, *, given: bool = False) -> DpiSource:
     return "assumed" if template.dpi == STANDARD_DPI else "found"
 
 
-def dpi_notes(
-    content: GreyImage | TemplateRecord, template: Template, source: DpiSource
-) -> tuple[str, ...]:
+def dpi_notes(template: Template, source: DpiSource) -> tuple[str, ...]:
     """Return the note on the resolution of a print that states none."""
     if source == "assumed":
         return (ASSUMED_DPI,)
-    alone = not isinstance(content, GreyImage) or content.likely_dpi is None
-    return ((FOUND_DPI if alone else COMMON_DPI).format(template.dpi),) * (source == "found")
+    return (FOUND_DPI.format(template.dpi),) * (source == "found")
 
 
 def make_given_print(
@@ -238,7 +234,7 @@ def make_given_print(
         *content.notes,
         *notes,
         *find_doubts(template),
-        *dpi_notes(content, template, source),
+        *dpi_notes(template, source),
     )
     return GivenPrint(name, template, image, all_notes, assessed, source, enhance)
 

@@ -12,7 +12,7 @@ PACKAGE = Path(fpmatch.__file__).parent
 
 PUBLIC = {
     *("AssessedPrint", "FpmatchError", "GreyImage", "MinutiaKind", "Minutiae"),
-    *("PrintQuality", "RidgeField", "Similarity", "StageRecorder", "Template", "Verification"),
+    *("PrintQuality", "RidgeField", "Similarity", "Template", "Verification"),
     *("__version__", "assess", "draw", "extract", "fmr_to_score", "load_template"),
     *("PointMatch", "match_points", "matcher_names", "read_image", "save_overlay", "save_template"),
     *("score_to_fmr", "verify", "as_template", "identify", "evaluate", "open_gallery", "Gallery"),

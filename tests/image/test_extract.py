@@ -15,7 +15,6 @@ from fpmatch import verify
 from fpmatch.errors import ImageError, ResolutionError
 from fpmatch.image.extract import assess, extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.image.preprocess.foreground import stretch_contrast
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
@@ -247,13 +246,12 @@ def test_a_file_a_read_image_and_its_pixels_are_one():
 
 @both_ways
 @pytest.mark.parametrize("dpi", [500, 640])
-def test_the_recorder_sees_every_stage_in_order_and_they_fit_together(way, dpi):
+def test_the_stages_are_whole_images_in_order_and_fit_together(way, dpi):
     pixels = np.full((500, 620), 255, np.uint8)  # a part of a print on a larger page
     pixels[96:296, 208:408] = pixels_of("101_1")[60:260, 60:260]
-    recorder = StageRecorder()
-    template = extract(pixels, dpi=dpi, recorder=recorder, enhance=way)
+    assessed = assess(pixels, dpi, enhance=way)
+    template, stages = assessed.template, assessed.stages()
     assert template == extract(pixels, dpi=dpi, enhance=way)
-    stages = recorder.stages
     names = ["input", "normalised", "enhanced", "mask", "orientation", "coherence"]
     names += ["period"] * (way == "filters") + ["binary", "skeleton", "minutiae"]
     assert list(stages) == names

@@ -70,13 +70,14 @@ _DISC: Final = _AROUND[:, np.hypot(*_AROUND) < _PEAK_RADIUS * _SPECTRUM_PX]
 
 def contradiction(pixels: Grey, dpi: float) -> str:
     """Return what contradicts a resolution of grey values (H, W), "" where nothing clearly does."""
-    if _within(dpi, UNQUESTIONED_DPI):
+    if UNQUESTIONED_DPI[0] <= dpi <= UNQUESTIONED_DPI[1]:
         return ""
     period = ridge_period_px(pixels)
-    if period is None or not _within(period * MM_PER_INCH / STANDARD_DPI, _STANDARD_MM):
+    at_500 = (period or 0.0) * MM_PER_INCH / STANDARD_DPI
+    if period is None or not _STANDARD_MM[0] <= at_500 <= _STANDARD_MM[1]:
         return ""
     apart = period * MM_PER_INCH / dpi
-    if _within(apart, PERIODS_MM):
+    if PERIODS_MM[0] <= apart <= PERIODS_MM[1]:
         return ""
     return f"at its resolution of {dpi:g} dpi ridges would be {apart:.2g} mm apart: ignored"
 
@@ -96,7 +97,7 @@ def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]
     if period_px is None:
         return usual
     apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in usual}
-    possible = [dpi for dpi in usual if _within(apart[dpi], POSSIBLE_MM)]
+    possible = [dpi for dpi in usual if POSSIBLE_MM[0] <= apart[dpi] <= POSSIBLE_MM[1]]
     possible.sort(key=lambda dpi: abs(math.log(apart[dpi] / TYPICAL_MM)))
     first = _by_ridges(period_px)
     if first != STANDARD_DPI and possible:
@@ -112,7 +113,7 @@ def _by_ridges(period_px: float) -> float:
     else a multiple of 10 dpi.
     """
     apart = period_px * MM_PER_INCH / STANDARD_DPI
-    if _within(apart, _AT_500_DPI_MM):
+    if _AT_500_DPI_MM[0] <= apart <= _AT_500_DPI_MM[1]:
         return STANDARD_DPI
     off = math.log(apart / TYPICAL_MM)
     doubled = round(off / math.log(2.0))
@@ -196,7 +197,3 @@ def _periods(windows: Grey) -> Floats:
     period = 1.0 / np.maximum(_RADIUS[rows, columns][clear], 1.0 / _SPECTRUM_PX)
     near = near[clear] * period
     return np.asarray((near * period).sum(axis=1) / near.sum(axis=1))
-
-
-def _within(value: float, span: tuple[float, float]) -> bool:
-    return span[0] <= value <= span[1]

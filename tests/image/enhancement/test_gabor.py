@@ -67,14 +67,6 @@ def test_outside_the_mask_is_zero_and_inside_does_not_depend_on_it(rng):
     assert not gabor_filter(pixels, np.zeros_like(mask), angle, period).any()
 
 
-@pytest.mark.parametrize("odd_one", range(4))
-def test_arrays_of_different_shapes_are_refused(odd_one):
-    arrays = [np.ones((20, 20), np.float32) for _ in range(4)]
-    arrays[odd_one] = np.ones((30, 20), np.float32)
-    with pytest.raises(ValueError, match="one shape"):
-        gabor_filter(arrays[0], arrays[1] > 0, arrays[2], arrays[3])
-
-
 def test_each_filter_of_the_bank_ignores_brightness():
     bank = filter_bank()
     side = 2 * RADIUS_PX + 1

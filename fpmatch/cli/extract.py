@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.formats.angles import AngleConvention
+    from fpmatch.formats.record import AngleConvention
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
@@ -203,7 +203,7 @@ def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format:
 
 def _draw(given: GivenPrint, image: Path, folder: Path) -> tuple[Path, ...]:
     """Write the stages of the extraction of an image as pictures into a folder."""
-    from fpmatch.drawing.stages.pictures import write_stages
+    from fpmatch.drawing.stages import write_stages
 
     if given.assessed is None:
         raise TemplateError("a template has no stages: give its image", path=image)

@@ -149,7 +149,7 @@ matcher_option: Final = click.option(
 angles_option: Final = click.option(
     "--angles",
     metavar="deg|rad[,clockwise][,opposite]",
-    type=parsed_by("fpmatch.formats.angles:AngleConvention"),
+    type=parsed_by("fpmatch.formats.record:AngleConvention"),
     hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",

@@ -26,8 +26,14 @@ from fpmatch.image.skeleton.minutiae import (
     remove_spurs_and_islands,
 )
 from fpmatch.image.skeleton.thin import binarize, thin
-from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template, check_dpi
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import (
+    STANDARD_DPI,
+    Minutiae,
+    MinutiaKind,
+    RidgeField,
+    Template,
+    check_dpi,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,16 +7,17 @@ prints by these functions.
 from __future__ import annotations
 
 import os
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.base.plugins import PluginError, agency
-from fpmatch.errors import ImageError, ImageReadError, TemplateError
+from fpmatch.errors import ImageReadError, TemplateError
 from fpmatch.image.dataset_folder import folder_settings
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, AssessedPrint, assess
 from fpmatch.image.io.grey import DEFAULT_LIMITS
@@ -25,16 +26,13 @@ from fpmatch.image.quality.ridge_scale import PERIODS_PX, clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
-from fpmatch.templates.separate_prints import count_prints
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import ImageLimits, RawSize
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
@@ -61,9 +59,8 @@ class PrintReader:
 
     `angles` is how tables of minutiae measure them, where they do not define it themselves;
     `record` is the number, from 1, of the print that is read of files with several; with `mirror`,
-    left and right of what is read are exchanged. With `quiet`,
-    what C libraries write to stderr about damaged files is suppressed, in programs that read on
-    one thread.
+    left and right of what is read are exchanged. With `quiet`, what C libraries write to stderr
+    about damaged files is suppressed, in programs that read on one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
@@ -99,7 +96,7 @@ class PrintReader:
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
     ) -> GreyImage:
         """Read an image as `fpmatch.image.io.read.read_image` does."""
-        with _silence_c_libraries(active=self.quiet):
+        with _silence_c_libraries() if self.quiet else nullcontext():
             image = read_image(
                 path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi, record=self.record
             )
@@ -192,20 +189,15 @@ class GivenPrint:
         return np.full((self.template.height, self.template.width), 255, np.uint8)
 
 
-def dpi_source(template: Template, *, given: bool = False) -> DpiSource:
-    """Return where the resolution of a template comes from."""
+def dpi_source(template: Template, *, given: bool = False) -> tuple[DpiSource, tuple[str, ...]]:
+    """Return where the resolution of a template comes from, and the note on one not stated."""
     if given:
-        return "given"
+        return "given", ()
     if template.dpi_known:
-        return "stated"
-    return "assumed" if template.dpi == STANDARD_DPI else "found"
-
-
-def dpi_notes(template: Template, source: DpiSource) -> tuple[str, ...]:
-    """Return the note on the resolution of a print that states none."""
-    if source == "assumed":
-        return (ASSUMED_DPI,)
-    return (FOUND_DPI.format(template.dpi),) * (source == "found")
+        return "stated", ()
+    if template.dpi == STANDARD_DPI:
+        return "assumed", (ASSUMED_DPI,)
+    return "found", (FOUND_DPI.format(template.dpi),)
 
 
 def make_given_print(
@@ -229,13 +221,8 @@ def make_given_print(
         notes, image = (), content
         assessed = assess(content, given_dpi, enhance=enhance)
         template = assessed.template
-    source = dpi_source(template, given=given_dpi is not None)
-    all_notes = (
-        *content.notes,
-        *notes,
-        *find_doubts(template),
-        *dpi_notes(template, source),
-    )
+    source, on_dpi = dpi_source(template, given=given_dpi is not None)
+    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
     return GivenPrint(name, template, image, all_notes, assessed, source, enhance)
 
 
@@ -254,15 +241,6 @@ def read_given_print(
     polarity, dpi = folder_settings(path, polarity=polarity, dpi=dpi)
     content = read(path, polarity=polarity, dpi=dpi)
     return make_given_print(content, str(path), dpi=dpi, enhance=enhance)
-
-
-def check_one_print(given: GivenPrint) -> None:
-    """Raise ImageError, of a template TemplateError, if several prints lie apart in a print."""
-    number = count_prints(given.template)
-    if number > 1:
-        kind = ImageError if given.image is not None else TemplateError
-        why = f"shows {number} prints, and one is expected: cut them into one image each"
-        raise kind(why, path=given.name, code="several prints")
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
@@ -304,20 +282,17 @@ def content_of(file: str | os.PathLike[str] | bytes) -> Content:
 
 
 @contextmanager
-def _silence_c_libraries(*, active: bool) -> Iterator[None]:
+def _silence_c_libraries() -> Iterator[None]:
     """Redirect file descriptor 2, to which libtiff writes, to nowhere; Python's errors remain."""
     try:
-        kept = os.dup(_STDERR) if active else None
+        kept = os.dup(_STDERR)
     except OSError:  # closed by the caller (2>&-)
-        kept = None
-    if kept is None:
         yield
         return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, _STDERR)
+    with Path(os.devnull).open("wb") as nowhere:
+        os.dup2(nowhere.fileno(), _STDERR)
     try:
         yield
     finally:
         os.dup2(kept, _STDERR)
         os.close(kept)
-        os.close(nowhere)

@@ -18,7 +18,7 @@ from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.foreground import stretch_contrast
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
-from fpmatch.matching.decision import MATCH
+from fpmatch.matching.result import MATCH
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 from tests.image.made_images import (
     as_picture,

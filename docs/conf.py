@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch import StageRecorder, __version__, extract
+from fpmatch import __version__, assess
 from fpmatch.cli.command import Command
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.drawing.stages import write_stages
@@ -75,11 +75,9 @@ _OWN_MARKUP: Final = (".. ", ":default:", ":options:")
 
 def draw_pictures(app: Sphinx) -> None:
     """Draw the stages of an extraction and the steps of a comparison, by the code as it is."""
-    recorder = StageRecorder()
-    extract(SAMPLES / "101_4.tif", recorder=recorder)
     for old in STAGES.glob("*.png"):
         old.unlink()
-    write_stages(recorder.stages, STAGES)
+    write_stages(assess(SAMPLES / "101_4.tif").stages(), STAGES)
     pair = [str(SAMPLES / name) for name in ("101_1.tif", "101_3.tif")]
     main(["explain", *pair, "-o", str(EXPLAINED)], standalone_mode=False)
 

@@ -17,7 +17,6 @@ from .image.extract import assess as assess
 from .image.extract import extract as extract
 from .image.io.read import GreyImage as GreyImage
 from .image.io.read import read_image as read_image
-from .image.preprocess.arrays import StageRecorder as StageRecorder
 from .image.quality.print_quality import PrintQuality as PrintQuality
 from .lab.evaluation.run import evaluate as evaluate
 from .lab.points.match import match_points as match_points

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
-    from fpmatch.image.preprocess.arrays import Box, Grey, Mask, StageRecorder
+    from fpmatch.image.preprocess.arrays import Box, Grey, Mask
     from fpmatch.image.preprocess.normalize import NormalizedImage
     from fpmatch.image.quality.print_quality import PrintQuality
 
@@ -55,7 +55,6 @@ def extract(
     dpi: float | None = None,
     *,
     enhance: str = DEFAULT_ENHANCEMENT,
-    recorder: StageRecorder | None = None,
 ) -> Template:
     """Extract the minutiae of a fingerprint image.
 
@@ -68,8 +67,6 @@ def extract(
         the ridges indicate.
     enhance : str
         "learned": by a small network; "filters": by oriented filters.
-    recorder : StageRecorder, optional
-        Receives the array of each stage, by name.
 
     Returns
     -------
@@ -96,11 +93,7 @@ def extract(
     >>> len(extract(blank, dpi=500).minutiae)
     0
     """
-    assessed = assess(image, dpi, enhance=enhance)
-    if recorder is not None:
-        for stage, array in assessed.stages().items():
-            recorder.record(stage, array)
-    return assessed.template
+    return assess(image, dpi, enhance=enhance).template
 
 
 def assess(
@@ -124,14 +117,14 @@ def assess(
     if enhance not in ENHANCERS:
         raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
     source = read_image(image, dpi=dpi)
-    known = (source.dpi or source.likely_dpi) if dpi is None else dpi
+    known = source.dpi if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
 
     stretched = stretch_contrast(grey, source.pixels)
     box = foreground_box(stretched)
-    normalized = normalize(stretched[box.slices])
+    normalized = normalize(stretched[box.top : box.bottom, box.left : box.right])
     ridges = ENHANCERS[enhance](normalized)
     binary = binarize(ridges.enhanced, ridges.mask)
     skeleton = remove_spurs_and_islands(thin(binary))

@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpmatch.image.extract import extract, resample
+from fpmatch.image.extract import assess, resample
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.preprocess.arrays import StageRecorder
-from fpmatch.image.quality.polarity import is_inverted
+from fpmatch.image.quality.polarity import CLEAR_LEVEL, background_level
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
@@ -47,8 +46,8 @@ class Counts:
     def add(self, image: NDArray[np.uint8]) -> None:
         """Count an image and its negative."""
         self.images += 1
-        self.inverted += is_inverted(image)
-        self.negatives_inverted += is_inverted(np.asarray(255 - image, np.uint8))
+        self.inverted += background_level(image) <= -CLEAR_LEVEL
+        self.negatives_inverted += background_level(np.asarray(255 - image)) <= -CLEAR_LEVEL
 
 
 @click.command(
@@ -92,9 +91,8 @@ def _database(folder: Path) -> Images:
     for impression in dataset.impressions:
         image = read_image(impression.path, polarity="dark")
         grey, _ = resample(image.pixels, dataset.dpi or image.dpi or STANDARD_DPI)
-        stages = StageRecorder()
-        extract(GreyImage(grey), STANDARD_DPI, recorder=stages)
-        yield grey, np.asarray(stages.stages["mask"], bool)
+        assessed = assess(GreyImage(grey), STANDARD_DPI)
+        yield grey, assessed.stages()["mask"]
 
 
 def _synthetic(preset: str, fingers: int) -> Images:

@@ -90,11 +90,12 @@ class Side:
     @classmethod
     def of(cls, name: str, letter: str, path: Path) -> Side:
         """Extract a print, keeping its skeleton."""
-        image, recorder = fpmatch.read_image(path), fpmatch.StageRecorder()
-        template = fpmatch.extract(image, recorder=recorder)
+        image = fpmatch.read_image(path)
+        assessed = fpmatch.assess(image)
+        template = assessed.template
         if template.field is None:
             raise FpmatchError(f"{path}: no ridges found")
-        skeleton = recorder.stages["skeleton"] > 0
+        skeleton = assessed.stages()["skeleton"] > 0
         given = GivenPrint(name, template, image)
         return cls(name, MARKS[letter], INKS[letter], given, skeleton, template.field)
 

@@ -70,8 +70,6 @@ def gabor_filter(pixels: Floats, mask: Mask, orientation: Floats, period: Floats
     All arrays are (H, W): normalized image with positive ridges, mask, ridge orientation (radians,
     counter-clockwise from +x) and ridge period (pixels). The result is 0 outside the mask.
     """
-    if not pixels.shape == mask.shape == orientation.shape == period.shape:
-        raise ValueError("pixels, mask, orientation and period must have one shape")
     y, x = np.nonzero(mask)
     out = np.zeros(pixels.shape, np.float32)
     steps = np.rint(orientation[y, x] * (FILTER_ANGLES / np.pi)).astype(np.int64)

@@ -37,7 +37,7 @@ SIGNATURES: Final = {
 FIRST_OF_SEVERAL: Final = "the first of its several images was read"
 ASSUMED_UNIT: Final = "its resolution has no unit; dots per inch assumed"
 _PHOTOMETRIC, _WHITE_IS_ZERO = 262, 0  # a tag of TIFF, and its value
-_ORIENTATION: Final = 274  # of TIFF and of Exif; Pillow obeys that of TIFF, and then drops it
+_ORIENTATION: Final = 274  # of TIFF and of Exif; Pillow obeys that of TIFF
 _TURNED: Final = range(5, 9)  # its values by which rows become columns
 _GREY_MODES: Final = frozenset(("1", "L", "I", "I;16", "I;16B", "I;16L", "I;16N", "F"))
 _COMMENT_BYTES: Final = 4096  # searched in each comment
@@ -107,10 +107,11 @@ def convert_opened(
             limits.check(*image.size, axes and max(axes), most=most)
             if getattr(image, "is_animated", False) and not image.tell():
                 notes += (FIRST_OF_SEVERAL,)
-            if _orientation(image) in _TURNED and axes is not None:
-                axes = axes[::-1]
+            try:
+                tag = int(image.getexif().get(_ORIENTATION, 1))
+            except UNREADABLE:
+                tag = 1
             samples = _samples(image, is_grey=is_grey)
-            orientation = _orientation(image)
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
@@ -123,6 +124,8 @@ def convert_opened(
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         words = " ".join(reason.split()) or type(error).__name__
         raise ImageReadError(f"damaged {decoder} image ({words})") from error
+    axes = axes[::-1] if axes is not None and tag in _TURNED else axes
+    orientation = 1 if image.format == "TIFF" else tag
     if orientation in _TURNED:
         samples = samples.swapaxes(0, 1)
     down, across = orientation in {3, 4, 7, 8}, orientation in {2, 3, 6, 7}
@@ -142,24 +145,11 @@ def _tagged_axes(image: Image.Image) -> tuple[tuple[float, float] | None, tuple[
         axes = usable_axes(*pair) if isinstance(pair, tuple) and len(pair) == 2 else None
         if axes is not None:
             return axes, note
-    for name, text in image.info.items():
-        if isinstance(text, str) or (name == "comment" and isinstance(text, bytes)):
-            part = text[:_COMMENT_BYTES]
-            comment = part.decode("latin-1") if isinstance(part, bytes) else part
-            match = _IN_A_COMMENT.search(f"{name} {comment}")
-            dpi = match and (match[1] or match[2])
-            axes = usable_axes(dpi, dpi)
-            if axes is not None:
-                return axes, ()
-    return None, ()
-
-
-def _orientation(image: Image.Image) -> int:
-    """Return the orientation that a tag states; 1, upright, where none does."""
-    try:
-        return int(image.getexif().get(_ORIENTATION, 1))
-    except UNREADABLE:
-        return 1
+    comment = image.info.get("comment", b"")[:_COMMENT_BYTES]
+    text = comment.decode("latin-1") if isinstance(comment, bytes) else str(comment)
+    match = _IN_A_COMMENT.search(text)
+    dpi = match and (match[1] or match[2])
+    return usable_axes(dpi, dpi), ()
 
 
 def _samples(image: Image.Image, *, is_grey: bool) -> NDArray[Any]:

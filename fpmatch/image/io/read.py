@@ -28,7 +28,7 @@ from fpmatch.image.io.grey import (
     with_square_pixels,
 )
 from fpmatch.image.io.pillow_formats import SIGNATURES, convert_opened, decode_with_pillow
-from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
+from fpmatch.image.quality.polarity import CLEAR_LEVEL, INVERTED, background_level, check_polarity
 from fpmatch.image.quality.ridge_scale import contradiction
 from fpmatch.templates.minutiae import check_dpi
 
@@ -67,19 +67,13 @@ class StoredImage(NamedTuple):
     depth: int = _DEPTH  # bits of a pixel
 
 
-def _agency(module: str, function: str, *given: Any) -> GreyImage:
-    """Decode by a function of a module of agencies, which loads with the first of its files."""
-    decoded: GreyImage = getattr(agency(module), function)(*given)
-    return decoded
-
-
 READERS: Final = (
     *(
         ImageReader(name, signatures, partial(decode_with_pillow, name))
         for name, signatures in SIGNATURES.items()
     ),
-    ImageReader("WSQ", (b"\xff\xa0",), partial(_agency, "wsq", "decode_wsq")),
-    ImageReader("AN2", AN2_SIGNATURES, partial(_agency, "an2", "decode_image"), holds_several=True),
+    ImageReader("WSQ", (b"\xff\xa0",), lambda *given: agency("wsq").decode_wsq(*given)),
+    ImageReader("AN2", AN2_SIGNATURES, lambda *given: agency("an2").decode_image(*given), True),
 )
 """All formats: single images, and records that contain some."""
 
@@ -93,11 +87,8 @@ _OTHERS: Final = (
     *((start, "a PNM image in digits") for start in (b"P1\n", b"P2\n", b"P3\n")),
     (b"\x89FPS", "a sealed template: only galleries open sealed templates"),
     (b"%PDF", "a PDF document"),
-    (b"PK\x03\x04", "a ZIP archive"),
-    (b"<?xml", "an XML document"),
     (b"SQLite format 3\x00", "an SQLite database"),
     (b"\x93NUMPY", "a NumPy array"),
-    *((start, "a JPEG XL image") for start in (b"\xff\x0a", b"\x00\x00\x00\x0cJXL ")),
 )
 _BOXES: Final = {b"ftypheic": "a HEIC image", b"ftypavif": "an AVIF image"}
 _DICOM_AT: Final = 128
@@ -233,7 +224,7 @@ def _settled(image: GreyImage, polarity: Polarity, dpi: float | None) -> GreyIma
         image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
-        inverted = is_inverted(image.pixels)
+        inverted = background_level(image.pixels) <= -CLEAR_LEVEL
     if not inverted:
         return image
     return replace(image, pixels=255 - image.pixels, notes=(*image.notes, INVERTED))

@@ -1,4 +1,4 @@
-"""Arrays of the stages: names of their types, percentiles, a recorder, and means of blocks."""
+"""Arrays of the stages: names of their types, percentiles, and means of blocks."""
 
 from __future__ import annotations
 
@@ -26,11 +26,6 @@ class Box(NamedTuple):
     bottom: int
     left: int
     right: int
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        """The slices that cut the box out of an array (H, W)."""
-        return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def uncrop(
         self, array: NDArray[Any], shape: tuple[int, ...], step_px: int = 1, around: float = 0
@@ -66,27 +61,6 @@ def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> Doubles:
     low, high = (np.moveaxis(ordered[..., k], -1, 0).astype(np.float64) for k in (below, beyond))
     share = (place - below).reshape(-1, *[1] * (values.ndim - 1))
     return np.asarray(low + share * (high - low))
-
-
-class StageRecorder:
-    """Keep the array of each stage that `extract` passes on in `stages`, a dict, in order.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from fpmatch import StageRecorder
-    >>> recorder = StageRecorder()
-    >>> recorder.record("binary", np.zeros((4, 4), bool))
-    >>> list(recorder.stages)
-    ['binary']
-    """
-
-    def __init__(self) -> None:
-        self.stages: dict[str, NDArray[Any]] = {}
-
-    def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Keep a copy of `array` under the name of its stage."""
-        self.stages[stage] = array.copy()
 
 
 def blocks_to_pixels(blocks: Floats, shape: tuple[int, ...]) -> Floats:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # Lengths in pixels at 500 dpi, ranges in grey levels.
 ALIGNMENT_PX: Final = 2 * BLOCK_PX  # of the box's first row and column: a cell of a ridge field
 WINDOW_PX: Final = 9  # in which the range is taken
+_CENTRES: Final = (slice(BLOCK_PX // 2, None, BLOCK_PX),) * 2  # of the blocks
 MIN_RANGE: Final = 12
 MIN_RELATIVE_RANGE: Final = 0.15  # of the strong range, which is this percentile:
 STRONG_PERCENTILE: Final = 95.0
@@ -69,7 +70,7 @@ def ridge_contrast(grey: Grey) -> int:
     It is the median range of the blocks in the square, of 6 mm, in which it is highest. A line of
     text, a frame or the border of a blot fills no such square, however strong it is.
     """
-    blocks = _ranges(grey)
+    blocks = local_range(grey, WINDOW_PX)[_CENTRES]
     if not blocks.size:
         return 0
     padded = np.pad(blocks[::2, ::2], CONTRAST_SIDE // 2)
@@ -122,7 +123,7 @@ def foreground_box(grey: Grey) -> Box:
     nothing stands out.
     """
     height, width = grey.shape
-    blocks = _ranges(grey)
+    blocks = local_range(grey, WINDOW_PX)[_CENTRES]
     if not blocks.size:
         return Box(0, height, 0, width)
     strong = float(percentiles(blocks.ravel().astype(np.float32), STRONG_PERCENTILE)[0])
@@ -141,12 +142,6 @@ def foreground_box(grey: Grey) -> Box:
         last = -(-(last + lacking) // ALIGNMENT_PX) * ALIGNMENT_PX
         sides += [first, min(last, size)]
     return Box(*sides)
-
-
-def _ranges(grey: Grey) -> Grey:
-    """Return the range of the grey levels about the centre of each block, (rows, columns)."""
-    centres = slice(BLOCK_PX // 2, None, BLOCK_PX)
-    return np.ascontiguousarray(local_range(grey, WINDOW_PX)[centres, centres])
 
 
 def segment(image: NormalizedImage, spectrum: RidgeSpectrum) -> Mask:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from fpmatch.image.preprocess.arrays import Floats, Grey, Mask
 
 # Lengths in pixels at 500 dpi, contrasts in grey levels.
@@ -65,15 +63,10 @@ def _smoothed(grey: Grey) -> Grey:
     smooth = cv2.GaussianBlur(grey, (0, 0), SMOOTHING_SIGMA_PX)
     ridges = cv2.absdiff(smooth, cv2.blur(smooth, (BACKGROUND_PX, BACKGROUND_PX)))
     grain, contrast = cv2.mean(cv2.absdiff(grey, smooth))[0], cv2.mean(ridges)[0]
-    large = ridges.size > LARGE_PRINT_PX2 and _shown_area(ridges) > LARGE_PRINT_PX2
-    return np.asarray(smooth, np.uint8) if large or grain > MAX_GRAIN * max(contrast, 1) else grey
-
-
-def _shown_area(ridges: NDArray[Any]) -> float:
-    """Return the area of the print in square pixels, by its differences from the background."""
     size = [max(1, round(side / BACKGROUND_PX)) for side in reversed(ridges.shape)]
     shown = cv2.resize(ridges, size, interpolation=cv2.INTER_AREA) > MIN_LOCAL_CONTRAST
-    return float(shown.mean() * ridges.size)
+    large = float(shown.mean() * ridges.size) > LARGE_PRINT_PX2
+    return np.asarray(smooth, np.uint8) if large or grain > MAX_GRAIN * max(contrast, 1) else grey
 
 
 def _flat_border(grey: Grey) -> Mask:

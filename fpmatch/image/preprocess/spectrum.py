@@ -37,7 +37,11 @@ def ridge_spectrum(pixels: Floats) -> RidgeSpectrum:
     """Measure the local ridge spectrum of a normalized image (H, W), 0 where invalid."""
     waves, window = _waves()
     half = waves.shape[1] // 2
-    grid = _neighbourhoods(pixels)
+    radius, side = WINDOW_RADIUS_PX, 2 * WINDOW_RADIUS_PX + 1
+    before = radius - BLOCK_PX // 2
+    padded = np.pad(pixels, [(before, -size % BLOCK_PX + radius + 1) for size in pixels.shape])
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side))
+    grid = windows[: pixels.shape[0] : BLOCK_PX, : pixels.shape[1] : BLOCK_PX]  # of each block
     rows, columns = grid.shape[:2]
     energy = np.zeros((rows, columns, half), np.float32)
     total = np.zeros((rows, columns), np.float32)
@@ -51,15 +55,6 @@ def ridge_spectrum(pixels: Floats) -> RidgeSpectrum:
             projection[:, :half] ** 2 + projection[:, half:] ** 2
         )
     return RidgeSpectrum(energy.reshape(rows, columns, len(ANGLES), -1), total)
-
-
-def _neighbourhoods(pixels: Floats) -> Floats:
-    """Return a view of the neighbourhood of each block, shape (rows, columns, side, side)."""
-    radius, side = WINDOW_RADIUS_PX, 2 * WINDOW_RADIUS_PX + 1
-    before = radius - BLOCK_PX // 2
-    padded = np.pad(pixels, [(before, -size % BLOCK_PX + radius + 1) for size in pixels.shape])
-    windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side))
-    return windows[: pixels.shape[0] : BLOCK_PX, : pixels.shape[1] : BLOCK_PX]
 
 
 @cache

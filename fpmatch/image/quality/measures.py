@@ -57,18 +57,23 @@ class QualityMeasures:
 
 
 def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasures:
-    """Measure a print on the stages of its extraction that a `StageRecorder` keeps."""
+    """Measure a print on the stages of its extraction, of `AssessedPrint.stages`."""
     shown = np.asarray(stages["input"], np.uint8)
     mask = stages["mask"].astype(bool)
     stretched = stretch_contrast(shown) if mask.any() else shown
     grey = stretched.astype(np.float32)
     quality = stages["minutiae"][:, 4].astype(np.float64)
+    pixels, signal = (stages[name][mask].astype(np.float64) for name in ("normalised", "enhanced"))
+    certain = _CERTAIN * math.sqrt(float(np.mean(signal**2))) if signal.size else 0.0
+    sides = pixels[signal > certain], pixels[signal < -certain]  # certainly ridge, or valley
+    ridge_spread, valley_spread = (float(one.std()) if one.size else math.nan for one in sides)
     return QualityMeasures(
         grey.size * MM_PER_PX**2,
         float(np.count_nonzero(mask)) * MM_PER_PX**2,
         float(quality.sum()) / 100.0,
         _dark_share(grey, mask),
-        *_spreads(stages["normalised"][mask].astype(np.float64), stages["enhanced"][mask]),
+        ridge_spread,
+        valley_spread,
         clear_period_px(stretched) or math.nan,
         _detail(grey, mask),
         ridge_contrast(shown),
@@ -83,15 +88,6 @@ def _dark_share(grey: Floats, mask: Mask) -> float:
     extremes = cv2.add(cv2.dilate(smooth, box), cv2.erode(smooth, box))
     middle = cv2.blur(extremes, (_LEVELS_SIDE, _LEVELS_SIDE)) / 2
     return float(np.mean(smooth[mask] < middle[mask]))
-
-
-def _spreads(pixels: Doubles, enhanced: NDArray[np.generic]) -> tuple[float, float]:
-    """Return the standard deviations of the pixels that are certainly ridge, or valley."""
-    signal = enhanced.astype(np.float64)
-    certain = _CERTAIN * math.sqrt(float(np.mean(signal**2))) if signal.size else 0.0
-    sides = pixels[signal > certain], pixels[signal < -certain]
-    ridges, valleys = (float(side.std()) if side.size else math.nan for side in sides)
-    return ridges, valleys
 
 
 def _detail(grey: Floats, mask: Mask) -> float:

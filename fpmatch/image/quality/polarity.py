@@ -42,11 +42,6 @@ def check_polarity(polarity: object) -> Polarity:
     raise ImageError(f"no polarity {polarity!r}: there are {', '.join(POLARITIES)}")
 
 
-def is_inverted(grey: Grey) -> bool:
-    """Return whether the background of a single print (H, W) is clearly dark."""
-    return background_level(grey) <= -CLEAR_LEVEL
-
-
 def background_level(grey: Grey) -> float:
     """Return the brightness of a print's background, -1 of its dark lines to 1 of its bright lines.
 

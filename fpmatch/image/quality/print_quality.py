@@ -137,52 +137,35 @@ def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
 
 
 def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
+    """Return the faults of a print: of its area, of its ink or skin, of its sharpness."""
     blurred = m.detail < MIN_DETAIL
+    area: list[Reason] = []
+    if m.ridges_mm2 <= 0:
+        area.append(Reason("no ridges", "no fingerprint is found in the image"))
+    if m.image_mm2 < MIN_IMAGE_MM2:
+        side = math.sqrt(MIN_IMAGE_MM2)
+        shown = f"the image shows {m.image_mm2:.0f} mm² of skin at most"
+        advice = f"a larger sensor, {side:.0f} x {side:.0f} mm at least"
+        area.append(Reason("too small", f"{shown} ({advice})"))
+    elif 0 < m.ridges_mm2 < MIN_RIDGES_MM2:
+        shown = f"ridges on {m.ridges_mm2:.0f} mm² only"
+        area.append(Reason("partial", f"{shown} (lay the whole fingertip on the sensor)"))
+    ink: list[Reason] = []
+    if m.ridges_mm2 > 0 and m.contrast < FAINT_CONTRAST:
+        contrast = f"contrast of {m.contrast:.0f} grey levels of 255"
+        ink.append(Reason("faint", f"{contrast} (set exposure and range of the scanner or sensor)"))
+    if m.dark_share < MIN_DARK:
+        ink.append(Reason("too dry", "ridges are thin and broken (moisten the finger, press on)"))
+    elif m.dark_share > MAX_DARK:
+        ink.append(Reason("too wet", "ridges run together (dry the finger, press less)"))
     shortest, longest = PERIODS_PX
     longest *= BLUR_LENGTHENS if blurred else 1.0
     # where no ridges are found, lines too close for them are believed, but no blots or faint grain
     believed = m.ridges_mm2 > 0 or (m.period_px < shortest and m.contrast >= CLEAR_CONTRAST)
     if believed and not shortest <= m.period_px <= longest and math.isfinite(m.period_px):
-        return [*_about_ink(m), wrong_resolution(m.period_px, dpi)]  # then no area is right
-    reasons = _about_area(m) + _about_ink(m)
-    if blurred:
-        advice = "(hold still, focus, clean the sensor)"
-        reasons.append(Reason("blurred", f"edges of ridges are soft {advice}"))
-    return reasons
-
-
-def _about_area(m: QualityMeasures) -> list[Reason]:
-    reasons = []
-    if m.ridges_mm2 <= 0:
-        reasons.append(Reason("no ridges", "no fingerprint is found in the image"))
-    if m.image_mm2 < MIN_IMAGE_MM2:
-        side = math.sqrt(MIN_IMAGE_MM2)
-        area = f"the image shows {m.image_mm2:.0f} mm² of skin at most"
-        advice = f"a larger sensor, {side:.0f} x {side:.0f} mm at least"
-        reasons.append(Reason("too small", f"{area} ({advice})"))
-    elif 0 < m.ridges_mm2 < MIN_RIDGES_MM2:
-        area = f"ridges on {m.ridges_mm2:.0f} mm² only"
-        reasons.append(Reason("partial", f"{area} (lay the whole fingertip on the sensor)"))
-    return reasons
-
-
-def _about_ink(m: QualityMeasures) -> list[Reason]:
-    return [*_about_contrast(m), *_about_moisture(m)]
-
-
-def _about_contrast(m: QualityMeasures) -> list[Reason]:
-    if not m.ridges_mm2 > 0 or m.contrast >= FAINT_CONTRAST:
-        return []
-    contrast = f"contrast of {m.contrast:.0f} grey levels of 255"
-    return [Reason("faint", f"{contrast} (set exposure and range of the scanner or sensor)")]
-
-
-def _about_moisture(m: QualityMeasures) -> list[Reason]:
-    if m.dark_share < MIN_DARK:
-        return [Reason("too dry", "ridges are thin and broken (moisten the finger, press on)")]
-    if m.dark_share > MAX_DARK:
-        return [Reason("too wet", "ridges run together (dry the finger, press less)")]
-    return []
+        return [*ink, wrong_resolution(m.period_px, dpi)]  # then no area is right
+    soft = "edges of ridges are soft (hold still, focus, clean the sensor)"
+    return [*area, *ink, *([Reason("blurred", soft)] if blurred else [])]
 
 
 def wrong_resolution(period_px: float, dpi: float) -> Reason:

@@ -35,27 +35,22 @@ CROSSING_NUMBER: Final = ((_BITS ^ np.roll(_BITS, 1, axis=0)).sum(axis=0) // 2).
 def binarize(enhanced: Floats, mask: Mask) -> Mask:
     """Return the positive pixels of an enhanced image in its mask, without specks or pores."""
     ridges = np.ascontiguousarray((enhanced > 0) & mask).view(np.uint8)
-    flip_small_parts(ridges, 1, MIN_RIDGE_AREA_PX, corners=True)
-    flip_small_parts(ridges, 0, MIN_HOLE_AREA_PX, corners=False)
+    height, width = ridges.shape
+    runs = np.empty((height * ((width + 1) // 2), 5), np.int32)
+    for colour, least, corners in ((1, MIN_RIDGE_AREA_PX, True), (0, MIN_HOLE_AREA_PX, False)):
+        if _small_parts_kernel.COMPILED:
+            _small_parts_kernel.flip_small_parts(ridges, colour, least, int(corners), runs)
+        else:
+            flip_with_opencv(ridges, colour, least, corners=corners)
     return ridges.view(np.bool_) & mask
 
 
-def flip_small_parts(image: Grey, colour: int, min_area: int, *, corners: bool) -> None:
+def flip_with_opencv(image: Grey, colour: int, min_area: int, *, corners: bool) -> None:
     """Invert, in place, the parts of value `colour` in a 0/1 image whose area is small.
 
     Parts of at least `min_area` pixels stay. Pixels are connected over edges, and with `corners`
-    also over corners.
+    also over corners. It is the uncompiled path, and the kernel's oracle.
     """
-    if not _small_parts_kernel.COMPILED:
-        flip_with_opencv(image, colour, min_area, corners=corners)
-        return
-    height, width = image.shape
-    runs = np.empty((height * ((width + 1) // 2), 5), np.int32)
-    _small_parts_kernel.flip_small_parts(image, colour, min_area, int(corners), runs)
-
-
-def flip_with_opencv(image: Grey, colour: int, min_area: int, *, corners: bool) -> None:
-    """Invert as `flip_small_parts` does: the uncompiled path, and the kernel's oracle."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (image == colour).view(np.uint8), connectivity=8 if corners else 4
     )

@@ -278,24 +278,6 @@ def test_a_lossless_jpeg_with_tables_of_either_class(table_class, number):
     assert image.dpi == 500
 
 
-@pytest.mark.parametrize("kind", ["JPEG", "PNG", "TIFF"])
-@pytest.mark.parametrize("orientation", range(1, 9))
-def test_the_tag_of_orientation_is_obeyed(kind, orientation):
-    flip = GREY[:: -1 if orientation in {3, 4, 7, 8} else 1]
-    flip = flip[:, :: -1 if orientation in {2, 3, 6, 7} else 1]
-    stored = np.ascontiguousarray(flip.T if orientation > 4 else flip)
-    if orientation in {6, 8}:
-        stored = np.rot90(GREY, 1 if orientation == 6 else -1)
-    exif = Image.Exif()
-    exif[274] = orientation
-    given = {"exif": exif} | ({"quality": 95} if kind == "JPEG" else {})
-    image = decoded(saved(np.ascontiguousarray(stored), kind, dpi=(500, 400), **given))
-    turned = orientation > 4
-    expected = Image.fromarray(GREY).resize((75, 72) if turned else (60, 90), 3)
-    assert image.pixels.shape == np.asarray(expected).shape
-    assert np.corrcoef(image.pixels.ravel(), np.asarray(expected).ravel())[0, 1] > 0.98
-
-
 def tiff_of(order, *entries):
     """Return a TIFF of tags alone, each a number, type, count and value."""
     head = (b"II" if order == "<" else b"MM") + struct.pack(order + "HLH", 42, 8, len(entries))

@@ -6,26 +6,12 @@ from hypothesis.extra import numpy as npst
 
 from fpmatch.image.preprocess.arrays import (
     BLOCK_PX,
-    StageRecorder,
     block_mean_product,
     blocks_to_pixels,
     percentiles,
 )
 
 GREYS = st.floats(0, 255, width=32)
-
-
-def test_stages_are_kept_by_name_in_their_order_as_they_were():
-    recorder, other = StageRecorder(), StageRecorder()
-    array = np.zeros((4, 5), np.float32)
-    for stage, recorded in (("second", array), ("first", np.zeros(2)), ("first", np.ones(3))):
-        recorder.record(stage, recorded)
-    array += 1
-    assert list(recorder.stages) == ["second", "first"]
-    assert not recorder.stages["second"].any()
-    assert recorder.stages["second"].dtype == np.float32
-    assert recorder.stages["first"].tolist() == [1, 1, 1]
-    assert other.stages == {}
 
 
 @given(

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -45,11 +45,10 @@ def test_any_image_has_a_box_inside_it(image):
     assert 0 <= box.top < box.bottom <= image.shape[0]
     assert 0 <= box.left < box.right <= image.shape[1]
     assert box.top % ALIGNMENT_PX == box.left % ALIGNMENT_PX == 0
-    part = image[box.slices]
-    assert part.shape == (box.bottom - box.top, box.right - box.left)
-    whole = box.uncrop(part, image.shape, around=7)
-    assert np.array_equal(whole[box.slices], part)
-    whole[box.slices] = 7
+    inside = np.s_[box.top : box.bottom, box.left : box.right]
+    whole = box.uncrop(image[inside], image.shape, around=7)
+    assert np.array_equal(whole[inside], image[inside])
+    whole[inside] = 7
     assert (whole == 7).all()
     assert foreground_box(np.full_like(image, 9)) == Box(0, len(image), 0, image.shape[1])
 
@@ -94,32 +93,19 @@ def learned_masks_of(picture):
 both_methods = pytest.mark.parametrize("masks", [masks_of, learned_masks_of])
 
 
-def disc(shape, radius, at=None):
-    return np.hypot(*along_and_across(shape, 0, at)) < radius
-
-
-def print_on_paper(inside, period=9):
-    ridges = as_picture(plane_wave(60, period, inside.shape))
-    return np.where(inside, ridges, 255).astype(np.uint8)
-
-
-@both_methods
-@pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
-@pytest.mark.parametrize("name", hostile_pictures())
-def test_without_ridges_the_mask_is_almost_empty(masks, name, shape):
-    blocks, pixels = masks(hostile_pictures(shape)[name])
-    assert (blocks.dtype, blocks.shape) == (bool, tuple(side // 8 for side in shape))
-    assert pixels.shape == shape
-    assert blocks.mean() < 0.1
+def disc(shape, radius):
+    return np.hypot(*along_and_across(shape, 0)) < radius
 
 
 @both_methods
 @pytest.mark.parametrize("radius", [60, 90])
 def test_a_round_print_on_white_paper(masks, radius):
     inside = disc((240, 260), radius)
-    _, found = masks(print_on_paper(inside))
+    ridges = as_picture(plane_wave(60, 9, inside.shape))
+    _, found = masks(np.where(inside, ridges, 255).astype(np.uint8))
     assert (found & inside).sum() / (found | inside).sum() > 0.85
     assert not (found & ~disc((240, 260), radius + 16)).any()
+    assert holes(found) == 0
 
 
 @both_methods
@@ -131,11 +117,3 @@ def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones(m
     _, found = masks(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
     assert found[24:-24, :180].all()
     assert not found[:, 240:].any()
-
-
-@settings(max_examples=25)
-@given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
-def test_any_picture_gives_masks_without_holes(picture):
-    for masks in (masks_of, learned_masks_of):
-        blocks, _ = masks(picture)
-        assert not blocks.any() or holes(blocks) == 0

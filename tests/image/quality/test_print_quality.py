@@ -81,16 +81,6 @@ def test_a_clean_print_has_no_fault_and_a_high_score(name):
     assert found.quality.score > 60
 
 
-@pytest.mark.parametrize("sigma_px", [0.0, 1.5])
-@pytest.mark.parametrize("shape", [(200, 300), (48, 48)])
-def test_neither_noise_nor_blots_have_a_resolution(sigma_px, shape, rng):
-    noise = rng.normal(0, 1, shape)
-    if sigma_px:
-        noise = cv2.GaussianBlur(noise, (0, 0), sigma_px)
-    grey = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
-    assert "wrong resolution" not in str(assess(grey, 500).quality)
-
-
 @given(
     st.builds(
         QualityMeasures,

@@ -13,7 +13,6 @@ from fpmatch.image.skeleton.thin import (
     CROSSING_NUMBER,
     SIMPLE,
     binarize,
-    flip_small_parts,
     flip_with_opencv,
     thin,
     thin_with_skimage,
@@ -65,11 +64,9 @@ def test_the_kernel_its_twin_and_opencv_turn_over_the_same_parts(
     oracle, *others = (binary.astype(np.uint8) for _ in range(3))
     flip_with_opencv(oracle, colour, min_area, corners=corners)
     kernels = _small_parts_kernel, interpreted("_small_parts_kernel")
-    for flipping, image in zip(kernels, others, strict=True):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(_small_parts_kernel, "flip_small_parts", flipping.flip_small_parts)
-            patch.setattr(_small_parts_kernel, "COMPILED", True)
-            flip_small_parts(image, colour, min_area, corners=corners)
+    for kernel, image in zip(kernels, others, strict=True):
+        runs = np.empty((image.size, 5), np.int32)
+        kernel.flip_small_parts(image, colour, min_area, int(corners), runs)
         assert np.array_equal(image, oracle)
 
 

@@ -1,5 +1,6 @@
 import importlib
 import json
+from dataclasses import replace
 
 import pytest
 from PIL import Image
@@ -90,7 +91,8 @@ def test_the_options_of_reading_come_before_dataset_toml(
 
     def extractor_of(enhance, reader, **_):
         def extract(path, dpi):
-            asked.add((dpi, reader.folders[path.parent].polarity, reader.reader.raw_sizes))
+            polarity = replace(reader, reader=lambda _, **how: how["polarity"])(path)
+            asked.add((dpi, polarity, reader.reader.raw_sizes))
             return bench.extractor(path, dpi)
 
         return extract

@@ -69,20 +69,15 @@ class UnitCircleMatcher(Matcher):
             return method.prepare(template, self.parameters)
         return prepare(template, self.parameters)
 
-    def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
+    def compare(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool = False
+    ) -> Comparison:
         """Match locally, then globally, and score the evidence, unless the prefilter rejects them.
 
         The two are taken in the order of their content, so that exchanging them changes nothing
-        but the direction of the transform.
+        but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
-        return self._compare(probe, reference)
-
-    def _compare(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool = False
-    ) -> Comparison:
-        """Compare two prints, `in_any_case` also those that the prefilter rejects."""
-        swapped = reference.key < probe.key
-        same = reference.key == probe.key
+        swapped, same = reference.key < probe.key, reference.key == probe.key
         if min(len(probe), len(reference)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         if self.by_reference:
@@ -142,7 +137,7 @@ class UnitCircleMatcher(Matcher):
         """
         whole = comparison
         if comparison.detail is None:
-            whole = self._compare(probe, reference, in_any_case=True)
+            whole = self.compare(probe, reference, in_any_case=True)
         if whole.detail is None:
             return comparison
         reason = all_reasons(probe, reference, whole.detail)

@@ -28,7 +28,7 @@ from fpmatch.matching.pipeline.score_model import (
     RIDGE_FEATURES,
     ScoreWeights,
 )
-from fpmatch.matching.reference.bounds import most_decades
+from fpmatch.matching.reference.evidence import most_decades
 from research.commands import (
     Command,
     folders,
@@ -44,8 +44,7 @@ from research.databases import (
     prints_of,
     without_ridges,
 )
-from research.markdown import markdown_table
-from research.tables import FORMS
+from research.tables import FORMS, format_features
 from research.training.evidence_quantiles import (
     AmountParameters,
     AmountSample,
@@ -112,7 +111,7 @@ def main(
     rows the weights are those of the package, without one of the bounds.
 
     Printed are, for each row, the mean EER / FMR1000 over the databases in percent, the mean d',
-    and the largest loss of a database in genuine pairs, at the EER and at FMR1000.
+    and the largest loss of a database in percentage points, of the EER and of FMR1000.
     """
     measured = [
         {form: pairs_of(one, ridges=form == FORMS[0]) for form in FORMS}
@@ -138,7 +137,7 @@ def main(
         ("without any bound", scores_of(measured, load_weights(), bounded=False)),
     ]
     rows += rows_of([name for name, _ in kept], [scores for _, scores in kept], measured)
-    print_and_write(format_rows(rows), rows, json_file)
+    print_and_write(format_features(rows), rows, json_file)
 
 
 def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
@@ -240,30 +239,14 @@ def rows_of(
                 "d_prime": float(np.mean([one.d_prime for one in rates])),
                 "lost": {
                     rate: max(
-                        (getattr(after, rate) - getattr(then, rate)) * int(same.sum())
-                        for after, then, same in zip(rates, before, genuine, strict=True)
+                        getattr(after, rate) - getattr(then, rate)
+                        for after, then in zip(rates, before, strict=True)
                     )
                     for rate in ("eer", "fmr1000")
                 },
             }
         rows.append(row)
     return rows
-
-
-def format_rows(rows: Sequence[Row]) -> str:
-    """Return the rows as a table; rates are in percent, losses in genuine pairs."""
-    head = ["score"]
-    for form in FORMS:
-        head += [f"{form}: EER / FMR1000", "d'", "largest loss"]
-    body = []
-    for row in rows:
-        cells = [row["name"]]
-        for form in FORMS:
-            own, lost = row[form], row[form]["lost"]
-            cells += [f"{100 * own['eer']:.2f} / {100 * own['fmr1000']:.2f}"]
-            cells += [f"{own['d_prime']:.2f}", f"{lost['eer']:+.1f} / {lost['fmr1000']:+.0f}"]
-        body.append(cells)
-    return markdown_table([head, *body])
 
 
 if __name__ == "__main__":

@@ -38,7 +38,6 @@ from fpmatch.matching.pipeline.score_model import (
     WITH_RIDGES,
     amount_terms,
 )
-from fpmatch.matching.prints.prepared import available
 from research.databases import prints_of, without_ridges
 from research.partial_templates import fragment, thinned, window
 from research.training.rounding import round_significant
@@ -235,7 +234,9 @@ def _genuine(
     if min(len(probe), len(reference)) < MIN_MINUTIAE:
         return []
     found = _aligned(probe, reference, pipeline)
-    amounts = amount_terms(*available(probe, reference))
+    sides = probe, reference
+    area = min(side.region.inside * side.region.step**2 for side in sides)
+    amounts = amount_terms(min(map(len, sides)), area)
     return [(0.0 if found is None else max(found, 0.0), np.empty(0), amounts)]
 
 

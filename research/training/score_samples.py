@@ -22,7 +22,7 @@ from fpmatch.matching.pipeline.score_model import (
     ScoreModel,
     ScoreWeights,
 )
-from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from research.databases import without_ridges
 from research.partial_templates import window

@@ -27,8 +27,12 @@ from fpmatch.matching.pipeline.match import view_of
 from fpmatch.matching.pipeline.score_model import MODELS, amount_terms
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
-from fpmatch.matching.reference.bounds import decades_beyond_chance, most_decades
-from fpmatch.matching.reference.evidence import features_of, weigh
+from fpmatch.matching.reference.evidence import (
+    decades_beyond_chance,
+    features_of,
+    most_decades,
+    weigh,
+)
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.relaxation import relax
 

@@ -25,7 +25,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline import match as own
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
-from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
 from fpmatch.matching.reference.alignment import grow, one_pair, seeded
 
 

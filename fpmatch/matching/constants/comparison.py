@@ -42,6 +42,7 @@ MOST_CELLS: Final = 16_384  # of a print area with its border; of larger ones no
 FEW_SAMPLES: Final = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 _EVERY_OTHER: Final = [(row, column) for row in range(8) for column in range(row % 2, 8, 2)]
 SAMPLES: Final = (*FEW_SAMPLES, *(one for one in _EVERY_OTHER if one not in FEW_SAMPLES))
+IMPOSTOR_RIDGES: Final = 0.27  # mean correlation of different fingers under their best transform
 FLOW_SAMPLES: Final = 24  # cells whose orientation is compared in a search by ridges
 
 # Evidence

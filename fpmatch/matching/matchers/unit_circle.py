@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.ridge_map import RidgeMap
     from fpmatch.matching.prints.prepared import PreparedTemplate
+    from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.templates.minutiae import Template
 
 if COMPILED:

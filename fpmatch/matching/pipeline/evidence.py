@@ -39,7 +39,7 @@ class Evidence(NamedTuple):
     weights: float  # the same of the agreement with the prediction by the weights of the ring
     fullness: float  # sum over the pairs of the share of their ring, by weight, made of pairs
     fewest: float  # minutiae of the smaller print
-    ridges: float  # mean correlation of the ridges, see `pipeline.ridge_map`
+    ridges: float  # mean correlation of the ridges, see `reference.ridges`
     cells: float  # cells whose ridges were compared; 0 where they were not
     area: float  # of the common region
     chance: float  # pairs expected where the minutiae in the common region lie there by chance

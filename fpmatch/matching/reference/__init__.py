@@ -6,9 +6,9 @@ Two prints are prepared: each is *triangulated*, and the *rings* of its minutiae
 (`neighbourhood`). `match` compares them: the *local match* (`neighbourhood`), *relaxed* so that
 local matches that agree support each other (`relaxation`); *pairs* that *grow* over their mesh on
 the unit circle by eq. (3) and (4) (`alignment`, `pair_mesh`); the *ridges* (`ridges`); the
-*evidence* and the *score* (`evidence`, `bounds`). `transform_of` fits eq. (1) in the pixels of the
-images. Before `match`, `rejected` applies the *prefilter* (`prefilter`). The area of a print is a
-`fpmatch.matching.prints.print_area.PrintArea`; `fpmatch.matching.verify` calibrates and decides.
+*evidence*, its *bounds* and the *score* (`evidence`). `transform_of` fits eq. (1) in the pixels of
+the images. Before `match`, `rejected` applies the *prefilter* (`prefilter`). The area of a print is
+a `fpmatch.matching.prints.print_area.PrintArea`; `fpmatch.matching.verify` calibrates and decides.
 
 The compiled matcher takes the same steps, many times as fast. Both make the same pairs, and the
 same evidence to 1e-9, unless the last bit of a sum decides between equals, because numpy adds in
@@ -62,14 +62,18 @@ if TYPE_CHECKING:
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings."""
-
-    def describe(
-        points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
-    ) -> tuple[Neighbourhoods, BitDescriptors]:
-        rings = neighbourhoods(points, parameters)
-        return rings, encode(points, quality, rings, region, parameters)
-
     return prepare_by(describe, template, parameters)
+
+
+def describe(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    region: PrintArea,
+    parameters: MatchParameters,
+) -> tuple[Neighbourhoods, BitDescriptors]:
+    """Describe the minutiae (4, N) of a print of an area by their rings and by bits."""
+    rings = neighbourhoods(points, parameters)
+    return rings, encode(points, quality, rings, region, parameters)
 
 
 def rejected(

@@ -25,7 +25,6 @@ from fpmatch.gallery.index.prints.ridge_samples import (
 )
 from fpmatch.gallery.index.prints.stored_columns import plain_columns
 from fpmatch.gallery.store.stored_template import (
-    ANGLES,
     GALLERY_LAYOUT,
     RIDGES,
     STEPS,
@@ -33,12 +32,10 @@ from fpmatch.gallery.store.stored_template import (
     pack_template,
     unpack_template,
 )
-from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.prints.prepared import points_at_500dpi, qualities, root_weight_codes
-from fpmatch.matching.prints.print_area import PrintAreas, orientation_codes
+from fpmatch.matching.prints.print_area import orientation_codes
 from fpmatch.templates.bounds import DPI_UNITS, rounded_dpi
 from fpmatch.templates.minutiae import STANDARD_DPI
 
@@ -158,9 +155,7 @@ def prepare_compact(templates: CompactTemplates, which: NDArray[np.integer]) -> 
 
     Raises IndexError if a number is that of no print, TemplateError if a template is damaged.
     """
-    if not COMPILED:
-        return PreparedPrints.pack(MATCHER.prepare(templates[k]) for k in which.tolist())
-    return _in_parts(templates, which, _prepared)
+    return PreparedPrints.pack(MATCHER.prepare(templates[k]) for k in which.tolist())
 
 
 def print_areas(
@@ -203,46 +198,6 @@ def _part(templates: CompactTemplates, which: NDArray[np.int64], make: _Make) ->
     return PreparedPrints.concatenate(parts).take(np.argsort(np.concatenate([*order, left])))
 
 
-def _prepared(given: StoredColumns, layout: Layout) -> PreparedPrints:
-    """Prepare prints of no more minutiae than take part."""
-    n, zoom = np.diff(given.start), STANDARD_DPI / given.dpi
-    x, y, angle, _, hundredths = given.columns
-    of_each = zoom.repeat(n)
-    xy = ((np.stack([x, y]) + 0.5) / of_each - 0.5).astype(np.float32)  # in the image's pixels
-    points = points_at_500dpi(xy[0], xy[1], ANGLES[angle], of_each.astype(np.float32))
-    usual = USUAL.usual_quality
-    quality = qualities(hundredths.astype(np.uint8), given.start, usual)
-    areas = _areas(given)
-    from fpmatch.matching.prints.prepare import describe  # noqa: PLC0415  (of compiled kernels)
-
-    described, (direction_bin, neighbour_bits, orientation_bins) = describe(
-        points, quality, given.start, areas
-    )
-    columns = np.ascontiguousarray(points.T, np.float32)
-    return PreparedPrints(
-        minutiae_start=given.start,
-        cell_start=given.cell_start,
-        xy=np.ascontiguousarray(columns[:, :2]),
-        direction=np.ascontiguousarray(columns[:, 2:]),
-        quality=np.rint(quality * 100.0).astype(np.uint8),
-        index=(np.arange(len(x)) - given.start[:-1].repeat(n)).astype(np.int32),
-        count=described.count.astype(np.uint8),
-        neighbour=described.neighbour.astype(np.uint8),
-        root_weight=root_weight_codes(described.frame[:, 5]),
-        direction_bin=direction_bin,
-        neighbour_bits=neighbour_bits,
-        orientation_bins=orientation_bins,
-        cell=areas.code,
-        ridges=_ridges(given, layout),
-        shape=areas.shape,
-        step=areas.step,
-        to_500dpi=zoom,
-        has_flow=areas.has_flow,
-        has_ridges=areas.has_flow,
-        inside=inside_counts(given.mask, given.cell_start),
-    )
-
-
 def _without_minutiae(
     estimate_ridges: bool, given: StoredColumns, layout: Layout
 ) -> PreparedPrints:
@@ -271,11 +226,3 @@ def _ridges(given: StoredColumns, layout: Layout) -> NDArray[np.uint64]:
     if layout is GALLERY_LAYOUT:
         return layout.unpack_ridges(given.ridges.tobytes(), given.orientation, given.mask > 0)
     return restore_all(given.ridges, given.orientation, given.mask, given.cell_start, given.shape)
-
-
-def _areas(given: StoredColumns) -> PrintAreas:
-    """Return the print areas of compact templates, as `area_of_field` does."""
-    code = np.zeros(len(given.mask), np.uint8)
-    code[given.mask.view(bool)] = _CODES[given.orientation]
-    known = np.ones(len(given.dpi), np.uint8)
-    return PrintAreas(given.cell_start, code, given.shape, given.step, known)

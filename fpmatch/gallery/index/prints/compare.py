@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 if COMPILED:
     from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.bit_descriptors import prefilter_of
+    from fpmatch.matching.prints.prepare import prefilter_of
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do
 NEITHER_FIRST: Final = 0

@@ -32,7 +32,7 @@ def prefilter_scores(
 
     Only compiled kernels find it.
     """
-    from fpmatch.matching.prints.bit_descriptors import prefilter_of  # noqa: PLC0415
+    from fpmatch.matching.prints.prepare import prefilter_of  # noqa: PLC0415
 
     first, last, _ = slice(first, last).indices(len(prints))
     scores = np.zeros(max(last - first, 0), np.int32)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
 if COMPILED:
-    from fpmatch.matching.prints.bit_descriptors import prefilter_of
+    from fpmatch.matching.prints.prepare import prefilter_of
 
 CONTENT: Final = "content_start"  # dimension of the packed bytes
 PLACES: Final = 1024  # along either axis

@@ -13,7 +13,7 @@ from fpmatch.matching.constants import comparison
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.prints.bit_descriptors import prefilter
+from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
 REJECTED = cython.declare(cython.double, comparison.REJECTED)
@@ -39,7 +39,7 @@ class Pipeline:
 
     def __init__(self, capacity, parameters, weights) -> None:
         self.capacity, self.parameters, self.weights = capacity, parameters, weights
-        self.prefilter = prefilter(parameters)
+        self.prefilter = Prefilter(parameters)
         self.aligner = Aligner(capacity, capacity, parameters)
         self.scorer = EvidenceScorer(parameters, weights, capacity)
         self.search = RidgeSearch(parameters)

@@ -14,8 +14,7 @@ from fpmatch.gallery.index.prints.descriptor_scores import (
     size_normalized,
 )
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
 
 EXAMPLES = 6 if COMPILED else 3
 

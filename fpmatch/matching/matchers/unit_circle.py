@@ -18,7 +18,7 @@ from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Alignment, Evidence, all_reasons, main_reason
-from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
+from fpmatch.matching.pipeline.score_model import amount_terms, as_similarity
 from fpmatch.matching.prints.prepared import lies_off_ridges
 from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -185,7 +185,9 @@ class UnitCircleMatcher(Matcher):
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
         held = self.parameters.beyond_share > 0.0
         off = held and lies_off_ridges(prepared)
-        return amount_of_print(0.0 if off else factor * len(prepared), area, shown=shown)
+        minutiae = 0.0 if off else factor * len(prepared)
+        _, x, _, y, _ = amount_terms(minutiae, area)
+        return np.array([minutiae, area, shown, x, y])
 
     def typical_similarities(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]

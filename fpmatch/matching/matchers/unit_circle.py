@@ -35,7 +35,12 @@ if TYPE_CHECKING:
 
 if COMPILED:
     from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
-    from fpmatch.matching.prints.prepare import prepare
+    from fpmatch.matching.prints.prepare import (
+        encode,
+        prefilter_of,
+        prepare,
+        score_descriptors,
+    )
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -208,17 +213,17 @@ class UnitCircleMatcher(Matcher):
 
         The probe's lengths are multiplied by each.
         """
-        from fpmatch.matching.reference.prefilter import (  # noqa: PLC0415  (else not needed)
-            descriptor_similarity,
-            rescaled,
-        )
+        from fpmatch.matching.reference import prefilter as method  # noqa: PLC0415  (else not needed)
 
         p, ours = self.parameters, reference.bit_descriptors
-        return [
-            ratio
-            for ratio in ratios
-            if descriptor_similarity(ours, rescaled(probe, ratio, p), p) >= MIN_AT_SCALE
-        ]
+        if self.by_reference:
+            rescaled = (method.rescaled(probe, ratio, p) for ratio in ratios)
+            scores = [method.descriptor_similarity(ours, bits, p) for bits in rescaled]
+        else:
+            rescaled = (method.rescaled(probe, ratio, p, encode) for ratio in ratios)
+            tables = prefilter_of(ours, p)
+            scores = [score_descriptors(tables, bits) for bits in rescaled]
+        return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 
 MATCHER: Final = UnitCircleMatcher()

@@ -300,7 +300,7 @@ class PairMesh:
 
     @cython.locals(k=cython.Py_ssize_t)
     def _measure_one(self, a, i, b, j):
-        """Measure the pair of minutia i of A and j of B on the ring that predicted it (eq. 3, 4)."""
+        """Measure the pair of minutia i of A and j of B on the ring that predicted it."""
         radius = on_pairs = 0.0
         for k in range(self.ring_size):
             v: cython.Py_ssize_t = self.ring[k]

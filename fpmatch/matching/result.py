@@ -35,6 +35,7 @@ INCONCLUSIVE: Final = "inconclusive"
 Identity = Literal["pixels", "template"]  # what of two prints is the same
 
 PLUG_IN: Final = "plug-in"  # the code of errors of matchers of other packages
+_NO_PAIRS: Final = np.empty((0, 2), np.int32)
 UNKNOWN_RESOLUTION: Final = "unknown resolution"  # a code of `Shortage`
 
 
@@ -56,7 +57,7 @@ class Compared:
     ridge_area_mm2: float  # on which the ridges were compared
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)  # not frozen: that takes a microsecond, as long as the prefilter
 class Comparison:
     """A matcher's own result, before calibration; equal to itself alone.
 
@@ -92,7 +93,7 @@ class Comparison:
 
 def nothing_found(reason: str, similarity: float = 0.0) -> Comparison:
     """Return the comparison of prints of which nothing is paired."""
-    return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
+    return Comparison(similarity, None, _NO_PAIRS, 0.0, 0.0, 0.0, reason)
 
 
 class Matcher(ABC):

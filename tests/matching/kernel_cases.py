@@ -26,12 +26,10 @@ def match(a, b, pipeline):
 
 def impose(aligner, a, b, partner, transform):
     """Let given pairs under a given transform be the current ones of an aligner, measured."""
-    listed = np.flatnonzero(partner >= 0)
     aligner.load(a.points, len(a), b.points, len(b))
     np.asarray(aligner.partner)[: len(partner)] = partner
     np.asarray(aligner.weight)[: len(partner)] = partner >= 0
-    np.asarray(aligner.paired)[: len(listed)] = listed
-    aligner.pairs = len(listed)
+    aligner.pairs = np.count_nonzero(partner >= 0)
     aligner.c, aligner.s, aligner.x, aligner.y = map(float, transform)
     with np.errstate(over="ignore", invalid="ignore"):
         aligner.predict(True)

@@ -77,12 +77,6 @@ def some_weights(
     return ScoreWeights(tuple(models), {"by": "hand"})
 
 
-def weights_of(standard, bias=0.0, refine=ALWAYS):
-    """Return weights of which all models are the same, and nothing is rejected or confident."""
-    limits = NO_PREFILTER, -1.0, refine, math.inf, np.array(NO_QUANTILES)
-    return ScoreWeights((ScoreModel(np.array(standard, float), bias, *limits),) * len(MODELS), {})
-
-
 def all_with(weights, **changes):
     """Return weights of which all models are changed alike."""
     return replace(weights, models=tuple(replace(model, **changes) for model in weights.models))

@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import (
     any_points,
@@ -44,16 +44,6 @@ def next_hypothesis(relaxation, size_a, *, whole):
     partner, weight = np.full(size_a, 77, np.int32), np.full(size_a, np.nan)
     pairs = relaxation.hypothesis(size_a, whole, partner, weight)
     return pairs, partner.tolist(), weight.tolist()
-
-
-def all_of(relaxation, size_a):
-    """Return all that `Relaxation` shows, to be compared to the last bit."""
-    found = [np.asarray(part).tolist() for part in result_of(relaxation)]
-    for whole in (True, False, False):
-        found += next_hypothesis(relaxation, size_a, whole=whole)
-        partner = np.array(found[-2], np.int32)
-        found += [relaxation.explain(partner), relaxation.support_of(partner)]
-    return found
 
 
 def any_similarity(rng, n, m):
@@ -117,15 +107,3 @@ def test_hypotheses_agree_with_the_reference(seed, p):
         assert relaxation.support_of(given_pairs) == pytest.approx(of.relaxed[among].sum())
         seeds, whole = [seed for seed in seeds[1:] if not among[seed]], False
     assert next_hypothesis(relaxation, n, whole=False) == (0, [-1] * n, [0.0] * n)
-
-
-@given(seeds)
-@settings(max_examples=20)
-def test_used_and_fresh_relaxations_agree_to_the_last_bit(seed):
-    used = kernel.Relaxation(P, 2 * MOST, 2 * MOST)
-    for k in (0, 1, 2, 0):
-        a, b, similarity = any_case(seed + k)
-        used.load(a, a.shape[1], b, b.shape[1], similarity)
-    fresh = relaxation_of(a, b, similarity, room=0)
-    n = a.shape[1]
-    assert all_of(used, n) == all_of(fresh, n)

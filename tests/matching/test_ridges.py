@@ -17,14 +17,11 @@ from matching_prints import (
     spread_points,
     striped_field,
     template_of,
-    templates,
 )
 
-from fpmatch import extract, verify
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
-from fpmatch.matching.prints import prepared as preparation
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of, ridge_map
@@ -129,17 +126,6 @@ def test_the_mean_of_the_map_is_the_correlation(seed, swapped):
         assert a.region.code[row, column].all()
 
 
-@given(templates())
-def test_a_print_correlates_with_itself_wholly(template):
-    print_ = prepare(template)
-    correlation, cells = compared(print_, print_, partner=np.arange(len(print_), dtype=np.int32))
-    if print_.region.ridges is None:
-        assert (correlation, cells) == (0.0, 0)
-    else:
-        assert cells <= print_.region.inside
-        assert correlation == (1.0 if cells else 0.0)
-
-
 def test_without_ridges_there_is_nothing_to_compare():
     points = spread_points(np.random.default_rng(1), 9)
     field = striped_field()
@@ -209,16 +195,3 @@ def test_too_large_a_region_is_not_compared(rows, columns):
     compares = (rows + 4) * (columns + 4) <= MOST_CELLS
     assert compared(large, large) == ((1.0, np.count_nonzero(mask)) if compares else (0.0, 0))
     assert compared(small_print([[1, 1], [1, 1]]), large)[1] == (4 if compares else 0)
-
-
-def test_ridges_are_ignored_where_the_area_or_the_template_has_none(monkeypatch):
-    pair = [extract(SAMPLES / f"101_{number}.tif") for number in (1, 3)]
-    assert verify(*pair).compared.ridge_agreement > 0
-    bare = [replace(one, field=replace(one.field, ridges=None)) for one in pair]
-    area_of_field = preparation.area_of_field
-    monkeypatch.setattr(
-        preparation, "area_of_field", lambda *given: replace(area_of_field(*given), ridges=None)
-    )
-    ignored, without = verify(*pair), verify(*bare)
-    assert ignored.compared.ridge_agreement is without.compared.ridge_agreement is None
-    assert ignored.score == without.score

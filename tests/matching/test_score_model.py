@@ -60,23 +60,6 @@ def test_weights_read_back_are_the_same(standard, limits, quantiles):
     assert again.as_json() == weights.as_json()
 
 
-def test_the_file_names_the_models_the_limits_and_every_feature():
-    document = json.loads(some_json())
-    assert list(document["models"]) == list(MODELS)
-    assert document["provenance"] == {"by": "hand"}
-    for name, model in zip(MODELS, some_weights().models, strict=True):
-        written = document["models"][name]
-        assert list(written) == [*LIMITS, "impostor_quantiles", "genuine_median", "features"]
-        assert written["genuine_median"] == dict.fromkeys(AMOUNTS, 0.0)
-        reached = written["impostor_quantiles"].values()
-        assert [list(row) for row in reached] == [list(AMOUNTS)] * len(RATES)
-        assert [list(row.values()) for row in reached] == model.quantiles.tolist()
-        assert [written[key] for key in LIMITS] == [*REJECTING, 0.375, -1.25, 7.5, 0.4]
-        assert [row["name"] for row in written["features"]] == list(FEATURES)
-        rows = [[row[key] for row in written["features"]] for key in STANDARD]
-        assert rows == model.standard.tolist()
-
-
 def test_the_weights_of_the_package_are_as_they_were_written():
     weights = load_weights()
     assert weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Alignment, Evidence, all_reasons, main_reason
-from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
+from fpmatch.matching.pipeline.score_model import amount_terms, as_similarity
 from fpmatch.matching.prints.prepared import lies_off_ridges
 from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -35,7 +35,12 @@ if TYPE_CHECKING:
 
 if COMPILED:
     from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
-    from fpmatch.matching.prints.prepare import prepare
+    from fpmatch.matching.prints.prepare import (
+        encode,
+        prefilter_of,
+        prepare,
+        score_descriptors,
+    )
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -69,20 +74,15 @@ class UnitCircleMatcher(Matcher):
             return method.prepare(template, self.parameters)
         return prepare(template, self.parameters)
 
-    def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
+    def compare(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool = False
+    ) -> Comparison:
         """Match locally, then globally, and score the evidence, unless the prefilter rejects them.
 
         The two are taken in the order of their content, so that exchanging them changes nothing
-        but the direction of the transform.
+        but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
-        return self._compare(probe, reference)
-
-    def _compare(
-        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool = False
-    ) -> Comparison:
-        """Compare two prints, `in_any_case` also those that the prefilter rejects."""
-        swapped = reference.key < probe.key
-        same = reference.key == probe.key
+        swapped, same = reference.key < probe.key, reference.key == probe.key
         if min(len(probe), len(reference)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         if self.by_reference:
@@ -142,7 +142,7 @@ class UnitCircleMatcher(Matcher):
         """
         whole = comparison
         if comparison.detail is None:
-            whole = self._compare(probe, reference, in_any_case=True)
+            whole = self.compare(probe, reference, in_any_case=True)
         if whole.detail is None:
             return comparison
         reason = all_reasons(probe, reference, whole.detail)
@@ -190,7 +190,9 @@ class UnitCircleMatcher(Matcher):
         area, shown = factor * region.inside * region.step**2, region.ridges is not None
         held = self.parameters.beyond_share > 0.0
         off = held and lies_off_ridges(prepared)
-        return amount_of_print(0.0 if off else factor * len(prepared), area, shown=shown)
+        minutiae = 0.0 if off else factor * len(prepared)
+        _, x, _, y, _ = amount_terms(minutiae, area)
+        return np.array([minutiae, area, shown, x, y])
 
     def typical_similarities(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]
@@ -211,17 +213,17 @@ class UnitCircleMatcher(Matcher):
 
         The probe's lengths are multiplied by each.
         """
-        from fpmatch.matching.reference.prefilter import (  # noqa: PLC0415  (else not needed)
-            descriptor_similarity,
-            rescaled,
-        )
+        from fpmatch.matching.reference import prefilter as method  # noqa: PLC0415  (else not needed)
 
         p, ours = self.parameters, reference.bit_descriptors
-        return [
-            ratio
-            for ratio in ratios
-            if descriptor_similarity(ours, rescaled(probe, ratio, p), p) >= MIN_AT_SCALE
-        ]
+        if self.by_reference:
+            rescaled = (method.rescaled(probe, ratio, p) for ratio in ratios)
+            scores = [method.descriptor_similarity(ours, bits, p) for bits in rescaled]
+        else:
+            rescaled = (method.rescaled(probe, ratio, p, encode) for ratio in ratios)
+            tables = prefilter_of(ours, p)
+            scores = [score_descriptors(tables, bits) for bits in rescaled]
+        return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 
 MATCHER: Final = UnitCircleMatcher()

@@ -102,15 +102,15 @@ class ScoreModel:
 
     def as_document(self) -> dict[str, Any]:
         """Return the model as what JSON can hold."""
-        columns = zip(FEATURES, self.standard.T.tolist(), strict=True)
-        amounts = (dict(zip(AMOUNTS, row, strict=True)) for row in self.quantiles.tolist())
+        columns = self.standard.T.tolist()
+        reached = [dict(zip(AMOUNTS, row, strict=True)) for row in self.quantiles.tolist()]
         return {
             **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
-            "impostor_quantiles": dict(zip(map(str, RATES), amounts, strict=True)),
+            "impostor_quantiles": dict(zip(map(str, RATES), reached, strict=True)),
             "genuine_median": dict(zip(AMOUNTS, self.genuine_median.tolist(), strict=True)),
             "features": [
                 {"name": name, **dict(zip(STANDARD, column, strict=True))}
-                for name, column in columns
+                for name, column in zip(FEATURES, columns, strict=True)
             ],
         }
 
@@ -121,13 +121,13 @@ class ScoreModel:
         if tuple(row["name"] for row in rows) != FEATURES:
             raise MatcherError("weights of the score: of other features than this version has")
         standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
-        *prefilter, relaxation, refine, confident, bias = (float(document[k]) for k in LIMITS)
-        base, growth, limit = prefilter
-        rows = [document["impostor_quantiles"][str(rate)] for rate in RATES]
-        quantiles = np.array([[float(row[name]) for name in AMOUNTS] for row in rows])
-        median = np.array([float(document["genuine_median"][name]) for name in AMOUNTS])
-        limits = (base, growth, limit), relaxation, refine, confident
-        return cls(standard, bias, *limits, quantiles, median)
+        base, growth, most, *sums, bias = (float(document[name]) for name in LIMITS)
+        relaxation, refine, confident = sums
+        reached = (document["impostor_quantiles"][str(rate)] for rate in RATES)
+        amounts = [[float(row[name]) for name in AMOUNTS] for row in reached]
+        median = [float(document["genuine_median"][name]) for name in AMOUNTS]
+        limits = (base, growth, most), relaxation, refine, confident
+        return cls(standard, bias, *limits, np.array(amounts), np.array(median))
 
     def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the weighted sums of features, shape (..., 11), as the kernel makes them."""
@@ -156,16 +156,6 @@ def as_similarity(minus_log_fmr: float) -> float:
     return math.log1p(math.exp(minus_log_fmr))
 
 
-def amount_of_print(minutiae: float, area: float, *, shown: bool) -> NDArray[np.float64]:
-    """Return the amount of evidence in a print, as `ScoreWeights.typical` takes it, shape (5,)."""
-    _, x, _, y, _ = amount_terms(minutiae, area)
-    return np.array([minutiae, area, shown, x, y])
-
-
-def _both_have_ridges(a: PreparedTemplate, b: PreparedTemplate) -> bool:
-    return a.region.ridges is not None and b.region.ridges is not None
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreWeights:
     """The models of `MODELS`, and from what they were learned."""
@@ -175,21 +165,23 @@ class ScoreWeights:
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""
-        name = WITH_RIDGES if _both_have_ridges(a, b) else MINUTIAE_ALONE
-        return self.models[MODELS.index(SMALL_WITH_RIDGES if self.is_small(a, b) else name)]
+        if a.region.ridges is None or b.region.ridges is None:
+            return self.models[MODELS.index(MINUTIAE_ALONE)]
+        small = min(a.region.area, b.region.area) <= SMALL_AREA_PX2
+        return self.models[MODELS.index(SMALL_WITH_RIDGES if small else WITH_RIDGES)]
 
     def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
         """Return whether two prints show their ridges, and the smaller one is small."""
-        return _both_have_ridges(a, b) and min(a.region.area, b.region.area) <= SMALL_AREA_PX2
+        return self.model_of(a, b) is self.models[MODELS.index(SMALL_WITH_RIDGES)]
 
     def typical(
         self, probe: NDArray[np.float64], references: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return the -ln(FMR) that half of the genuine comparisons of prints reach.
 
-        `probe` and `references`, shape (..., 5), are what `amount_of_print` returns. Few minutiae
-        on much skin are beyond the data of the model for such prints: there, that of small prints
-        bounds the result.
+        `probe` and `references`, shape (..., 5), are what the matcher's `amount` returns. Few
+        minutiae on much skin are beyond the data of the model for such prints: there, that of
+        small prints bounds the result.
         """
         minutiae, area = np.moveaxis(np.minimum(probe[..., :2], references[..., :2]), -1, 0)
         both = np.minimum(probe[..., 2], references[..., 2]) > 0.0  # with ridges

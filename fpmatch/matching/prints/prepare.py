@@ -51,23 +51,33 @@ def describe(
     region: PrintArea,
     parameters: MatchParameters,
 ) -> tuple[Neighbourhoods, BitDescriptors]:
-    """Describe the minutiae (4, N) of a print of an area by their neighbourhoods and by bits.
-
-    Of many minutiae, only those of best quality have bits.
-    """
-    p, r, n = parameters, region, len(quality)
+    """Describe the minutiae (4, N) of a print of an area by their neighbourhoods and by bits."""
+    p, n = parameters, len(quality)
     count = np.empty(n, np.int32)
     neighbour = np.zeros((n, p.neighbours), np.int32)
     frame = np.zeros((n, 6, p.neighbours), np.float32)
     mesh = triangulate_checked(points[:2].T.copy())
     writer = NeighbourhoodWriter(points, p, count, neighbour, frame)
     writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
+    neighbours = Neighbourhoods(count, neighbour, frame)
+    return neighbours, encode(points, quality, neighbours, region, parameters)
+
+
+def encode(
+    points: NDArray[np.float64],
+    quality: NDArray[np.float64],
+    neighbours: Neighbourhoods,
+    region: PrintArea,
+    parameters: MatchParameters,
+) -> BitDescriptors:
+    """Encode the minutiae (4, N) of a print, or those of best quality where there are many."""
+    r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
     coded = np.ones(n, np.uint8)
     if n > MAX_ENCODED:
         coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
-    encode_neighbours(count, frame, angle, coded, 1.0 / p.cell_px, neighbour_bits)
+    encode_neighbours(count, frame, angle, coded, 1.0 / parameters.cell_px, neighbour_bits)
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     direction_bin = turn.astype(np.uint8)  # 256 steps are a turn
     orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
@@ -75,13 +85,12 @@ def describe(
         place = r.code, r.first_row, r.first_column, r.step
         encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
-    bits = BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
-    return Neighbourhoods(count, neighbour, frame), bits
+    return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
 
 
-def prefilter_of(descriptors: BitDescriptors) -> Prefilter:
-    """Return a prefilter of the usual parameters with a print in its tables."""
-    made, d = Prefilter(USUAL), descriptors
+def prefilter_of(descriptors: BitDescriptors, parameters: MatchParameters = USUAL) -> Prefilter:
+    """Return a prefilter with a print in its tables."""
+    made, d = Prefilter(parameters), descriptors
     made.load(d.xy, d.direction_bin, d.neighbour_bits, d.orientation_bins, d.has_flow)
     return made
 

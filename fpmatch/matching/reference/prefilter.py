@@ -18,6 +18,8 @@ from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.prints.print_area import codes_at
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate
@@ -48,15 +50,21 @@ def encode(
 
 
 def rescaled(
-    prepared: PreparedTemplate, ratio: float, p: MatchParameters = USUAL
+    prepared: PreparedTemplate,
+    ratio: float,
+    p: MatchParameters = USUAL,
+    encoded: Callable[..., BitDescriptors] = encode,
 ) -> BitDescriptors:
-    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
+    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`.
+
+    `encoded` is `encode`, or what does the same.
+    """
     points, frame = prepared.points.copy(), prepared.neighbourhoods.frame.copy()
     points[:2] *= ratio
     frame[:, :2] *= ratio
     neighbours = replace(prepared.neighbourhoods, frame=frame)
     region = replace(prepared.region, step=prepared.region.step * ratio)
-    return encode(points, prepared.quality, neighbours, region, p)
+    return encoded(points, prepared.quality, neighbours, region, p)
 
 
 def _neighbour_bits(

@@ -11,7 +11,7 @@ cdef class Aligner:
     cdef readonly double[:, ::1] predicted
     cdef double[::1] reach, rival_weight
     cdef readonly double[::1] weight
-    cdef readonly int[::1] partner, paired, kept_pairs
+    cdef readonly int[::1] partner, kept_pairs
     cdef int[::1] former, order, rival
     cdef readonly int[:, ::1] kept_partner
     cdef readonly double[:, ::1] kept_weight, kept_transform
@@ -31,7 +31,6 @@ cdef class Aligner:
     cpdef int refine(self, Py_ssize_t k) noexcept nogil
     cpdef int start_from(self, Py_ssize_t i, Py_ssize_t j, Py_ssize_t row) noexcept nogil
     cpdef int keep(self, Py_ssize_t row) noexcept nogil
-    cdef int _list_pairs(self) noexcept nogil
     cdef int _first_fit(self) noexcept nogil
     cpdef int grow(self, int rounds, bint measured) noexcept nogil
     cpdef int predict(self, bint measured) noexcept nogil

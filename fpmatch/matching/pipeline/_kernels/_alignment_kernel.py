@@ -33,10 +33,10 @@ class Aligner:
     """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
 
     ``predicted[:, i]`` is where minutia i of A lies in B, as the mesh of pairs predicts it;
-    ``partner[i]`` its partner in B, or -1, and ``weight[i]`` how well it fits; ``paired[:pairs]``
-    lists the minutiae of A that are paired. These are the current pairs. `keep` stores them in row
-    h of the arrays ``kept_...``, in which hypothesis k of the local matches is row k, and others
-    have the rows after these. ``sorted[:, e]`` is minutia ``order[e]`` of B, by ascending x.
+    ``partner[i]`` its partner in B, or -1, and ``weight[i]`` how well it fits. These are the
+    current pairs, of which `pairs` is the number. `keep` stores them in row h of the arrays
+    ``kept_...``, in which hypothesis k of the local matches is row k, and others have the rows
+    after these. ``sorted[:, e]`` is minutia ``order[e]`` of B, by ascending x.
     """
 
     def __init__(self, size_a, size_b, parameters) -> None:
@@ -48,7 +48,7 @@ class Aligner:
         self.order, self.rival = np.empty((2, size_b), np.int32)
         self.rival_weight = np.empty(size_b)
         self.reach, self.weight = np.zeros((2, size_a))
-        self.partner, self.former, self.paired = np.full((3, size_a), -1, np.int32)
+        self.partner, self.former = np.full((2, size_a), -1, np.int32)
         self.hypotheses = p.hypotheses
         self.rows = p.hypotheses + MOST_PROPOSED
         self.kept_pairs = np.zeros(self.rows, np.int32)
@@ -85,10 +85,9 @@ class Aligner:
 
         It is 0 where there are no more hypotheses, and where nothing is paired.
         """
-        self.pairs = 0
         self.measured_row = -1
-        if self.relaxation.hypothesis(self.size_a, k == 0, self.partner, self.weight) > 0:
-            self._list_pairs()
+        self.pairs = self.relaxation.hypothesis(self.size_a, k == 0, self.partner, self.weight)
+        if self.pairs > 0:
             self._first_fit()
             self.grow(self.coarse_rounds, False)
             self.measured_row = k
@@ -104,7 +103,8 @@ class Aligner:
             self.weight[i] = self.kept_weight[k, i]
         self.c, self.s = self.kept_transform[k, 0], self.kept_transform[k, 1]
         self.x, self.y = self.kept_transform[k, 2], self.kept_transform[k, 3]
-        if self._list_pairs() > 0:
+        self.pairs = self.kept_pairs[k]
+        if self.pairs > 0:
             if not measured:
                 self.predict(True)
             self.grow(self.rounds - self.coarse_rounds, True)
@@ -118,7 +118,7 @@ class Aligner:
             self.weight[k] = 0.0
         self.partner[i] = j
         self.weight[i] = 1.0
-        self._list_pairs()
+        self.pairs = 1
         self._first_fit()
         self.grow(self.rounds, False)
         return self.keep(row)
@@ -136,18 +136,11 @@ class Aligner:
                 self.kept_predicted[row, axis, i] = self.predicted[axis, i]
         return self.pairs
 
-    def _list_pairs(self):
-        """List the minutiae of A that have a partner; return their number."""
-        self.pairs = 0
-        for i in range(self.size_a):
-            if self.partner[i] >= 0:
-                self.paired[self.pairs] = i
-                self.pairs += 1
-        return self.pairs
-
     def _first_fit(self):
         """Fit the transform to the current pairs, of which there is one at least."""
-        i: cython.Py_ssize_t = self.paired[0]
+        i: cython.Py_ssize_t = 0
+        while self.partner[i] < 0:
+            i += 1
         j: cython.Py_ssize_t = self.partner[i]
         a, b = self.a, self.b
         # of a single pair: its own directions and positions
@@ -200,7 +193,7 @@ class Aligner:
         ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``; of equals the first is taken. Return the
         number of pairs.
         """
-        candidates = 0
+        self.pairs = 0
         least = self.min_cosine
         scale = 1.0 / (1.0 - least)
         for j in range(self.size_b):
@@ -243,20 +236,16 @@ class Aligner:
             if best_j >= 0:
                 self.partner[i] = best_j
                 self.weight[i] = best
-                self.paired[candidates] = i
-                candidates += 1
-        self.pairs = 0
-        for e in range(candidates):
-            i = self.paired[e]
-            if self.rival[self.partner[i]] == i:
-                self.paired[self.pairs] = i
-                self.pairs += 1
-            else:
-                self.partner[i] = -1
-                self.weight[i] = 0.0
+        for i in range(self.size_a):
+            if self.partner[i] >= 0:
+                if self.rival[self.partner[i]] == i:
+                    self.pairs += 1
+                else:
+                    self.partner[i] = -1
+                    self.weight[i] = 0.0
         return self.pairs
 
-    @cython.locals(p=cython.Py_ssize_t)
+    @cython.locals(i=cython.Py_ssize_t)
     def _fit(self):
         """Fit the similarity transform to the pairs by weighted least squares; return their number.
 
@@ -267,9 +256,10 @@ class Aligner:
         n = self.pairs
         total = amx = amy = bmx = bmy = 0.0
         cosine = sine = spread = turn_c = turn_s = 0.0
-        for p in range(n):
-            i: cython.Py_ssize_t = self.paired[p]
+        for i in range(self.size_a):
             j: cython.Py_ssize_t = self.partner[i]
+            if j < 0:
+                continue
             w = self.weight[i]
             total += w
             amx += w * self.a[0, i]
@@ -282,9 +272,10 @@ class Aligner:
         amy /= total
         bmx /= total
         bmy /= total
-        for p in range(n):
-            i = self.paired[p]
+        for i in range(self.size_a):
             j = self.partner[i]
+            if j < 0:
+                continue
             w = self.weight[i]
             dx = self.a[0, i] - amx
             dy = self.a[1, i] - amy

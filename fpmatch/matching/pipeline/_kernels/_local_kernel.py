@@ -22,6 +22,19 @@ HALF = cython.declare(cython.Py_ssize_t, 7)  # cells; both set the time it takes
 LEAST_PRECISION = cython.declare(cython.double, 1e-30)
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
+    """Return the number of the eighth of the turn that contains a direction."""
+    # sums of truth values: a branch would be mispredicted often
+    found: cython.Py_ssize_t = c < 0.0
+    found += 2 * (s < 0.0)
+    found += 4 * (fabs(s) > fabs(c))
+    return found
+
+
 @cython.final
 @cython.cclass
 class NeighbourIndex:
@@ -98,111 +111,59 @@ class NeighbourIndex:
             return 0
         return int(place) if place < 2 * HALF else 2 * HALF - 1
 
+    @cython.locals(k=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t)
+    @cython.locals(precision=cython.double, weight=cython.double)
     def to_prints(self, count, frame, minutiae, similarity, before):
         """Fill ``similarity[i, j]`` for the minutiae i of print A and j of print B.
 
         The print of the index is B, and the other comes `before` it, or it is A. `count` and
         `frame` belong to the other, of which the first `minutiae` are compared. Similarities are
-        divided by the geometric mean of the neighbourhoods' sizes, each at least `fewest`.
+        divided by the geometric mean of the neighbourhoods' sizes, each at least `fewest`. A
+        neighbour in A counts by the most similar one in B.
         """
-        if before:
-            return _compare(self, count, frame, minutiae, similarity, True)
-        return _compare(self, count, frame, minutiae, similarity, False)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
-    """Return the number of the eighth of the turn that contains a direction."""
-    # sums of truth values: a branch would be mispredicted often
-    found: cython.Py_ssize_t = c < 0.0
-    found += 2 * (s < 0.0)
-    found += 4 * (fabs(s) > fabs(c))
-    return found
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _agreement(
-    entry: cython.double[:, ::1],
-    e: cython.Py_ssize_t,
-    u: cython.double,
-    v: cython.double,
-    c: cython.double,
-    s: cython.double,
-    min_cosine: cython.double,
-    scale: cython.double,
-    precision: cython.double,
-) -> cython.double:
-    """Return the product of the agreement of a neighbour with entry e in position and direction."""
-    du: cython.double = u - entry[e, 0]
-    dv: cython.double = v - entry[e, 1]
-    near: cython.double = 1.0 - (du * du + dv * dv) * precision
-    turn: cython.double = (c * entry[e, 2] + s * entry[e, 3] - min_cosine) * scale
-    # twice the value, or 0 where it is negative, without a branch
-    return (near + fabs(near)) * (turn + fabs(turn))
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-@cython.locals(k=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t)
-@cython.locals(precision=cython.double, weight=cython.double)
-def _compare(
-    index: NeighbourIndex,
-    count: cython.int[::1],
-    frame: cython.float[:, :, ::1],
-    minutiae: cython.Py_ssize_t,
-    similarity: cython.float[:, ::1],
-    before: cython.bint,
-) -> cython.int:
-    """Do as `to_prints` says, inlined once for either order.
-
-    A neighbour in A counts by the most similar one in B.
-    """
-    n, min_cosine = index.minutiae, index.min_cosine
-    scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
-    entry, owner, item, start = index.entry, index.owner, index.item, index.start
-    best, total, root_weight = index.best, index.total, index.root_weight
-    for i in range(minutiae):
-        for k in range(count[i]):
-            u = float(frame[i, 0, k])
-            v = float(frame[i, 1, k])
-            c = float(frame[i, 2, k])
-            s = float(frame[i, 3, k])
-            precision = float(frame[i, 4, k])
-            weight = float(frame[i, 5, k])
-            cell = index._line(v) * 2 * HALF + index._line(u)
-            cell = cell * EIGHTHS + eighth(c, s)
-            for at in range(start[cell], start[cell + 1]):
-                e = item[at]
-                if before:
-                    weight = entry[e, 5]
-                else:
-                    precision = entry[e, 4]
-                near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
-                if before:
-                    e = k * n + owner[e]
-                # a value of its own, so that the compiler takes the maximum without a branch
-                most = best[e]
-                best[e] = near if near > most else most
-        share = 1.0 / sqrt(max(count[i], index.fewest))
-        for k in range(count[i] if before else index.size):
-            weight = float(frame[i, 5, k]) if before else 0.0
+        n, min_cosine = self.minutiae, self.min_cosine
+        scale = 0.25 / (1.0 - min_cosine)  # either factor below is doubled
+        entry, owner, item, start = self.entry, self.owner, self.item, self.start
+        best, total, root_weight = self.best, self.total, self.root_weight
+        for i in range(minutiae):
+            for k in range(count[i]):
+                u = float(frame[i, 0, k])
+                v = float(frame[i, 1, k])
+                c = float(frame[i, 2, k])
+                s = float(frame[i, 3, k])
+                precision = float(frame[i, 4, k])
+                weight = float(frame[i, 5, k])
+                cell = self._line(v) * 2 * HALF + self._line(u)
+                cell = cell * EIGHTHS + eighth(c, s)
+                for at in range(start[cell], start[cell + 1]):
+                    e = item[at]
+                    if before:
+                        weight = entry[e, 5]
+                    else:
+                        precision = entry[e, 4]
+                    du = u - entry[e, 0]
+                    dv = v - entry[e, 1]
+                    near = 1.0 - (du * du + dv * dv) * precision
+                    turn = (c * entry[e, 2] + s * entry[e, 3] - min_cosine) * scale
+                    # twice each value, or 0 where it is negative, without a branch
+                    near = (near + fabs(near)) * (turn + fabs(turn)) * weight
+                    if before:
+                        e = k * n + owner[e]
+                    # a value of its own: the compiler then takes the maximum without a branch
+                    most = best[e]
+                    best[e] = near if near > most else most
+            share = 1.0 / sqrt(max(count[i], self.fewest))
+            for k in range(count[i] if before else self.size):
+                weight = float(frame[i, 5, k]) if before else 0.0
+                for j in range(n):
+                    e = k * n + j
+                    total[j] += best[e] * (weight if before else root_weight[e])
+                    best[e] = 0.0
             for j in range(n):
-                e = k * n + j
-                total[j] += best[e] * (weight if before else root_weight[e])
-                best[e] = 0.0
-        for j in range(n):
-            raw: cython.float = total[j]
-            if before:
-                similarity[i, j] = raw * (share * index.share[j])
-            else:
-                similarity[j, i] = raw * (share * index.share[j])
-            total[j] = 0.0
-    return 0
+                raw: cython.float = total[j]
+                if before:
+                    similarity[i, j] = raw * (share * self.share[j])
+                else:
+                    similarity[j, i] = raw * (share * self.share[j])
+                total[j] = 0.0
+        return 0

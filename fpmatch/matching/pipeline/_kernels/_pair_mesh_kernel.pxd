@@ -34,4 +34,3 @@ cdef class PairMesh:
     cdef int _measure_one(
         self, double[:, ::1] a, Py_ssize_t i, double[:, ::1] b, Py_ssize_t j
     ) noexcept nogil
-    cdef double _place_agreement(self) noexcept nogil

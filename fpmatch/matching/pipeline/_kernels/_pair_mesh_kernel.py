@@ -314,19 +314,11 @@ class PairMesh:
         dx = sqrt(dx * dx + dy * dy) / (self.residual_px + self.residual_per_px * radius)
         self.full += on_pairs
         self.weights += exp(-0.5 * dx * dx)
-        self.places += self._place_agreement()
-        return self.ring_size
-
-    @cython.locals(k=cython.Py_ssize_t)
-    def _place_agreement(self):
-        """Return the agreement of the ring's places on the two unit circles (eq. 3), 0 to 1.
-
-        The mean rotation between the circles is removed.
-        """
+        # of the places on the two unit circles, of which the mean rotation is removed
         around_a = around_b = mean = square = 0.0
         for k in range(self.ring_size):
             following = k + 1 if k + 1 < self.ring_size else 0
-            v: cython.Py_ssize_t = self.ring[k]
+            v = self.ring[k]
             u: cython.Py_ssize_t = self.ring[following]
             self.place[k] = around_a
             self.other_place[k] = around_b
@@ -337,7 +329,7 @@ class PairMesh:
             dy = self.by[u] - self.by[v]
             around_b += sqrt(dx * dx + dy * dy)
         if not (around_a > 0.0 and around_b > 0.0):
-            return 0.0
+            return 0
         for k in range(self.ring_size):
             self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b
             mean += self.place[k]
@@ -345,4 +337,5 @@ class PairMesh:
         for k in range(self.ring_size):
             dx = FULL_TURN * (self.place[k] - mean)
             square += dx * dx
-        return exp(self.place_scale * square / self.ring_size)
+        self.places += exp(self.place_scale * square / self.ring_size)
+        return self.ring_size

@@ -6,7 +6,7 @@ from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 cdef class RidgeCorrelator:
     cdef readonly double correlation
     cdef readonly int cells
-    cdef const unsigned long long[::1] spread, kept
+    cdef const unsigned long long[::1] spread
     cdef const int[::1] sample
     cdef double[:, ::1] offset, drift, vertex
     cdef Py_ssize_t blocks, samples
@@ -32,9 +32,6 @@ cdef class RidgeCorrelator:
     cdef int _within(self, double line, int lines) noexcept nogil
     cdef int _count(
         self, TemplateView b, Py_ssize_t own, unsigned long long ridges, double x, double y
-    ) noexcept nogil
-    cdef unsigned long long _rows_from(
-        self, Py_ssize_t cell, Py_ssize_t below, int down
     ) noexcept nogil
     cdef double _best_shift(self, Py_ssize_t own, Py_ssize_t wide) noexcept nogil
 

@@ -20,6 +20,7 @@ REACH = cython.declare(cython.int, comparison.REACH)
 SHIFTS = cython.declare(cython.int, comparison.SHIFTS)
 FEWEST_AROUND = cython.declare(cython.int, comparison.FEWEST_AROUND)
 MOST_CELLS = cython.declare(cython.int, comparison.MOST_CELLS)
+LEFT_HALF = cython.declare(cython.ulonglong, 0x0F0F0F0F0F0F0F0F)  # of the bits of each row
 LANE = cython.declare(cython.int, 12)  # bits of a count: a word has one for each shift along a row
 MOST_COUNT = cython.declare(cython.ulonglong, 0xFFF)
 TOPS = cython.declare(cython.ulonglong, 0x800800800800800)  # of the counts of a word
@@ -46,11 +47,9 @@ class RidgeCorrelator:
         bits, k = np.arange(32, dtype=np.uint64)[:, np.newaxis], np.arange(8, dtype=np.uint64)
         # five bits, one a count
         self.spread = ((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1)
-        # the bits of a cell that stay in its rows if it is shifted by so many columns
-        self.kept = (255 >> k[:SIDE]) * np.uint64(0x0101010101010101)
         self.sample = np.array(comparison.SAMPLES, np.int32) @ np.array([SIDE, 1], np.int32)
         self.offset = np.zeros((2, MANY))
-        self.ridge_image = np.zeros(MOST_CELLS, np.uint64)
+        self.ridge_image = np.zeros(4 * MOST_CELLS, np.uint64)
         self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
         self.both = np.zeros(MOST_CELLS, np.uint8)
         self.drift = np.zeros((MOST_CELLS, 2))
@@ -78,25 +77,36 @@ class RidgeCorrelator:
     def _take(self, a, b, c, s, x, y):
         """Take two prints and a transform, no block displaced; return whether both show ridges.
 
-        B's ridge image gets two empty cells around it.
+        B's ridge image gets two empty cells around it. It has 8 by 8 bits from each half of a cell
+        on, so that the window of shifts of a sample always lies in one of its entries.
         """
-        wide: cython.Py_ssize_t = b.columns + 4
-        cells: cython.Py_ssize_t = (b.rows + 4) * wide
+        wide: cython.Py_ssize_t = 2 * (b.columns + 4)
+        size: cython.Py_ssize_t = 2 * (b.rows + 4) * wide
         self.correlation = 0.0
         self.cells = 0
-        if not (a.has_ridges and b.has_ridges) or cells > MOST_CELLS:
+        if not (a.has_ridges and b.has_ridges) or size > 4 * MOST_CELLS:
             return False
         if (a.rows + 2) * cython.cast(cython.Py_ssize_t, a.columns + 2) > MOST_CELLS:
             return False
         self.c, self.s, self.x, self.y = c, s, x, y
         self.samples = MANY if smaller_area(a, b) <= SMALL_AREA_PX2 else FEW
-        for k in range(cells):
+        for k in range(size):
             self.ridge_image[k] = 0
         k = b.cell_at
         for row in range(b.rows):
             for column in range(b.columns):
-                self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
+                self.ridge_image[2 * (row + 2) * wide + 2 * (column + 2)] = b.ridges[k]
                 k += 1
+        for row in range(0, 2 * (b.rows + 3), 2):
+            for column in range(1, 2 * (b.columns + 3), 2):
+                k = row * wide + column
+                left = (self.ridge_image[k - 1] >> 4) & LEFT_HALF
+                self.ridge_image[k] = left | ((self.ridge_image[k + 1] << 4) & ~LEFT_HALF)
+        for row in range(1, 2 * (b.rows + 3), 2):
+            for column in range(2 * (b.columns + 3)):
+                k = row * wide + column
+                upper = self.ridge_image[k - wide] >> 32
+                self.ridge_image[k] = upper | (self.ridge_image[k + wide] << 32)
         bit = a.step / SIDE
         per_bit = SIDE / b.step
         for k in range(self.samples):
@@ -206,15 +216,12 @@ class RidgeCorrelator:
             return 0
         return int(line) if line < lines else lines
 
-    @cython.locals(
-        ones=cython.ulonglong, twos=cython.ulonglong,
-        fours=cython.ulonglong, eights=cython.ulonglong,
-    )  # fmt: skip
+    @cython.locals(part=cython.Py_ssize_t, k=cython.Py_ssize_t)
+    @cython.locals(ones=cython.ulonglong, twos=cython.ulonglong)
+    @cython.locals(fours=cython.ulonglong, eights=cython.ulonglong)
     def _count(self, b, own, ridges, x, y):
         """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
-        wide = b.columns + 4
-        # of the counts of eight samples at all shifts, the ones, twos, fours and eights
-        ones = twos = fours = eights = 0
+        wide: cython.Py_ssize_t = 2 * (b.columns + 4)
         per_bit = SIDE / b.step
         # the window of shifts begins before the sample, the ridge image two cells before B
         middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
@@ -222,45 +229,35 @@ class RidgeCorrelator:
         most_u = SIDE * (b.columns + 3.0)
         most_v = SIDE * (b.rows + 3.0)
         self.both[own] = 1
-        for k in range(self.samples):
-            bit_u = middle_u + self.offset[0, k]
-            bit_v = middle_v + self.offset[1, k]
-            near: cython.ulonglong = 0
-            if 0.0 <= bit_u < most_u and 0.0 <= bit_v < most_v:
-                u: cython.int = int(bit_u)
-                v: cython.int = int(bit_v)
-                cell = (v >> 3) * wide + (u >> 3)
-                down: cython.int = SIDE * (v & 7)
-                u &= 7
-                near = self._rows_from(cell, cell + wide, down)
-                far = self._rows_from(cell + 1, cell + wide + 1, down)
-                kept = self.kept[u]
-                near = ((near >> u) & kept) | ((far << (SIDE - u)) & ~kept)
-            if not (ridges >> self.sample[k]) & 1:
-                near = ~near
-            far = ones & near
-            ones ^= near
-            near = twos & far
-            twos ^= far
-            far = fours & near
-            fours ^= near
-            eights ^= far
-            if (k + 1) % FEW == 0:
-                for r in range(SHIFTS):
-                    self.agreeing[own, r] += (
-                        self.spread[(ones >> (SIDE * r)) & FIVE]
-                        + ((self.spread[(twos >> (SIDE * r)) & FIVE]) << 1)
-                        + ((self.spread[(fours >> (SIDE * r)) & FIVE]) << 2)
-                        + ((self.spread[(eights >> (SIDE * r)) & FIVE]) << 3)
-                    )
-                ones = twos = fours = eights = 0
+        for part in range(self.samples // FEW):
+            # of the counts of eight samples at all shifts, the ones, twos, fours and eights
+            ones = twos = fours = eights = 0
+            for k in range(part * FEW, (part + 1) * FEW):
+                bit_u = middle_u + self.offset[0, k]
+                bit_v = middle_v + self.offset[1, k]
+                near: cython.ulonglong = 0
+                if 0.0 <= bit_u < most_u and 0.0 <= bit_v < most_v:
+                    u: cython.int = int(bit_u)
+                    v: cython.int = int(bit_v)
+                    near = self.ridge_image[(v >> 2) * wide + (u >> 2)]
+                    near >>= ((v & 3) << 3) + (u & 3)
+                if not (ridges >> self.sample[k]) & 1:
+                    near = ~near
+                far = ones & near
+                ones ^= near
+                near = twos & far
+                twos ^= far
+                far = fours & near
+                fours ^= near
+                eights ^= far
+            for r in range(SHIFTS):
+                self.agreeing[own, r] += (
+                    self.spread[(ones >> (8 * r)) & FIVE]
+                    + ((self.spread[(twos >> (8 * r)) & FIVE]) << 1)
+                    + ((self.spread[(fours >> (8 * r)) & FIVE]) << 2)
+                    + ((self.spread[(eights >> (8 * r)) & FIVE]) << 3)
+                )
         return 0
-
-    def _rows_from(self, cell, below, down):
-        """Return eight rows of the ridge image from bit `down` of a cell on, and of that below."""
-        upper = self.ridge_image[cell] >> down
-        lower = self.ridge_image[below] << (63 - down)
-        return upper | (lower << 1)
 
     @cython.locals(around=cython.int, best=cython.int, most=cython.ulonglong)
     def _best_shift(self, own, wide):

@@ -27,9 +27,11 @@ def given_files(
 ) -> list[GivenFile]:
     """Return files, in place of a folder its prints, as `enrol` takes them.
 
-    `reader` is as for `fpmatch.image.dataset_folder.FolderReader`.
+    Prints of one folder are read with its polarity and their common resolution; `reader` is as
+    for `fpmatch.image.folder_traits.find_traits`.
     """
-    from fpmatch.image.dataset_folder import FolderReader, resolution_of
+    from fpmatch.image.dataset_folder import resolution_of
+    from fpmatch.image.folder_traits import FolderReader, find_traits
     from fpmatch.templates.minutiae import check_dpi
 
     if dpi is not None:
@@ -39,7 +41,9 @@ def given_files(
         of = load_object("fpmatch.gallery.listing.folders:files_of", used_by="a folder")
         listed = [(file.path, file.place) for place in places for file in of(place)]
     above = {file.parent: place for file, place in listed if place is not None}
-    read = FolderReader(reader, polarity, dpi, above)
+    files = [file for file, _ in listed]
+    traits = find_traits(files, polarity=polarity, dpi=dpi, reader=reader, places=above)
+    read = FolderReader(reader, traits, dpi)
     return [
         GivenFile(
             file, file.relative_to(place or file.parent), dpi or resolution_of(file, place), read

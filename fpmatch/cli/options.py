@@ -97,7 +97,7 @@ _DPI: Final = click.option(
     "--dpi",
     type=float,
     help="Dots per inch of the prints.  [default: of dataset.toml beside a file, of the file, or "
-    "by its ridges]",
+    "by the ridges of its folder]",
 )
 _RAW: Final = click.option(
     "--raw",

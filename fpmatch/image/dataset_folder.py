@@ -10,9 +10,9 @@ An example of that file::
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.parsing import ParseError, parse_toml
 from fpmatch.errors import DatasetError, ImageError, ResolutionError
@@ -20,14 +20,11 @@ from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Mapping
 
     from fpmatch.image.quality.polarity import Polarity
 
 DESCRIPTION_FILE: Final = "dataset.toml"
 MOST_BYTES: Final = 2**20  # of it
-
-Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,28 +35,6 @@ class DatasetInfo:
     dpi: float | None = None  # None: each file's own
     sensor: str = ""
     polarity: Polarity = "auto"  # "dark" or "white" ridges; "auto": unknown
-
-
-@dataclass(frozen=True, slots=True)
-class FolderReader(Generic[Read]):
-    """Read images with the `polarity` that is given, else that of their ``dataset.toml``.
-
-    The file lies in their folder, or in the place that `places` has for the folder: a folder above
-    it, or a manifest beside the file.
-    """
-
-    reader: Callable[..., Read]  # takes a path, ``polarity`` and ``dpi``, as `read_image` does
-    polarity: Polarity = "auto"
-    dpi: float | None = None
-    places: Mapping[Path, Path] = field(default_factory=dict)
-
-    def __call__(self, path: Path) -> Read:
-        """Read one file."""
-        above, polarity = self.places.get(path.parent, path.parent), self.polarity
-        for folder in (path.parent, above if above.is_dir() else above.parent):
-            if polarity == "auto":
-                polarity = read_dataset_info(folder).polarity
-        return self.reader(path, polarity=polarity, dpi=self.dpi)
 
 
 def folder_settings(

@@ -117,7 +117,7 @@ def assess(
     if enhance not in ENHANCERS:
         raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
     source = read_image(image, dpi=dpi)
-    known = source.dpi if dpi is None else dpi
+    known = (source.dpi or source.likely_dpi) if dpi is None else dpi
     resolution = likely_dpi(source.pixels) if known is None else check_dpi(known)
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)

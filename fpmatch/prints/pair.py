@@ -120,9 +120,9 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
 def other_resolutions(probe: GivenPrint) -> list[float]:
     """Return the resolutions that an image may have besides that of its template, by its ridges.
 
-    None where one is stated.
+    None where one is stated, or where prints that came with it decided.
     """
-    if probe.dpi_stated or probe.image is None:
+    if probe.dpi_stated or probe.image is None or probe.image.likely_dpi is not None:
         return []
     possible = possible_dpi(probe.ridge_period_px, probe.image.pixels.shape)
     return [dpi for dpi in possible if dpi != probe.template.dpi]

@@ -47,6 +47,7 @@ Content = Literal["image", "template", "both", ""]
 UNKNOWN_DPI: Final = "resolution unknown; "
 ASSUMED_DPI: Final = f"{UNKNOWN_DPI}{STANDARD_DPI:g} dpi assumed"
 FOUND_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges"
+COMMON_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by the ridges of the prints with it"
 MATCHED_DPI: Final = f"{UNKNOWN_DPI}{{:g}} dpi by its ridges and the match"
 MIRRORED: Final = "left and right are exchanged"
 _STDERR: Final = 2
@@ -188,15 +189,20 @@ class GivenPrint:
         return np.full((self.template.height, self.template.width), 255, np.uint8)
 
 
-def dpi_source(template: Template, *, given: bool = False) -> tuple[DpiSource, tuple[str, ...]]:
-    """Return where the resolution of a template comes from, and the note on one not stated."""
+def dpi_source(
+    template: Template, *, given: bool = False, among_others: bool = False
+) -> tuple[DpiSource, tuple[str, ...]]:
+    """Return where the resolution of a template comes from, and the note on one not stated.
+
+    The caller has `given` it, or the ridges of the prints `among_others` it was read with show it.
+    """
     if given:
         return "given", ()
     if template.dpi_known:
         return "stated", ()
     if template.dpi == STANDARD_DPI:
         return "assumed", (ASSUMED_DPI,)
-    return "found", (FOUND_DPI.format(template.dpi),)
+    return "found", ((COMMON_DPI if among_others else FOUND_DPI).format(template.dpi),)
 
 
 def make_given_print(
@@ -221,7 +227,8 @@ def make_given_print(
         notes, image = (), content
         assessed = assess(content, given_dpi, enhance=enhance)
         template = assessed.template
-    source, on_dpi = dpi_source(template, given=given_dpi is not None)
+    common = image is not None and image.likely_dpi is not None
+    source, on_dpi = dpi_source(template, given=given_dpi is not None, among_others=common)
     all_notes = (*content.notes, *notes, *on_dpi)
     return GivenPrint(name, template, image, all_notes, assessed, source, enhance)
 

@@ -6,7 +6,7 @@ import hashlib
 import io
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -102,7 +102,7 @@ def open_source(
     The place is a folder of prints, a manifest, or a gallery: a file or the URL of a database. Of
     the files of a folder, `dpi`, `pattern` and `by_folder` are as for
     `fpmatch.gallery.listing.prints.find_prints`, `polarity` and `reader` as for
-    `fpmatch.image.dataset_folder.FolderReader`. Raises FpmatchError if there is no such
+    `fpmatch.image.folder_traits.find_traits`. Raises FpmatchError if there is no such
     folder or gallery, or nothing in it.
     """
     if kind_of(place) in {"gallery", "file"}:
@@ -127,7 +127,9 @@ class FolderSource:
         self._files = files
         info = read_dataset_info(place if place.is_dir() else place.parent)
         known = info.polarity if polarity == "auto" else polarity
-        self._reader = folder_reader(self._files, polarity=known, dpi=dpi, reader=reader)
+        self._open_reader = cache(
+            partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
+        )
         self.place = str(place)
         self.title = csv_cell(info.name or (place.resolve().name if place.is_dir() else place.stem))
         self.names = [file.name for file in files]
@@ -151,7 +153,7 @@ class FolderSource:
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their numbers."""
         # Read here, so that workers elsewhere need not see the files.
-        opened = (open_print(self._reader, self._files[n]) for n in numbers)
+        opened = (open_print(self._open_reader(), self._files[n]) for n in numbers)
         with closing(attempt_each(engine, _extract, opened)) as attempts:
             for number, ((file, _), attempt) in zip(numbers, attempts, strict=True):
                 if attempt.result is None:

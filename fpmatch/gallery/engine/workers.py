@@ -102,6 +102,13 @@ def attempt_each(
             yield from zip(sent.popleft(), attempts, strict=True)
 
 
+def results_of_each(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item]
+) -> Iterator[Result | None]:
+    """Yield ``work(item)`` for each item, as `map` does, None for items that are refused."""
+    return (attempt.result for _, attempt in attempt_each(engine, work, items))
+
+
 def attempt_all(
     work: Callable[[Item], Result],
     items: Sequence[Item],

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
+from fpmatch.gallery.engine.workers import results_of_each
 from fpmatch.gallery.listing.folders import prints_below, prints_by_folder, prints_in
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import PrintFile
 from fpmatch.gallery.listing.two_prints import why_two_prints
-from fpmatch.image.dataset_folder import FolderReader, read_dataset_info
+from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.prints.reading import ASSUMED_DPI, PrintReader, make_given_print
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
+    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
+    from fpmatch.image.folder_traits import FolderReader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.prints.reading import GivenPrint
@@ -96,13 +99,28 @@ def folder_reader(
     polarity: Polarity = "auto",
     dpi: float | None = None,
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
+    engine: Engine | None = None,
+    earlier: Mapping[Path, float] | None = None,
 ) -> FolderReader[GreyImage | TemplateRecord]:
-    """Return a reader of prints that reads images with the polarity of their ``dataset.toml``.
+    """Return a reader of prints that reads the images of a folder with one polarity and resolution.
 
-    `polarity` and `dpi`, where given, are those of all; the default `reader` is `PrintReader`.
+    `polarity`, `dpi`, `reader` and `earlier` are as for
+    `fpmatch.image.folder_traits.find_traits` (default reader: `PrintReader`); an
+    `engine` looks at the images (default: this process).
     """
-    places = {file.path.parent: file.place for file in prints if file.place is not None}
-    return FolderReader(reader or PrintReader(), polarity, dpi, places)
+    from fpmatch.image.folder_traits import FolderReader, find_traits  # noqa: PLC0415
+
+    read, files = reader or PrintReader(), list(prints)
+    traits = find_traits(
+        [file.path for file in files],
+        polarity=polarity,
+        dpi=dpi,
+        reader=read,
+        each=map if engine is None else partial(results_of_each, engine),
+        places={file.path.parent: file.place for file in files if file.place is not None},
+        earlier=earlier,
+    )
+    return FolderReader(read, traits, dpi)
 
 
 def extract_print(

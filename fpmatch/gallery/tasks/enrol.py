@@ -8,6 +8,7 @@ from collections import Counter, deque
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from fpmatch.base.output import reason
@@ -28,6 +29,7 @@ from fpmatch.gallery.listing.prints import (
     extract_print,
     folder_reader,
 )
+from fpmatch.gallery.store.stored_template import is_unstated
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
 from fpmatch.gallery.tasks.enrolment_index import EnrolmentIndex
@@ -44,7 +46,6 @@ if TYPE_CHECKING:
         Mapping,
         Sequence,
     )
-    from pathlib import Path
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
@@ -56,6 +57,7 @@ Item = TypeVar("Item")
 
 PRINTS_PER_COMMIT: Final = 1000
 SECONDS_PER_COMMIT: Final = 0.5  # after which fewer prints are committed
+LAST_ENTRIES: Final = 1000  # among which are prints of folders from which more are enrolled
 PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 
@@ -132,7 +134,9 @@ def enrol(
         if opener is None:
             make = extractor
             if make is None:
-                make = partial(extract_print, reader=folder_reader(prints))
+                earlier = earlier_resolutions(gallery, prints)
+                reader = folder_reader(prints, engine=place, earlier=earlier)
+                make = partial(extract_print, reader=reader)
             attempted = attempt_each(place, make, new)
         else:
             attempted = _of_files(
@@ -159,6 +163,21 @@ def enrol(
         tuple(unmatched),
         len(copies),
     )
+
+
+def earlier_resolutions(gallery: Gallery, prints: Sequence[PrintFile]) -> dict[Path, float]:
+    """Return the resolution of the last print from each folder of those that state none.
+
+    Of the gallery, the `LAST_ENTRIES` are looked at; `folder_reader` takes what is returned.
+    """
+    folders = {printable(f.path.absolute().parent): f.path.parent for f in prints if f.dpi is None}
+    if not folders or not len(gallery):
+        return {}
+    last = gallery.packed_templates(after=max(gallery.revision().last - LAST_ENTRIES, 0))
+    unstated = [number for number, data in last if is_unstated(data)]
+    entries = sorted(gallery.entries_of(unstated), key=lambda entry: entry.id)
+    of_folder = {str(Path(entry.source).parent): entry.dpi for entry in entries}
+    return {folders[name]: dpi for name, dpi in of_folder.items() if name in folders}
 
 
 def count_added(added: Mapping[str, Sequence[int]], refused: Container[int]) -> dict[str, int]:

@@ -92,6 +92,8 @@ class GreyImage:
         Name of the file format; "" where there was no file.
     notes : tuple of str
         What reading changed or assumed, such as inverted grey values.
+    likely_dpi : float or None
+        Resolution by the ridges of the prints that came with this one, where `dpi` is None.
 
     Raises
     ------
@@ -106,6 +108,7 @@ class GreyImage:
     source: str = "array"
     format: str = field(default="", repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
+    likely_dpi: float | None = None
 
     def __post_init__(self) -> None:
         if self.pixels.ndim != 2 or self.pixels.dtype != np.uint8:

@@ -3,8 +3,8 @@
 Programs that edit or photograph write resolutions of their own into a file (72, 96, 180, 200, 300),
 or none. The ridges of a finger lie 0.3 to 0.6 mm apart, in the median of a print. The period is
 measured in pixels, in windows where one wave has much of the energy. A resolution cannot be right
-if it puts the period far outside that range, while 500 dpi puts it inside; where a file states
-none, it is 500 dpi unless that puts the period outside what fingers have.
+if it puts the period far outside that range, while 500 dpi puts it inside; where files state
+none, it is 500 dpi unless that puts the median period of the prints outside what fingers have.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH, STANDARD_DPI
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from fpmatch.image.preprocess.arrays import Floats, Grey
 
 PERIODS_MM: Final = (0.26, 0.7)
@@ -36,7 +38,17 @@ USUAL_DPI: Final = (STANDARD_DPI, 250.0, 363.0, 569.0, 1000.0)
 TYPICAL_MM: Final = 0.45
 """Typical median period of the prints of a sensor; `research check resolution` measures it."""
 
-_AT_500_DPI_MM: Final = (0.2835, 0.7435)  # period of a print that may be of 500 dpi
+SENSORS_MM: Final = (0.34, 0.62)
+"""Least and largest median period of many prints of a sensor."""
+
+SENSORS_SD: Final = 0.1
+"""Deviation of the logarithm of that median from sensor to sensor."""
+
+PRINTS_SD: Final = 0.13
+"""Deviation of the logarithm of the period from print to print, of the least regular sensor."""
+
+_DEVIATIONS: Final = 2.9  # of the mean of a few prints, beside the limits of the sensor's median
+
 POSSIBLE_MM: Final = (0.31, 0.63)  # of a print that is tried at another resolution
 MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5 million
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
@@ -67,14 +79,13 @@ _DISC: Final = _AROUND[:, np.hypot(*_AROUND) < _PEAK_RADIUS * _SPECTRUM_PX]
 
 def contradiction(pixels: Grey, dpi: float) -> str:
     """Return what contradicts a resolution of grey values (H, W), "" where nothing clearly does."""
-    if UNQUESTIONED_DPI[0] <= dpi <= UNQUESTIONED_DPI[1]:
+    if _within(dpi, UNQUESTIONED_DPI):
         return ""
     period = ridge_period_px(pixels)
-    at_500 = (period or 0.0) * MM_PER_INCH / STANDARD_DPI
-    if period is None or not _STANDARD_MM[0] <= at_500 <= _STANDARD_MM[1]:
+    if period is None or not _within(period * MM_PER_INCH / STANDARD_DPI, _STANDARD_MM):
         return ""
     apart = period * MM_PER_INCH / dpi
-    if PERIODS_MM[0] <= apart <= PERIODS_MM[1]:
+    if _within(apart, PERIODS_MM):
         return ""
     return f"at its resolution of {dpi:g} dpi ridges would be {apart:.2g} mm apart: ignored"
 
@@ -93,13 +104,40 @@ def possible_dpi(period_px: float | None, shape: tuple[int, ...]) -> list[float]
     usual = [dpi for dpi in USUAL_DPI if is_sound(shape, dpi)]
     if period_px is None:
         return usual
-    apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in (STANDARD_DPI, *usual)}
-    possible = [dpi for dpi in usual if POSSIBLE_MM[0] <= apart[dpi] <= POSSIBLE_MM[1]]
+    apart = {dpi: period_px * MM_PER_INCH / dpi for dpi in usual}
+    possible = [dpi for dpi in usual if _within(apart[dpi], POSSIBLE_MM)]
     possible.sort(key=lambda dpi: abs(math.log(apart[dpi] / TYPICAL_MM)))
-    if _AT_500_DPI_MM[0] <= apart[STANDARD_DPI] <= _AT_500_DPI_MM[1]:
-        return list(dict.fromkeys([STANDARD_DPI, *possible]))
-    typical = round(STANDARD_DPI * apart[STANDARD_DPI] / TYPICAL_MM, -1)
-    return possible or [typical if is_sound(shape, typical) else STANDARD_DPI]
+    first = common_dpi([period_px])
+    if first != STANDARD_DPI and possible:
+        return possible
+    return list(dict.fromkeys([first if is_sound(shape, first) else STANDARD_DPI, *possible]))
+
+
+def common_dpi(periods_px: Sequence[float], usual: float = STANDARD_DPI) -> float:
+    """Return the resolution of prints of one sensor by the distances of their ridges in pixels.
+
+    It is the usual one unless this puts their median too far from the typical, the farther the
+    fewer they are; else the one that makes it typical: half or a multiple of 500 dpi by a power of
+    two where one is as near as sensors differ, else a multiple of 10 dpi.
+
+    Examples
+    --------
+    >>> common_dpi([9.1, 8.4]), common_dpi([5.8]), common_dpi([5.8] * 30), common_dpi([17.5])
+    (500.0, 500.0, 330.0, 1000.0)
+    """
+    if not periods_px:
+        return usual
+    period = float(np.median(periods_px)) * MM_PER_INCH  # in mm, times the resolution in dpi
+    low, high = np.log(SENSORS_MM).tolist()
+    most = math.hypot((high - low) / 2, _DEVIATIONS * PRINTS_SD / math.sqrt(len(periods_px)))
+    for dpi in (usual, STANDARD_DPI):
+        if abs(math.log(period / dpi) - (low + high) / 2) <= most:
+            return dpi
+    off = math.log(period / STANDARD_DPI / TYPICAL_MM)
+    doubled = round(off / math.log(2.0))
+    if abs(off - doubled * math.log(2.0)) <= SENSORS_SD and doubled:
+        return STANDARD_DPI * 2.0**doubled
+    return round(STANDARD_DPI * math.exp(off), -1)
 
 
 def is_sound(shape: tuple[int, ...], dpi: float) -> bool:
@@ -177,3 +215,7 @@ def _periods(windows: Grey) -> Floats:
     period = 1.0 / np.maximum(_RADIUS[rows, columns][clear], 1.0 / _SPECTRUM_PX)
     near = near[clear] * period
     return np.asarray((near * period).sum(axis=1) / near.sum(axis=1))
+
+
+def _within(value: float, span: tuple[float, float]) -> bool:
+    return span[0] <= value <= span[1]

@@ -217,7 +217,7 @@ def evaluate(
     say_slow_kernels()
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
         read = PrintReader(raw, quiet=True)
-        reader = extraction.dataset_reader(datasets, read, polarity=polarity)
+        reader = extraction.dataset_reader(datasets, read, engine, polarity=polarity)
         results = run.evaluate_matchers(
             datasets,
             chosen_matchers(matchers),

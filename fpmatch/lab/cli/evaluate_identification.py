@@ -143,7 +143,7 @@ def evaluate_identification(
     reports: list[Any] = []
     given: dict[str, Any]
     with processes(workers) as engine, ProgressBars(_STAGES) as bars:
-        reader = extraction.dataset_reader(datasets, **reading)
+        reader = extraction.dataset_reader(datasets, engine=engine, **reading)
         extractor = extraction.extractor_of(enhance, reader)
         how: dict[str, Any] = {"engine": engine, "progress": bars.show}
         sets = extraction.extract_datasets(datasets, extractor=extractor, **how)

@@ -8,7 +8,7 @@ import pytest
 from fpmatch.base.threads import available_cores
 from fpmatch.errors import ImageError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.engine.workers import attempt_all, attempt_each, run_chunks
+from fpmatch.gallery.engine.workers import attempt_all, attempt_each, results_of_each, run_chunks
 
 
 def add(shared, chunk):
@@ -57,3 +57,4 @@ def test_items_are_drawn_as_they_are_needed_and_other_errors_come_through():
     assert next(drawn) == 4
     with pytest.raises(ValueError, match="10"):
         list(attempts)
+    assert list(results_of_each(serial(), halve, [4, 1, 0])) == [2, None, 0]

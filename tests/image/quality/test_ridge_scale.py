@@ -12,6 +12,7 @@ from fpmatch.image.extract import assess
 from fpmatch.image.io.read import decode_image
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.image.quality.ridge_scale import (
+    common_dpi,
     contradiction,
     likely_dpi,
     possible_dpi,
@@ -119,3 +120,15 @@ def test_a_possible_resolution_makes_no_image_too_large_or_small(period, shape):
         assert all(by >= 1 or shape[0] * shape[1] <= 4e6 * by**2 * 1.001 for by in others)
     if 0.29 <= period * 25.4 / 500 <= 0.7:
         assert possible_dpi(period, shape)[0] == 500
+
+
+@given(st.lists(st.floats(2.0, 200.0), min_size=1, max_size=40), st.randoms())
+def test_the_order_of_prints_changes_no_resolution(periods, random):
+    shuffled = random.sample(periods, len(periods))
+    assert common_dpi(shuffled) == common_dpi(periods)
+
+
+def test_what_shows_no_ridges_is_taken_for_500_dpi():
+    noise = np.random.default_rng(3).integers(0, 256, (400, 300), dtype=np.uint8)
+    for image in (noise, np.zeros_like(noise), noise[:70, :90], noise[:1, :1]):
+        assert likely_dpi(image) == 500

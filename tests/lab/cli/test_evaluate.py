@@ -1,6 +1,5 @@
 import importlib
 import json
-from dataclasses import replace
 
 import pytest
 from PIL import Image
@@ -91,8 +90,7 @@ def test_the_options_of_reading_come_before_dataset_toml(
 
     def extractor_of(enhance, reader, **_):
         def extract(path, dpi):
-            polarity = replace(reader, reader=lambda _, **how: how["polarity"])(path)
-            asked.add((dpi, polarity, reader.reader.raw_sizes))
+            asked.add((dpi, reader.folders[path.parent].polarity, reader.reader.raw_sizes))
             return bench.extractor(path, dpi)
 
         return extract

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import DatasetError, MatcherError
+from fpmatch.image.folder_traits import FolderTraits
 from fpmatch.lab.evaluation import calibrate, impostors
 from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration, report_calibration
 from fpmatch.lab.evaluation.impostors import ImpostorSet, gather_impostors, impostors_of_report
@@ -184,14 +185,14 @@ def test_dpi_and_polarity_of_the_prints_may_be_given(make_database, options, mon
     asked = set()
 
     def extract(path, dpi, reader):
-        asked.add((dpi, reader.polarity))
+        asked.add((dpi, reader.folders[path.parent]))
         return options["extractor"](path, dpi)
 
     monkeypatch.setattr(impostors, "extract_image", extract)
     place = make_database("prints", toml="dpi = 569\n")
     given = {name: options[name] for name in ("matcher", "workers")}
     gather_impostors([place], **given, dpi=1000, reading={"polarity": "white"})
-    assert asked == {(1000.0, "white")}
+    assert asked == {(1000.0, FolderTraits("white"))}
 
 
 def impostor_set(name, seed, fingers=12, impressions=5):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
@@ -18,10 +18,11 @@ from fpmatch.gallery.engine.workers import (
     Progress,
     attempt_all,
     no_progress,
+    results_of_each,
 )
 from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
-from fpmatch.image.dataset_folder import FolderReader
+from fpmatch.image.folder_traits import FolderReader, find_traits
 from fpmatch.image.quality.print_quality import why_no_minutiae
 from fpmatch.prints.reading import PrintReader, dpi_source
 
@@ -120,7 +121,8 @@ def extract_image(
     template = assessed.template
     quality = assessed.quality.score if graded else None
     why = "" if len(template.minutiae) else why_no_minutiae(assessed.quality)
-    source, on_dpi = dpi_source(template, given=dpi is not None)
+    common = image.likely_dpi is not None
+    source, on_dpi = dpi_source(template, given=dpi is not None, among_others=common)
     notes = image.notes if source == "assumed" else (*image.notes, *on_dpi)
     return ExtractedPrint(template, source == "assumed", notes, quality, why)
 
@@ -138,13 +140,21 @@ def extractor_of(
 def dataset_reader(
     datasets: Sequence[Dataset],
     reader: Callable[..., GreyImage | TemplateRecord] = _READER,
+    engine: Engine | None = None,
     *,
     polarity: Polarity = "auto",
 ) -> FolderReader[GreyImage | TemplateRecord]:
-    """Return a reader of the prints of some databases, with the polarity of their folders."""
+    """Return a reader of the prints of some databases; see `find_traits`.
+
+    An `engine` looks at the images (default: this process).
+    """
     files = [dataset for dataset in datasets if not dataset.in_gallery]
+    paths = [impression.path for dataset in files for impression in dataset.impressions]
+    each = map if engine is None else partial(results_of_each, engine)
     places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
-    return FolderReader(reader, polarity, None, places)
+    how: dict[str, Any] = {"polarity": polarity, "reader": reader, "each": each, "places": places}
+    traits = find_traits(paths, **how)
+    return FolderReader(reader, traits)
 
 
 @dataclass(frozen=True, slots=True)

@@ -109,7 +109,7 @@ def load_background(
     dataset = load_dataset(place, **labels).at(dpi)
     for one in dataset.impressions:
         _check_apart(place, os.path.realpath(one.path), probes)
-    extractor = extractor_of(enhance, dataset_reader([dataset], **reading))
+    extractor = extractor_of(enhance, dataset_reader([dataset], engine=engine, **reading))
     how |= {"extractor": extractor, "stage": "extract background"}
     (extracted,) = extract_datasets([dataset], **how)
     templates = [one.template for one in extracted.extractions]

@@ -32,7 +32,6 @@ from fpmatch.gallery.listing.prints import (
 from fpmatch.gallery.store.stored_template import is_unstated
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
-from fpmatch.gallery.tasks.enrolment_index import EnrolmentIndex
 from fpmatch.printable import printable
 from fpmatch.prints.reading import group_by_note
 
@@ -142,17 +141,13 @@ def enrol(
             attempted = _of_files(
                 attempt_each(place, extractor or extract_opened, map(opener, new))
             )
-        index = EnrolmentIndex(gallery, engine=place, progress=progress)
         with closing(attempted) as attempts:
             for batch in _batches(attempts):
                 run.commit(batch)
-                index.extend(len(run.labels), run.total - run.done)
     run.commit([])
     added = find_added(gallery, run.subjects, run.contents.intersection)
     refused, unmatched = check_added(gallery, run.labels, added, strict=strict)
     copies = find_copies(gallery, run.labels, run.counts)
-    if run.labels:
-        index.finish()
     noted = [(run.labels[entry.label], (f"the same print as {other}",)) for entry, other in copies]
     return Enrolment(
         len(run.labels) - len(refused),

@@ -152,14 +152,13 @@ class Gallery(GalleryReader):
     def remove(self, numbers: Collection[int]) -> int:
         """Remove entries by their numbers; return how many.
 
-        Nothing of them is left in the file, nor in prepared prints on this machine; what is not
+        Nothing of them is left in the file, nor in the index on this machine; what is not
         in a file, as blocks of the disk and backups, is not reached, nor is a server's storage. If
         one of the numbers is unknown, none is removed: GalleryError (code "unknown"). If traces may
         be left, GalleryError (code "traces") is raised after the removal.
         """
         from fpmatch.gallery.erasure import erase_traces  # noqa: PLC0415  (imports matchers)
 
-        before = self.content_hash()
         with self.changing() as connection:
             labels = audit.labels_of(connection, numbers=numbers)
             removed = Counter[int]()
@@ -174,7 +173,7 @@ class Gallery(GalleryReader):
         for number in set(numbers) & self.damaged.keys():
             del self.damaged[number]
         if numbers:
-            erase_traces(self, before)
+            erase_traces(self)
         return len(set(numbers))
 
     def record(self, action: str, *, probe: Path | bytes | None = None, **details: Any) -> None:

@@ -138,15 +138,27 @@ class GalleryReader(SealedDatabase):
         with self.reading() as connection:
             return int(connection.scalar(query) or 0)
 
-    def entries_of_subjects(self, numbers: Sequence[int]) -> Iterator[Entry]:
-        """Yield all entries of the subjects that the entries of some numbers are of."""
-        yielded: set[int] = set()
+    def numbers(self) -> list[int]:
+        """Return the numbers of all entries, ascending."""
+        with self.reading() as connection:
+            return list(connection.scalars(sa.select(ENTRY.c.id).order_by(ENTRY.c.id)))
+
+    def count_fingers(self) -> int:
+        """Return the number of fingers."""
+        fingers = sa.select(ENTRY.c.subject, ENTRY.c.finger).distinct().subquery()
+        with self.reading() as connection:
+            return int(connection.scalar(_COUNT.select_from(fingers)) or 0)
+
+    def impressions_of_subjects(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
+        """Return number, subject and finger of all entries of the subjects of some, by number."""
+        labels = sa.select(ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger)
+        of_number: dict[int, tuple[int, str, str]] = {}
         for part in parts(numbers):
             theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(ENTRY.c.id.in_(part)))
-            for entry in self._whole_rows(as_entry, where=theirs):
-                if entry.id not in yielded:
-                    yielded.add(entry.id)
-                    yield entry
+            with self.reading() as connection:
+                rows = connection.execute(labels.where(theirs)).all()
+            of_number |= {row.id: (row.id, row.subject, row.finger) for row in rows}
+        return [of_number[number] for number in sorted(of_number)]
 
     def entries_of(self, numbers: Collection[int]) -> Iterator[Entry]:
         """Yield the entries of some numbers; numbers without one, and damaged ones, are skipped."""

@@ -48,7 +48,7 @@ class SealedDatabase(Database):
         patience: float | None = None,
     ) -> None:
         super().__init__(where, create=create, patience=patience)
-        self._given = key
+        self.key = key
         self._sealing: Sealing | None = None
         self.damaged: dict[int, str] = {}
         self.digested = False
@@ -59,7 +59,7 @@ class SealedDatabase(Database):
             with self.reading() as own:
                 return self.sealing(own)
         with self.naming_keys():
-            self._sealing = read_sealing(connection, self._given)
+            self._sealing = read_sealing(connection, self.key)
         return self._sealing
 
     def current_key(self) -> str:
@@ -67,7 +67,7 @@ class SealedDatabase(Database):
 
         Raises EncryptionError if none was, or they cannot be read.
         """
-        return as_keys(self._given).current.id
+        return as_keys(self.key).current.id
 
     def check_keys(self) -> None:
         """Raise GalleryError (code "missing key") unless all keys in use were given."""

@@ -16,7 +16,7 @@ from fpmatch.gallery.encryption.records import MAGIC, record_head
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.store import audit, digests
 from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.kept_files import seal_files
+from fpmatch.gallery.store.kept_files import delete_files
 from fpmatch.gallery.store.sealing import PLAIN, create_sealing, set_keys
 from fpmatch.gallery.store.tables import ENTRY, GALLERY, TABLES
 
@@ -56,7 +56,7 @@ def rotate(
 def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
     target = PLAIN if decrypt else gallery.current_key()
     had_plain = _begin(gallery, target)
-    seal_files(gallery)
+    delete_files(gallery)
     sealed, damaged, after = 0, dict[int, str](), 0
     total = len(gallery)
     progress("rotate", 0, total)
@@ -66,7 +66,7 @@ def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
         progress("rotate", min(sealed, total), total)
     if had_plain:
         gallery.vacuum(TABLES)  # no free page or dead row contains a plain template then
-        seal_files(gallery)  # of searches that began before
+        delete_files(gallery)  # of searches that began before
     _end(gallery, target, damaged)
     progress("rotate", total, total)
     return Rotation(target, sealed, damaged)

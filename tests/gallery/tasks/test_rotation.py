@@ -143,7 +143,7 @@ class Killed(Exception):
 def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt, decrypt):
     path = make(tmp_path / "g.db", encrypt=encrypt)
     target = add_key(source).current.id
-    for stop in ("seal_files", "_seal_some", "vacuum", "_end"):
+    for stop in ("delete_files", "_seal_some", "vacuum", "_end"):
         with monkeypatch.context() as patch:
             place = Gallery if stop == "vacuum" else rotation
             original, calls = getattr(place, stop), []

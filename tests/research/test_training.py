@@ -121,7 +121,6 @@ def test_the_same_calibration_is_fitted_again(tmp_path, run_research):
     [
         (["calibrate"], "needs FVC-style databases DIR, --synthetic or --tail"),
         (["calibrate", "nowhere"], "nowhere"),
-        (["train", "index", "nowhere"], "nowhere"),
         (["check", "polarity", "nowhere"], "nowhere"),
         (["measure", "decision", "nowhere"], "nowhere"),
     ],

@@ -136,7 +136,7 @@ def find_candidates(
     best = scored.ranked()
     if options.listed == "subjects":
         best = _once_a_subject(best, scored.numbers, one.labels)
-    ranked = list(islice(best, max(options.count, RIVALS + 1)))
+    ranked = list(islice(best, min(max(options.count, RIVALS + 1), len(one.search))))
     candidates = [
         _candidate(rank, k, one, scored, options)
         for rank, k in enumerate(ranked[: options.count], start=1)

@@ -11,18 +11,20 @@ from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_files,
 from fpmatch.gallery.store.tables import TABLES
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from fpmatch.gallery.store.reader import GalleryReader
 
 
-def erase_traces(gallery: GalleryReader) -> None:
-    """Erase what is left of entries that were just removed.
+def erase_traces(gallery: GalleryReader, numbers: Collection[int]) -> None:
+    """Erase what is left of entries that were just removed, by their numbers.
 
     What is deleted from a SQLite file is overwritten at once; one that an earlier version has
     changed, which did not, is rewritten. Raises GalleryError (code "traces") if that cannot be
     done.
     """
     try:
-        delete_outdated(gallery)
+        delete_outdated(gallery, numbers)
         if gallery.file is not None and not gallery.is_overwritten():
             gallery.vacuum(TABLES)
     except FpmatchError as error:
@@ -33,12 +35,12 @@ def erase_traces(gallery: GalleryReader) -> None:
         ) from error
 
 
-def delete_outdated(gallery: GalleryReader) -> None:
-    """Write the index anew where it has removed prints, and delete folders left empty.
+def delete_outdated(gallery: GalleryReader, numbers: Collection[int] | None = None) -> None:
+    """Write the index anew where it has removed prints, all or some, and delete empty folders.
 
     Files of prepared prints, which version 0.2 made, are deleted.
     """
-    erase_removed(gallery)
+    erase_removed(gallery, numbers)
     delete_files(gallery, PREPARED)
     for folder in kept_folders(gallery):
         with suppress(OSError):

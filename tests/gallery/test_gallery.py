@@ -245,6 +245,7 @@ class TestSqlite:
                     list(gallery.entries())
                     list(gallery.templates())
                     assert {data for _, data in gallery.packed_templates()} <= whole
+                    reasons += gallery.damaged.values()
             except GalleryError as error:
                 reasons.append(str(error))
         assert reasons

@@ -52,7 +52,7 @@ def secrets_of(entry):
 
 def in_a_segment(entry):
     """Return what the index has of an entry, but what any print may have."""
-    arrays = Segment.build([1], [MATCHER.prepare(entry.template)]).arrays()
+    arrays = Segment.build([1], [2**40], [MATCHER.prepare(entry.template)]).arrays()
     return [array.tobytes() for name, array in arrays.items() if name != "term_start"]
 
 

@@ -20,7 +20,6 @@ from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index.segment import COLUMNS, MOST_PRINTS, Segment, parameters
 from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
-from fpmatch.gallery.store.history import UNKNOWN, Revision
 from fpmatch.gallery.store.kept_files import (
     INDEX,
     SEGMENT,
@@ -43,16 +42,11 @@ NAME_BYTES: Final = 8
 MOST_STATE: Final = 200  # bytes of the state of a gallery
 LIST_COLUMNS: Final = {
     "state": Column("|u1", ("state",)),
-    "revision": Column("<i8", (2,)),
+    "last": Column("<i8", (1,)),
     "name": Column("|u1", ("segment", NAME_BYTES)),
     "prints": Column("<i8", ("segment", 3)),
-    "removed": Column("<i8", ("removed",)),
     "damaged": Column("<i8", ("damaged",)),
 }
-
-
-NOTHING: Final = Revision("", 0, UNKNOWN)
-"""The revision of an index of no entries."""
 
 
 def _no_numbers() -> NDArray[np.int64]:
@@ -79,13 +73,14 @@ class Listed:
 class IndexList:
     """The segments of an index, whose ranges of numbers ascend.
 
-    All entries of the gallery at `revision` are in them, but those that are `damaged`; some of the
-    prints in them have been `removed`. Numbers ascend.
+    All entries of numbers up to `last` are in them that the gallery had in its `state`, but those
+    that are `damaged`, which ascend; some may have been removed before. `state` is "" where it is
+    not known.
     """
 
-    revision: Revision = NOTHING
+    state: str = ""
+    last: int = 0
     segments: tuple[Listed, ...] = ()
-    removed: NDArray[np.int64] = field(default_factory=_no_numbers)
     damaged: NDArray[np.int64] = field(default_factory=_no_numbers)
 
 
@@ -109,15 +104,14 @@ class IndexFolder:
 
     def write_list(self, listed: IndexList) -> None:
         """Replace the list, and delete other segments; raise OutputError if that is impossible."""
-        revision, segments = listed.revision, listed.segments
+        segments = listed.segments
         names = [list(bytes.fromhex(one.name)) for one in segments]
         prints = [(one.prints, one.first, one.last) for one in segments]
         arrays = {
-            "state": np.frombuffer(revision.state.encode(), np.uint8),
-            "revision": np.array([revision.last, revision.removals]),
+            "state": np.frombuffer(listed.state.encode(), np.uint8),
+            "last": np.array([listed.last]),
             "name": np.array(names, np.uint8).reshape(-1, NAME_BYTES),
             "prints": np.array(prints, np.int64).reshape(-1, 3),
-            "removed": listed.removed,
             "damaged": listed.damaged,
         }
         self._write(self._list, arrays, LIST_COLUMNS)
@@ -189,21 +183,21 @@ def _delete(path: Path, *, strict: bool) -> None:
 def _as_list(arrays: dict[str, NDArray[Any]]) -> IndexList:
     """Return the list in the arrays of a file; ValueError if it is not one that was written."""
     state = arrays["state"].tobytes()
-    last, removals = arrays["revision"].tolist()
+    (last,) = arrays["last"].tolist()
     rows = arrays["prints"].tolist()
     names = [name.tobytes().hex() for name in arrays["name"]]
-    if len(state) > MOST_STATE or last < 0 or removals < UNKNOWN or len({*names}) < len(names):
+    if len(state) > MOST_STATE or last < 0 or len({*names}) < len(names):
         raise ValueError("no list of segments")
     before = 0
     for prints, first, end in rows:
         if not (0 < prints <= MOST_PRINTS and before < first <= end):
             raise ValueError("impossible segments")
         before = end
-    if any((np.diff(arrays[name]) <= 0).any() for name in ("removed", "damaged")):
+    if before > last or (np.diff(arrays["damaged"]) <= 0).any():
         raise ValueError("numbers that do not ascend")
     return IndexList(
-        Revision(state.decode(), last, removals),
+        state.decode(),
+        last,
         tuple(Listed(name, *row) for name, row in zip(names, rows, strict=True)),
-        arrays["removed"],
         arrays["damaged"],
     )

@@ -1,16 +1,16 @@
 """The index of a large gallery: it follows the database as entries are added and removed.
 
-The database is the only truth. By its history (see `fpmatch.gallery.store.history`) the index finds
-what was changed since it was written, by this program or any other; where that is not known, or a
-file is damaged, the index, or the damaged segment, is built again, with a note. Files are read and
-written while their folder is locked; where that is impossible, the index is kept in memory.
+The database is the only truth. Where its state has changed, by this program or any other, the
+index compares the numbers and digests of all entries with its own: it masks what was removed, and
+adds what is new. Where they do not fit, or a file is damaged, the index, or the damaged segment, is
+built again, with a note. Files are read and written while their folder is locked; where that is
+impossible, the index is kept in memory.
 """
 
 from __future__ import annotations
 
 from contextlib import closing, suppress
 from dataclasses import replace
-from functools import cached_property
 from itertools import islice, takewhile
 from typing import TYPE_CHECKING, Final
 
@@ -24,12 +24,11 @@ from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
 from fpmatch.gallery.index.files import IndexFolder, IndexList, Listed, index_folders
 from fpmatch.gallery.index.segment import MOST_PRINTS, Segment
-from fpmatch.gallery.store.history import UNKNOWN
 from fpmatch.gallery.store.kept_files import FAULTS, INDEX, SEGMENT, kept_folders
 from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -63,6 +62,11 @@ class GalleryIndex:
         self._noted = False  # whether a note states where the files are
         self._list = IndexList()
         self._read: dict[str, Segment] = {}
+        self._digests = _NO_NUMBERS, _NO_NUMBERS
+        self.stored = np.empty(0, np.intp)
+        """The places, in all segments, of the prints that are in the gallery."""
+        self.numbers = _NO_NUMBERS
+        """The numbers of the entries of these prints, ascending."""
 
     @property
     def damaged(self) -> list[int]:
@@ -75,27 +79,13 @@ class GalleryIndex:
         """The segments of the index, as it followed the gallery last."""
         return [self._read[one.name] for one in self._list.segments]
 
-    @cached_property
-    def stored(self) -> NDArray[np.intp]:
-        """The places, in all segments, of the prints that were not removed."""
-        return np.flatnonzero(~np.isin(self._all_numbers, self._list.removed))
-
-    @cached_property
-    def numbers(self) -> NDArray[np.int64]:
-        """The numbers of the entries of these prints, ascending."""
-        return self._all_numbers[self.stored]
-
-    @property
-    def _all_numbers(self) -> NDArray[np.int64]:
-        return np.concatenate([_NO_NUMBERS, *(segment.number for segment in self.segments)])
-
     def follow(self, gallery: GalleryReader) -> None:
         """Let the index have all entries that are in the gallery now.
 
         If it has not changed, that takes one short query. Raises GalleryError where the gallery
         cannot be read.
         """
-        if self._list.revision == gallery.revision():
+        if self._list.state == gallery.content_hash():
             return
         gallery.check_keys()
         folders, why = index_folders(gallery, self.matcher.name), ""
@@ -125,52 +115,52 @@ class GalleryIndex:
         self._noted = True
 
     def _update(self, gallery: GalleryReader, folder: IndexFolder, *, write: bool) -> None:
-        """Take the list of a folder, without what was removed since, and add what was enrolled."""
-        now = gallery.revision()
-        listed = self._newest_list(gallery, folder, write=write)
-        after = listed.revision.last
-        if not listed.segments or after < now.last:
-            gallery.check_whole(self._note, after=after)
-        gone = set(listed.removed.tolist()).difference(self._list.removed.tolist())
-        if listed.segments and gone:
-            gallery.check_sums(of=gone)
-        listed = self._with_segments_read(gallery, folder, listed, write=write)
-        done = sum(one.prints for one in listed.segments) - len(listed.removed)
-        total = len(gallery)
-        for segment, last in self._built(gallery, after, now.last, done, total):
+        """Take the index in a folder, mask what was removed since, and add what was enrolled."""
+        state, (numbers, digests) = gallery.content_hash(), gallery.digests()
+        self._digests = numbers, digests
+        listed = self._with_segments_read(gallery, folder, self._known(folder, gallery), write)
+        own, of_own = self._entries(listed)
+        at = np.searchsorted(numbers, own)
+        there = np.append(numbers, -1)[at] == own
+        new = np.setdiff1d(numbers, np.append(own, listed.damaged))
+        if (np.append(digests, 0)[at][there] != of_own[there]).any() or (new <= listed.last).any():
+            self._say_built_again(f"files of the index of {gallery.name}", "other")
+            listed, there, new = IndexList(), there[:0], numbers
+        done, total = int(there.sum()), len(numbers)
+        last, after = int(numbers[-1]) if total else 0, listed.last
+        for segment, end in self._built(gallery, after, last, done, total):
             listed = self._with_segment(listed, segment)
-            damaged = [k for k in gallery.damaged if after < k <= last]
-            listed = replace(
-                listed,
-                revision=replace(now, last=last),
-                damaged=np.union1d(listed.damaged, np.array(damaged, np.int64)),
-            )
+            listed = replace(listed, state="", last=end)
             if write:
                 self._write(listed, folder)
-        self._list = replace(listed, revision=now)
+        known = np.append(listed.damaged, [k for k in gallery.damaged if after < k <= last])
+        damaged = np.intersect1d(known, numbers).astype(np.int64)
+        self._list = replace(listed, state=state, last=max(last, listed.last), damaged=damaged)
         self._read = {one.name: self._read[one.name] for one in listed.segments}
-        for name in ("stored", "numbers"):
-            self.__dict__.pop(name, None)
+        own, _ = self._entries(self._list)
+        self.stored = np.flatnonzero(np.isin(own, numbers))
+        self.numbers = own[self.stored]
+        if write and len(new):
+            self._write(self._list, folder)
 
-    def _newest_list(
-        self, gallery: GalleryReader, folder: IndexFolder, *, write: bool
-    ) -> IndexList:
-        """Return the list in a folder, or in memory, without what was removed; empty if none is."""
-        fault = ""
+    def _entries(self, listed: IndexList) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return numbers and digests of the entries in the segments of a list."""
+        read = [self._read[one.name] for one in listed.segments]
+        numbers = np.concatenate([_NO_NUMBERS, *(segment.number for segment in read)])
+        return numbers, np.concatenate([_NO_NUMBERS, *(segment.digest for segment in read)])
+
+    def _known(self, folder: IndexFolder, gallery: GalleryReader) -> IndexList:
+        """Return the newer list of that in a folder and that in memory."""
+        listed = IndexList()
         try:
-            listed = masked(gallery, folder.read_list())
+            listed = folder.read_list()
         except FpmatchError as error:
-            listed, fault = None, error.code
-        if not write and self._list.segments:
-            ours = masked(gallery, self._list)
-            if ours and (listed is None or ours.revision.last > listed.revision.last):
-                return ours
-        if listed is None and fault != "missing":
-            self._say_built_again(f"files of the index of {gallery.name}", fault or "other")
-        return listed or IndexList()
+            if error.code != "missing":
+                self._say_built_again(f"files of the index of {gallery.name}", error.code)
+        return self._list if self._list.last > listed.last else listed
 
     def _with_segments_read(
-        self, gallery: GalleryReader, folder: IndexFolder, listed: IndexList, *, write: bool
+        self, gallery: GalleryReader, folder: IndexFolder, listed: IndexList, write: bool
     ) -> IndexList:
         """Return the list with segments that are read, and those that are damaged built again."""
         segments: list[Listed] = []
@@ -206,7 +196,11 @@ class GalleryIndex:
         self, gallery: GalleryReader, rows: Sequence[tuple[int, bytes]], done: int, total: int
     ) -> Segment | None:
         """Return a segment of those packed templates that are sound; None where none is."""
-        chunks = [rows[k : k + PRINTS_PER_CHUNK] for k in range(0, len(rows), PRINTS_PER_CHUNK)]
+        enrolled, digests = self._digests
+        at = np.searchsorted(enrolled, [number for number, _ in rows])
+        of_rows = np.append(digests, -1)[at].tolist()
+        given = [(*row, digest) for row, digest in zip(rows, of_rows, strict=True)]
+        chunks = [given[k : k + PRINTS_PER_CHUNK] for k in range(0, len(rows), PRINTS_PER_CHUNK)]
         engine = serial() if len(rows) <= FEW else self._engine or processes()
         parts: list[Segment] = []
         with engine, closing(engine.map(_build, self.matcher, chunks)) as results:
@@ -254,53 +248,42 @@ class GalleryIndex:
         self._note(f"{what} {FAULTS.get(fault, FAULTS['damaged'])}: built again")
 
 
-def masked(gallery: GalleryReader, listed: IndexList) -> IndexList | None:
-    """Return a list with what was removed since from the gallery; None if that is not known."""
-    before, now = listed.revision, gallery.revision()
-    if before.removals == UNKNOWN:
-        return listed if replace(before, last=now.last) == now else None
-    removals = gallery.removals_since(before)
-    if removals is None:
-        return None
-    gone = np.array([one.entry for one in removals], np.int64)
-    damaged = np.setdiff1d(listed.damaged, gone)
-    in_segments = np.setdiff1d(gone[gone <= before.last], listed.damaged)
-    removed = np.union1d(listed.removed, in_segments)
-    revision = replace(now, last=before.last)
-    return replace(listed, revision=revision, removed=removed, damaged=damaged)
-
-
-def erase_removed(gallery: GalleryReader) -> None:
+def erase_removed(gallery: GalleryReader, numbers: Collection[int] | None = None) -> None:
     """Write the segments that have removed prints anew, in all folders.
 
-    An index that is damaged, or cannot be written, is deleted. Raises FpmatchError if a file cannot
-    be.
+    Only segments that may have entries of some `numbers` are read (default: all). An index that is
+    damaged, or cannot be written, is deleted. Raises FpmatchError if a file cannot be.
     """
+    enrolled, _ = gallery.digests()
+    gone = None if numbers is None else np.array(sorted(numbers), np.int64)
     for path in kept_folders(gallery):
         files = [*path.glob(f"*{INDEX}"), *path.glob(f"*{SEGMENT}")]
         for name in sorted({one.name.partition(".")[0] for one in files}):
             folder = IndexFolder(path, name, gallery.sealing())
             with folder_lock(path):
                 try:
-                    listed = masked(gallery, folder.read_list())
-                    kept = () if listed is None else tuple(_erased(folder, listed))
-                    listed = replace(listed or IndexList(), segments=kept, removed=_NO_NUMBERS)
-                    folder.write_list(listed)
+                    listed = folder.read_list()
+                    kept = tuple(_erased(folder, listed, enrolled, gone))
+                    folder.write_list(replace(listed, state="", segments=kept))
                 except FpmatchError:  # the next search makes it again
                     folder.delete()
                 else:
                     folder.delete_others(kept, strict=True)
 
 
-def _erased(folder: IndexFolder, listed: IndexList) -> Iterator[Listed]:
+def _erased(
+    folder: IndexFolder,
+    listed: IndexList,
+    enrolled: NDArray[np.int64],
+    gone: NDArray[np.int64] | None,
+) -> Iterator[Listed]:
     """Yield the segments of a list, those that had removed prints written without them."""
     for one in listed.segments:
-        first, last = np.searchsorted(listed.removed, [one.first, one.last + 1])
-        if first == last:
+        if gone is not None and not ((gone >= one.first) & (gone <= one.last)).any():
             yield one
             continue
         segment = folder.read_segment(one)
-        left = np.flatnonzero(~np.isin(segment.number, listed.removed))
+        left = np.flatnonzero(np.isin(segment.number, enrolled))
         if len(left) == len(segment):
             yield one
         elif len(left):
@@ -310,13 +293,16 @@ def _erased(folder: IndexFolder, listed: IndexList) -> Iterator[Listed]:
             yield written
 
 
-def _build(matcher: Matcher, rows: Sequence[tuple[int, bytes]]) -> tuple[Segment, dict[int, str]]:
+def _build(
+    matcher: Matcher, rows: Sequence[tuple[int, bytes, int]]
+) -> tuple[Segment, dict[int, str]]:
     """Return a segment of those packed templates that are sound, and why others are not."""
-    numbers, prints, damaged = [], [], {}
-    for number, data in rows:
+    entries, prints, damaged = [], [], {}
+    for number, data, digest in rows:
         try:
             prints.append(matcher.prepare(unpack_template(data)))
-            numbers.append(number)
+            entries.append((number, digest))
         except FpmatchError as error:
             damaged[number] = str(error)
-    return Segment.build(numbers, prints), damaged
+    numbers, digests = zip(*entries, strict=True) if entries else ((), ())
+    return Segment.build(numbers, digests, prints), damaged

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index import descriptors
 from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
 from fpmatch.gallery.index.descriptors import StoredDescriptors
 from fpmatch.gallery.index.embedding import LENGTH, NETWORK_SHA256, embeddings
@@ -62,6 +61,7 @@ class Segment:
     """
 
     number: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry, ascending
+    digest: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry
     size: NDArray[np.uint8] = field(metadata=_of("|u1", PRINT))  # minutiae, 255 at most
     term_start: NDArray[np.uint32] = field(metadata=_of("<u4", TERMS + 1))
     posting: NDArray[np.uint32] = field(metadata=_of("<u4", "posting"))
@@ -69,8 +69,10 @@ class Segment:
     descriptors: StoredDescriptors
 
     @classmethod
-    def build(cls, numbers: Sequence[int], prints: Sequence[PreparedTemplate]) -> Segment:
-        """Return the segment of prints with these numbers, ascending, of their entries.
+    def build(
+        cls, numbers: Sequence[int], digests: Sequence[int], prints: Sequence[PreparedTemplate]
+    ) -> Segment:
+        """Return the segment of prints with numbers, ascending, and digests of their entries.
 
         Raises MatcherError if there are more than 65,536 prints, or the numbers do not ascend.
         """
@@ -82,7 +84,8 @@ class Segment:
         pose = np.concatenate([*(pose for _, pose in edges), np.empty(0, np.uint16)])
         lists = _by_term([term for term, _ in edges], [of << np.uint32(_NUMBER_BITS) | pose])
         sizes = np.minimum([len(print_) for print_ in prints], len(_SIZES) - 1).astype(np.uint8)
-        return cls(given, sizes, *lists, embeddings(prints), StoredDescriptors.pack(prints))
+        own = given, np.array(digests, np.int64), sizes
+        return cls(*own, *lists, embeddings(prints), StoredDescriptors.pack(prints))
 
     @classmethod
     def concatenate(cls, parts: Sequence[Segment]) -> Segment:
@@ -98,13 +101,12 @@ class Segment:
             part.posting + np.uint32(k << _NUMBER_BITS)
             for part, k in zip(parts, first.tolist(), strict=False)
         ]
-        return cls(
-            np.concatenate([part.number for part in parts]),
-            np.concatenate([part.size for part in parts]),
-            *_by_term(term, moved),
-            np.concatenate([part.embedding for part in parts]),
-            StoredDescriptors.concatenate([part.descriptors for part in parts]),
+        number, digest, size, embedding = (
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("number", "digest", "size", "embedding")
         )
+        descriptors = StoredDescriptors.concatenate([part.descriptors for part in parts])
+        return cls(number, digest, size, *_by_term(term, moved), embedding, descriptors)
 
     def take(self, which: NDArray[np.integer]) -> Segment:
         """Return a copy of the prints with the places `which`, ascending."""
@@ -117,8 +119,8 @@ class Segment:
         posting = self.posting[kept]
         now = place[posting >> np.uint32(_NUMBER_BITS)]
         posting = now << np.uint32(_NUMBER_BITS) | posting & np.uint32(_POSE)
-        own = self.number[which], self.size[which], start, posting, self.embedding[which]
-        return Segment(*own, self.descriptors.take(which))
+        own = self.number[which], self.digest[which], self.size[which]
+        return Segment(*own, start, posting, self.embedding[which], self.descriptors.take(which))
 
     def __len__(self) -> int:
         return len(self.number)
@@ -166,7 +168,7 @@ class Segment:
 OWN_COLUMNS: Final[dict[str, Column]] = {
     f.name: f.metadata["column"] for f in fields(Segment) if f.metadata
 }
-COLUMNS: Final = OWN_COLUMNS | descriptors.COLUMNS
+COLUMNS: Final = OWN_COLUMNS | StoredDescriptors.columns()
 """The arrays of a file."""
 
 
@@ -202,7 +204,7 @@ def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
     """Return whether every number in the arrays of a segment leads to where there is something."""
     number, start, posting = (arrays[name] for name in ("number", "term_start", "posting"))
     prints = len(number)
-    if {len(arrays[name]) for name in ("size", "embedding", "has_flow")} != {prints}:
+    if {len(arrays[name]) for name in ("digest", "size", "embedding", "has_flow")} != {prints}:
         return False
     if not 0 < prints <= MAX_PRINTS:
         return False

@@ -199,7 +199,6 @@ class _Entries:
         except GalleryError as error:
             if error.code != "unknown":
                 raise
-            self._gallery.check_removed(number)
             self._removed.add(number)
             return None
 

@@ -21,9 +21,10 @@ from fpmatch.matching.result import named, prepare_print
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.search.search import Search
-    from fpmatch.gallery.store.history import Revision
     from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.result import Matcher
 
@@ -55,7 +56,7 @@ def open_search(
     say = note or _warn
     indexed = COMPILED and packs(chosen) and chosen.name == DEFAULT_MATCHER
     if not (indexed and gallery.has_over(EXHAUSTIVE_UP_TO)):
-        return _whole(gallery, chosen, progress, say, before)
+        return _whole(gallery, chosen, progress, before)
     from fpmatch.gallery.index.follow import GalleryIndex  # noqa: PLC0415  (imports the index)
     from fpmatch.gallery.search.indexed import IndexedSearch  # noqa: PLC0415
 
@@ -72,36 +73,37 @@ def open_search(
 
 
 class _GallerySearch(WholeSearch):
-    """Search of the prints of a gallery at some revision."""
+    """Search of the prints of a gallery in some state, with the digests of their entries."""
 
-    revision: Revision
+    state: str
+    digests: NDArray[np.int64]
 
 
 def _whole(
     gallery: GalleryReader,
     matcher: Matcher,
     progress: Progress,
-    note: Callable[[str], object],
     before: Search | None,
 ) -> WholeSearch:
     """Return the search of all prints; those that are in the search `before` are not read again."""
     gallery.check_keys()
-    revision = gallery.revision()
+    state, (enrolled, digests) = gallery.content_hash(), gallery.digests()
     known: WholeSearch | None = None
+    new = enrolled.tolist()
     if isinstance(before, _GallerySearch):
-        if before.revision == revision:
+        if before.state == state:
             before.subjects = GallerySubjects(gallery)
             return before
-        if gallery.removals_since(before.revision) is not None:
-            known = before
-    gallery.check_whole(note)
-    enrolled = gallery.numbers()
-    if known is not None:
-        known = known.take(np.flatnonzero(np.isin(known.numbers, enrolled)))
-        enrolled = sorted({*enrolled}.difference(known.numbers.tolist()))
+        of_number = dict(zip(new, digests.tolist(), strict=True))
+        entries = zip(before.numbers.tolist(), before.digests.tolist(), strict=True)
+        same = [of_number.get(number) == digest for number, digest in entries]
+        known = before.take(np.flatnonzero(same))
+        new = sorted({*new}.difference(known.numbers.tolist()))
+        if len(known) and new and new[0] < known.numbers[-1]:  # their order would be another
+            known, new = None, enrolled.tolist()
     numbers, prints = [], []
-    progress("prepare", 0, len(enrolled))
-    of = None if known is None else enrolled
+    progress("prepare", 0, len(new))
+    of = None if known is None else new
     for done, (number, data) in enumerate(gallery.packed_templates(of=of), start=1):
         try:
             template = unpack_template(data)
@@ -113,10 +115,11 @@ def _whole(
         except MatcherError as error:
             raise named(error, f"{ENTRY}{number}") from error
         numbers.append(number)
-        progress("prepare", min(done, len(enrolled)), len(enrolled))
+        progress("prepare", min(done, len(new)), len(new))
     subjects = GallerySubjects(gallery)
     search = _GallerySearch(matcher, numbers, prints, subjects, dict(gallery.damaged), known)
-    search.revision = revision
+    search.state = state
+    search.digests = digests[np.isin(enrolled, search.numbers)]
     return search
 
 

@@ -1,6 +1,6 @@
 """Encryption of a gallery: the keys in use, and how its entries and prepared prints are sealed.
 
-A gallery of version 2 or 4 has a table with its random id and the ids of the keys in use, the first
+A gallery of version 4 has a table with its random id and the ids of the keys in use, the first
 of which seals new entries. While a rotation is under way there are several; "plain" stands for
 templates that are not encrypted. A template is a sealed record that is bound to the gallery and to
 all columns of its row but the number.
@@ -154,7 +154,7 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
 
     Raises EncryptionError (code "damaged") if the keys in use are not recorded.
     """
-    if connection.scalar(sa.select(GALLERY.c.version)) not in {2, ENCRYPTED_VERSION}:
+    if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
         return None
     row = None
     if sa.inspect(connection).has_table(ENCRYPTION.name):

@@ -168,7 +168,7 @@ def earlier_resolutions(gallery: Gallery, prints: Sequence[PrintFile]) -> dict[P
     folders = {printable(f.path.absolute().parent): f.path.parent for f in prints if f.dpi is None}
     if not folders or not len(gallery):
         return {}
-    last = gallery.packed_templates(after=max(gallery.revision().last - LAST_ENTRIES, 0))
+    last = gallery.packed_templates(after=max(gallery.last_number() - LAST_ENTRIES, 0))
     unstated = [number for number, data in last if is_unstated(data)]
     entries = sorted(gallery.entries_of(unstated), key=lambda entry: entry.id)
     of_folder = {str(Path(entry.source).parent): entry.dpi for entry in entries}

@@ -34,8 +34,8 @@ def enrol_gallery(
 
     Templates are checked and copied as they are, with their labels, sources and SHA-256; entries
     get new numbers, in the same order. A thousand are committed at once: a run that was killed
-    continues when it is started again. A failure is a damaged entry, one whose label or picture is
-    enrolled otherwise, and a source that lost entries. Either gallery may be encrypted. `prefix`,
+    continues when it is started again. A failure is a damaged entry, or one whose label or picture
+    is enrolled otherwise. Either gallery may be encrypted. `prefix`,
     `progress` and `strict` are as for `fpmatch.gallery.tasks.enrol.enrol`; GalleryError is raised
     if both are the same, too.
     """
@@ -74,10 +74,6 @@ def enrol_gallery(
     skipped = [
         Failure(f"{source.name}: entry {k}", f"damaged: {why}") for k, why in sorted(damaged)
     ]
-    try:
-        source.check_sums()
-    except GalleryError as error:
-        skipped.append(Failure(source.name, error.detail))
     gallery.add_packed([], skipped)
     refused, unmatched = check_added(gallery, labels, added, strict=strict)
     return Enrolment(

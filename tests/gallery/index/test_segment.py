@@ -30,7 +30,7 @@ from fpmatch.templates.minutiae import RidgeField
 
 def segment_of(templates, first=0):
     numbers = range(first, first + len(templates))
-    return Segment.build(numbers, [*map(MATCHER.prepare, templates)])
+    return Segment.build(numbers, numbers, [*map(MATCHER.prepare, templates)])
 
 
 def gallery(seed, count=40, n=30):
@@ -202,7 +202,7 @@ def test_what_is_no_segment_is_not_built():
     prints = [MATCHER.prepare(t) for t in gallery(6, 2, 8)]
     for numbers in ([2, 1], [1, 1]):
         with pytest.raises(MatcherError):
-            Segment.build(numbers, prints)
+            Segment.build(numbers, numbers, prints)
 
 
 def changed(arrays, name, at, value):

@@ -25,12 +25,10 @@ from fpmatch.gallery.store.kept_files import (
     SEGMENT,
     STALE_S,
     kept_folders,
-    seal_of,
-    unseal_of,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Callable, Collection
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -96,7 +94,7 @@ class IndexFolder:
         """Return the list; raise FpmatchError with the codes of `read_arrays`."""
         path = self._list
         about = self._about(path)
-        arrays = read_arrays(path, LIST_COLUMNS, about, unseal=unseal_of(self.sealing))
+        arrays = read_arrays(path, LIST_COLUMNS, about, unseal=self._unseal)
         try:
             return _as_list(arrays)
         except ValueError as error:  # of bytes that are no text, too
@@ -120,7 +118,7 @@ class IndexFolder:
     def read_segment(self, listed: Listed) -> Segment:
         """Return a segment, mapped; raise FpmatchError with the codes of `read_arrays`."""
         path = self._segment(listed.name)
-        arrays = read_arrays(path, COLUMNS, self._about(path), unseal=unseal_of(self.sealing))
+        arrays = read_arrays(path, COLUMNS, self._about(path), unseal=self._unseal)
         try:
             segment = Segment.of_arrays(arrays)
         except FpmatchError as error:
@@ -163,7 +161,14 @@ class IndexFolder:
     def _write(
         self, path: Path, arrays: dict[str, NDArray[Any]], columns: dict[str, Column]
     ) -> None:
-        write_arrays(path, arrays, columns, self._about(path), seal=seal_of(self.sealing))
+        sealing = self.sealing
+        seal = sealing.seal_file if sealing is not None and sealing.encrypts else None
+        write_arrays(path, arrays, columns, self._about(path), seal=seal)
+
+    @property
+    def _unseal(self) -> Callable[[bytes], bytes] | None:
+        sealing = self.sealing
+        return sealing.unseal_file if sealing is not None and sealing.encrypts else None
 
 
 def index_folders(gallery: GalleryReader, matcher: str) -> list[IndexFolder]:

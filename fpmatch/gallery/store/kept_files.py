@@ -1,4 +1,4 @@
-"""Files that are kept to search a gallery faster: their places, and their encryption.
+"""Files that are kept to search a gallery faster: their places.
 
 They are caches of its database, in ``prints.db.prepared/``, or in the user's cache folder where
 that is impossible, as for PostgreSQL. They may be deleted at any time.
@@ -7,20 +7,16 @@ that is impossible, as for PostgreSQL. They may be deleted at any time.
 from __future__ import annotations
 
 import hashlib
-from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import reason
 from fpmatch.errors import GalleryError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-    from contextlib import AbstractContextManager
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
-    from typing import BinaryIO
 
     from fpmatch.gallery.store.reader import GalleryReader
-    from fpmatch.gallery.store.sealing import Sealing
 
 SEGMENT: Final = ".segment"
 INDEX: Final = ".index"
@@ -65,13 +61,3 @@ def delete_files(gallery: GalleryReader, patterns: Iterable[str] = PATTERNS) -> 
         except OSError as error:
             why = f"cannot be deleted: {reason(error)}"
             raise GalleryError(f"{path.name}: {why}", path=gallery.name) from error
-
-
-def seal_of(sealing: Sealing | None) -> Callable[[BinaryIO], AbstractContextManager[Any]]:
-    """Return what yields the stream to write the content of a file to."""
-    return nullcontext if sealing is None or not sealing.encrypts else sealing.sealed_file
-
-
-def unseal_of(sealing: Sealing | None) -> Callable[[BinaryIO], memoryview] | None:
-    """Return what decrypts the content of a file; None where files are not encrypted."""
-    return sealing.unsealed_file if sealing is not None and sealing.encrypts else None

@@ -7,7 +7,7 @@ import secrets
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.errors import GalleryError, check_path
+from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.reader import GalleryReader
@@ -68,7 +68,6 @@ def open_gallery(
     EncryptionError
         If there is no key for a gallery to be made.
     """
-    check_path(where, GalleryError)
     if encrypt:
         as_keys(key)  # before a file is made
     gallery = Gallery(where, create=create, key=key, patience=patience)

@@ -33,7 +33,7 @@ def degenerate_prints():
 
     def flat(points):
         """Return the same minutiae, of which all directions are 0."""
-        return np.vstack([points[:2], np.ones(points.shape[1]), np.zeros(points.shape[1])])
+        return np.vstack([points[:2], [[1.0], [0.0]] * np.ones(points.shape[1])])
 
     made = {f"{n} minutiae": usual[:, :n] for n in range(5)}
     made["directions 0"] = flat(usual)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.reference import coarse_pairings
@@ -17,9 +16,6 @@ from fpmatch.matching.reference.alignment import grow
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-
-MOST_MINUTIAE = 60 if COMPILED else 25
-"""Most minutiae of a template that hypothesis makes."""
 
 EMPTY = Template(Minutiae.empty(), 300, 300)
 NO_POINTS = np.empty((4, 0))
@@ -56,19 +52,40 @@ def any_points(seed, most=25):
     return spread_points(rng, n) if rng.random() < 0.5 else on_pixels(rng, n)
 
 
+def plane(points):
+    """Return the positions of minutiae as complex numbers."""
+    return points[0] + 1j * points[1]
+
+
+def _of_planes(z, d):
+    """Return minutiae (4, n) of positions and directions given as complex numbers."""
+    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+
+
 def moved(points, turn, shift=0j, scale=1.0):
     """Return minutiae turned counter-clockwise (radians, y up), scaled and shifted."""
-    z = (points[0] + 1j * points[1]) * scale * np.exp(1j * turn) + shift
-    d = (points[2] + 1j * points[3]) * np.exp(1j * turn)
-    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+    by = np.exp(1j * turn)
+    return _of_planes(plane(points) * scale * by + shift, plane(points[2:]) * by)
 
 
 def jittered(rng, points, px, radians):
     """Return minutiae whose positions and directions have been read a little wrong."""
-    z = points[0] + 1j * points[1]
+    z = plane(points)
     z = z + rng.normal(0, px, z.shape) + 1j * rng.normal(0, px, z.shape)
-    d = (points[2] + 1j * points[3]) * np.exp(1j * rng.normal(0, radians, z.shape))
-    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+    return _of_planes(z, plane(points[2:]) * np.exp(1j * rng.normal(0, radians, z.shape)))
+
+
+def distorted(points, towards=0.0, most_px=14.0, within_px=60.0):
+    """Return minutiae as on skin that one side of the finger drags along, and the other does not.
+
+    The displacement, in a direction of so many radians, grows smoothly from 0 to `most_px` across a
+    band `within_px` wide through the middle of the print; the minutiae there turn with the skin.
+    """
+    across = np.clip(((points[0] - points[0].mean()) / within_px) + 0.5, 0, 1)
+    z = plane(points) + most_px * np.exp(1j * towards) * (3 - 2 * across) * across**2
+    slope = most_px / within_px * 6 * across * (1 - across) * np.exp(1j * towards)
+    d = plane(points[2:]) + slope * points[2]
+    return _of_planes(z, d / abs(d))
 
 
 def two_impressions(seed, n=14):
@@ -105,20 +122,14 @@ def doubled_prints(seed):
     points = spread_points(rng, 10, size=130.0)
     again = moved(points, rng.uniform(-1, 1), 200 + 10j)
     both = np.hstack([jittered(rng, side, 2.0, 0.1) for side in (points, again)])
-    field = (None, striped_field(side=25 if COMPILED else 14), striped_field(side=10))[seed % 3]
+    field = (None, striped_field(side=25), striped_field(side=10))[seed % 3]
     sides = (MATCHER.prepare(template_of(side, field=field)) for side in (points, both))
-    a, b = sorted(sides, key=lambda side: side.key)
-    return a, b
+    return sorted(sides, key=lambda side: side.key)
 
 
 def similarity_of(a, b):
     """Return the local similarity of the minutiae of two prints."""
     return local_similarity(neighbourhoods(a), neighbourhoods(b))
-
-
-def plane(points):
-    """Return the positions of minutiae as complex numbers."""
-    return points[0] + 1j * points[1]
 
 
 def template_of(points, dpi=500.0, quality=None, field=None, size=400):
@@ -169,8 +180,7 @@ def striped_field(period=10.0, side=10, step=16.0, orientation=0.6):
     row, column = np.mgrid[: 8 * side, : 8 * side] + 0.5
     across = (column * np.sin(orientation) + row * np.cos(orientation)) * (step / 8)
     ridges = packed_pictures(np.cos(2 * np.pi * across / period) > 0)
-    shape = (side, side)
-    return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool), ridges)
+    return replace(even_field(step, side, orientation), ridges=ridges)
 
 
 def some_templates(sizes=SIZES):
@@ -203,40 +213,19 @@ def fields(draw):
 @st.composite
 def templates(draw):
     """Draw any template: crowded, coincident, outside its image, of any resolution."""
-    n = draw(st.integers(0, MOST_MINUTIAE))
-    position = draw(
-        st.sampled_from(
-            [
-                st.floats(-500, 2000, width=32),
-                st.integers(0, 400).map(float),
-                st.integers(0, 6).map(lambda pixel: 20.0 * pixel),
-            ]
-        )
-    )
+    n = draw(st.integers(0, 60 if COMPILED else 25))
+    anywhere, whole = st.floats(-500, 2000, width=32), st.integers(0, 400).map(float)
+    coarse = st.integers(0, 6).map(lambda pixel: 20.0 * pixel)
+    place = draw(st.sampled_from([anywhere, whole, coarse]))
     minutiae = Minutiae(
-        x=draw(arrays(np.float64, n, elements=position)),
-        y=draw(arrays(np.float64, n, elements=position)),
+        x=draw(arrays(np.float64, n, elements=place)),
+        y=draw(arrays(np.float64, n, elements=place)),
         angle=draw(arrays(np.float64, n, elements=st.floats(-10, 10))),
         kind=draw(arrays(np.uint8, n, elements=st.integers(0, 2))),
         quality=draw(arrays(np.uint8, n, elements=st.integers(0, 100))),
     )
     dpi = draw(st.sampled_from([100.0, 500.0, 569.0, 1000.0, 4000.0]) | st.floats(100, 4000))
     return Template(minutiae, 400, 400, dpi, draw(st.none() | fields()))
-
-
-def distorted(points, towards=0.0, most_px=14.0, within_px=60.0):
-    """Return minutiae as on skin that one side of the finger drags along, and the other does not.
-
-    The displacement, in a direction of so many radians, grows smoothly from 0 to `most_px` across a
-    band `within_px` wide through the middle of the print; the minutiae there turn with the skin.
-    """
-    z = points[0] + 1j * points[1]
-    across = np.clip(((points[0] - points[0].mean()) / within_px) + 0.5, 0, 1)
-    z = z + most_px * np.exp(1j * towards) * (3 - 2 * across) * across**2
-    slope = most_px / within_px * 6 * across * (1 - across) * np.exp(1j * towards)
-    d = points[2] + 1j * points[3] + slope * points[2]
-    d /= abs(d)
-    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
 
 
 def assert_mirrored(forth, back):
@@ -262,31 +251,6 @@ def heaviest(a, b, similarity, parameters=USUAL):
     """Return the pairing whose pairs fit best, or None where nothing is paired."""
     found = alignments(a, b, similarity, parameters)
     return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)
-
-
-def flow_of(codes):
-    """Return cosine and sine, shape (2, …), of twice the orientation; 0 outside the mask."""
-    doubled = (codes.astype(np.float64) - 1.0) * (2 * np.pi / ORIENTATIONS)
-    return np.stack([np.cos(doubled), np.sin(doubled)]) * (codes > 0)
-
-
-def cells_of(region):
-    """Return middles of the cells inside a print area, and their flow, 0 where unknown: (4, K)."""
-    row, column = np.nonzero(region.code)
-    x = (region.first_column + column + 0.5) * region.step
-    y = -(region.first_row + row + 0.5) * region.step
-    return np.stack([x, y, *(flow_of(region.code[row, column]) * region.has_flow)])
-
-
-def contains(region, x, y):
-    """Return which of the points lie inside a print area."""
-    rows, columns = region.code.shape
-    column = np.floor(x / region.step) - region.first_column
-    row = np.floor(-y / region.step) - region.first_row
-    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-    held = np.zeros(len(x), bool)
-    held[inside] = region.code[row[inside].astype(int), column[inside].astype(int)] > 0
-    return held
 
 
 def fragment(template, minutiae):

@@ -14,7 +14,7 @@ from PIL import Image
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.skeleton._thin_kernel import COMPILED
-from fpmatch.matching.pipeline.ridge_map import IMPOSTOR_MEAN
+from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server.settings import STATIC, Limits
 
@@ -117,7 +117,7 @@ def test_further_views_are_of_the_same_comparison(client, prints):
     compared = shown["result"]["compared"]
     assert ridges["mean"] == pytest.approx(compared["ridge_agreement"], rel=1e-12)
     assert ridges["area_mm2"] == compared["ridge_area_mm2"]
-    assert ridges["impostor_mean"] == IMPOSTOR_MEAN
+    assert ridges["impostor_mean"] == IMPOSTOR_RIDGES
     assert {len(cell) for cell in ridges["cells"]} == {4}
     assert all(re.fullmatch("#[0-9a-f]{6}", cell[3]) for cell in ridges["cells"])
     both = client.post("/overlay", files=files, data={"side_by_side": "true", "ridges": "true"})

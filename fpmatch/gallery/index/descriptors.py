@@ -17,7 +17,7 @@ from fpmatch.gallery.index.prints.print_arrays import (
     of_each,
 )
 from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
-from fpmatch.matching.prints.bit_descriptors import prefilter_of
+from fpmatch.matching.prints.prepare import prefilter_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -43,8 +43,7 @@ from fpmatch.templates.bounds import (
     rounded_dpi,
     rounded_minutiae,
 )
-from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
 FIELD, RIDGES = 1, 2  # what there is beside the minutiae
 KIND_BITS: Final = 2

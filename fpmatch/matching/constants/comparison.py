@@ -24,6 +24,7 @@ FEWEST_FOR_SCALE: Final = 4
 # neither skin nor a wrong resolution reaches, the pairs are too close together.
 MIN_PAIRS_FOR_SCALE: Final = 6
 MAX_STRETCH: Final = 1.25
+COMPETING_APART_PX: Final = 30.0  # mean distance of images under very different transforms
 
 # Mesh of pairs
 FRAME: Final = 8  # frame points: the first vertices
@@ -41,6 +42,7 @@ MOST_CELLS: Final = 16_384  # of a print area with its border; of larger ones no
 FEW_SAMPLES: Final = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 _EVERY_OTHER: Final = [(row, column) for row in range(8) for column in range(row % 2, 8, 2)]
 SAMPLES: Final = (*FEW_SAMPLES, *(one for one in _EVERY_OTHER if one not in FEW_SAMPLES))
+IMPOSTOR_RIDGES: Final = 0.27  # mean correlation of different fingers under their best transform
 FLOW_SAMPLES: Final = 24  # cells whose orientation is compared in a search by ridges
 
 # Evidence

@@ -13,7 +13,7 @@ LEAST_WEIGHT: Final = 1e-9  # of all neighbours of a minutia together
 
 # Bit descriptors. A word of a neighbour: its cell in the first grid; a bit that is set where this
 # cell does not count; three bits for the step from there to the cell of the second grid; a bit that
-# is set where that cell does not count. `_prefilter_cells.pxd` has them for the C compiler, too.
+# is set where that cell does not count. `_bits.pxd` has them for the C compiler, too.
 NEIGHBOUR_WORDS: Final = 12  # of a minutia, for its neighbours
 ORIENTATION_WORDS: Final = 12  # of a minutia, for the ridge orientation at places around it
 MAX_ENCODED: Final = 64  # minutiae of a print; of more, those of best quality

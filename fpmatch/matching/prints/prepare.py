@@ -1,4 +1,15 @@
-"""Prepare a template for the compiled matcher."""
+"""Prepare a template for the compiled matcher: neighbourhoods and bit descriptors of its minutiae.
+
+The paper compares whole one-rings of points. So that a neighbourhood is recognised although
+neighbours are missing or spurious, each neighbour is kept by itself, with its shape-preserving
+weight (eq. 4) and its position and direction in the frame of the minutia's own direction; points
+of the second ring make up the number.
+
+Bit descriptors are a fast, coarse comparison of two prints, the prefilter. Two minutiae are
+compared by counting the words of `_encode_kernel` that they share; two prints by the pairs of
+minutiae that share enough and agree in one rotation and shift. That takes a few hundredths of the
+time of a whole comparison, and rejects most impostor pairs.
+"""
 
 from __future__ import annotations
 
@@ -6,48 +17,77 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.constants.prints import (
+    FLOW_PLACES,
+    MAX_ENCODED,
+    NEIGHBOUR_WORDS,
+    ORIENTATION_WORDS,
+    TURNS,
+    UNKNOWN_BIN,
+)
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.bit_descriptors import encode_many
-from fpmatch.matching.prints.neighbourhood import neighbourhoods
-from fpmatch.matching.prints.prepared import BitDescriptors, prepare_by, rounded
-from fpmatch.matching.prints.print_area import PrintAreas
+from fpmatch.matching.prints._kernels._encode_kernel import encode_neighbours, encode_orientations
+from fpmatch.matching.prints._kernels._neighbourhood_kernel import NeighbourhoodWriter
+from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
+from fpmatch.matching.prints.prepared import BitDescriptors, Neighbourhoods, prepare_by
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.bit_descriptors import EncodedMinutiae
-    from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.templates.minutiae import Template
 
 
-def prepare(
-    template: Template,
-    parameters: MatchParameters = USUAL,
-) -> PreparedTemplate:
+def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their neighbourhoods."""
-
-    def describe_one(
-        points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
-    ) -> tuple[Neighbourhoods, BitDescriptors]:
-        start, areas = np.array((0, len(quality)), np.int64), PrintAreas.of(region)
-        described, bits = describe(points, quality, start, areas, parameters)
-        xy = np.ascontiguousarray(points[:2].T, np.float32)
-        return described, BitDescriptors(xy, *bits, region.has_flow)
-
-    return prepare_by(describe_one, template, parameters)
+    return prepare_by(describe, template, parameters)
 
 
 def describe(
     points: NDArray[np.float64],
     quality: NDArray[np.float64],
-    start: NDArray[np.int64],
-    areas: PrintAreas,
-    parameters: MatchParameters = USUAL,
-) -> tuple[Neighbourhoods, EncodedMinutiae]:
-    """Describe the minutiae of many prints: their neighbourhoods, and what `encode_many` returns.
+    region: PrintArea,
+    parameters: MatchParameters,
+) -> tuple[Neighbourhoods, BitDescriptors]:
+    """Describe the minutiae (4, N) of a print of an area by their neighbourhoods and by bits.
 
-    Those of print k are from ``start[k]`` up to the next.
+    Of many minutiae, only those of best quality have bits.
     """
-    described = rounded(neighbourhoods(points, parameters, start.tolist()))
-    return described, encode_many(points, quality, start, described, areas, parameters)
+    p, r, n = parameters, region, len(quality)
+    count = np.empty(n, np.int32)
+    neighbour = np.zeros((n, p.neighbours), np.int32)
+    frame = np.zeros((n, 6, p.neighbours), np.float32)
+    mesh = triangulate_checked(points[:2].T.copy())
+    writer = NeighbourhoodWriter(points, p, count, neighbour, frame)
+    writer.write(mesh.edges, mesh.ring_start, mesh.ring, mesh.interior.view(np.uint8))
+    coded = np.ones(n, np.uint8)
+    if n > MAX_ENCODED:
+        coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
+    angle = np.arctan2(frame[:, 3], frame[:, 2])
+    neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
+    encode_neighbours(count, frame, angle, coded, 1.0 / p.cell_px, neighbour_bits)
+    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
+    direction_bin = turn.astype(np.uint8)  # 256 steps are a turn
+    orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
+    if r.has_flow:
+        place = r.code, r.first_row, r.first_column, r.step
+        encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
+    xy = np.ascontiguousarray(points[:2].T, np.float32)
+    bits = BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
+    return Neighbourhoods(count, neighbour, frame), bits
+
+
+def prefilter_of(descriptors: BitDescriptors) -> Prefilter:
+    """Return a prefilter of the usual parameters with a print in its tables."""
+    made, d = Prefilter(USUAL), descriptors
+    made.load(d.xy, d.direction_bin, d.neighbour_bits, d.orientation_bins, d.has_flow)
+    return made
+
+
+def score_descriptors(tables: Prefilter, b: BitDescriptors) -> int:
+    """Return how much print B has in common with the print in the tables, which comes first."""
+    bits = b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow
+    weight: int = tables.score(0, len(b.xy), b.xy, *bits, False)
+    return weight

@@ -13,7 +13,7 @@ from fpmatch.matching.constants.prints import ORIENTATIONS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import RidgeField
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,32 +40,6 @@ class PrintArea:
     def area(self) -> float:
         """Area of the print."""
         return self.inside * (self.step * self.step)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PrintAreas:
-    """The areas of K prints in flat arrays, without their ridges, as in `PreparedPrints`.
-
-    Print k has the cells from ``start[k]`` to ``start[k + 1]``, row by row.
-    """
-
-    start: NDArray[np.int64]  # (K + 1,)
-    code: NDArray[np.uint8]
-    shape: NDArray[np.int32]  # (K, 4): rows and columns, first row and first column
-    step: NDArray[np.float64]  # (K,)
-    has_flow: NDArray[np.uint8]  # (K,)
-
-    @classmethod
-    def of(cls, region: PrintArea) -> PrintAreas:
-        """Return the area of one print."""
-        r = region
-        return cls(
-            start=np.array((0, r.code.size), np.int64),
-            code=r.code.reshape(-1),
-            shape=np.array(((*r.code.shape, r.first_row, r.first_column),), np.int32),
-            step=np.array((r.step,), np.float64),
-            has_flow=np.array((r.has_flow,), np.uint8),
-        )
 
 
 def orientation_codes(

@@ -1,4 +1,7 @@
-"""Evidence and score: the features of an alignment, weighed; see `pipeline.evidence`."""
+"""Evidence and score: the features of an alignment, weighed; see `pipeline.evidence`.
+
+The bounds are the decades of the FMR that pairs and ridges justify at most.
+"""
 
 from __future__ import annotations
 
@@ -7,32 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.matching.constants.comparison import (
-    AROUND2,
-    BESIDE2,
-    DENSER_PLACE,
-    DENSER_TURN,
-    ENOUGH_TO_HOLD,
-    FAR_SHARE,
-    FEW_TO_HOLD,
-    LEAST_COSINE,
-    LEAST_RELAXED,
-    LEAST_SPREAD,
-    LOG_10,
-    PAIR_AREA,
-    PER_AROUND,
-    PLACE2,
-    TURN2,
-)
+from fpmatch.matching.constants import comparison as fixed
 from fpmatch.matching.pipeline.evidence import Evidence, load_weights
 from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
 from fpmatch.matching.prints.prepared import lies_off_ridges
 from fpmatch.matching.prints.print_area import codes_at
-from fpmatch.matching.reference.bounds import (
-    decades_beyond_chance,
-    most_decades,
-    quality_correction,
-)
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 
@@ -64,18 +46,23 @@ def weigh(
     """
     model = load_weights().model_of(a, b)
     p = pairing.parameters
-    entries = _gather(a, b, candidates, pairing)
-    features = _features(model, entries, p)
+    e = _gather(a, b, candidates, pairing)
+    features = features_of(model, e, p)
     if model.sums(features) > ridges_from:
         drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
         ridges = compare_ridges(a.region, b.region, pairing.move, drift)
-        entries |= zip(("ridges", "cells"), ridges, strict=True)
-        features = _features(model, entries, p)
+        e |= zip(("ridges", "cells"), ridges, strict=True)
+        features = features_of(model, e, p)
     total = float(model.sums(features))
-    estimate = _condition(model, total, entries, p.usual_correlation)
-    estimate = _beyond_chance(a, b, pairing, entries, estimate, p)
-    entries |= {"features": features, "total": total, "minus_log_fmr": estimate}
-    return pairing, Evidence(**entries)
+    # given the amount of evidence, -ln(FMR) grows with the sum
+    amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
+    low, high = (model.quantiles @ amount).tolist()
+    decade = max(high - low, fixed.LEAST_SPREAD)
+    limit = most_decades(e["pairs"], e["chance"], e["ridges"] - p.usual_correlation, e["cells"])
+    estimate = float(fixed.LOG_10 * min(2.0 + (total - low) / decade, limit))
+    estimate = _beyond_chance(a, b, pairing, e, estimate, p)
+    e |= {"total": total, "minus_log_fmr": estimate}
+    return pairing, Evidence(**e)
 
 
 def _gather(
@@ -91,8 +78,11 @@ def _gather(
     common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own], p)
     common_b, unpaired_b = _unpaired(b, others, a.region, back, p)
     common_a, common_b = common_a + len(paired), common_b + len(paired)
+    row, column = np.nonzero(a.region.code)
+    cells = (a.region.first_column + column + 0.5) - 1j * (a.region.first_row + row + 0.5)
+    seen = np.count_nonzero(codes_at(b.region, shift + linear * a.region.step * cells))
     smaller = min(a.region.area, b.region.area)
-    area = min(_common_cells(a.region, b.region, linear, shift) * a.region.step**2, smaller)
+    area = min(seen * a.region.step**2, smaller)
     return {
         "pairs": len(paired),
         "local": float(candidates.similarity[paired, partner[paired]].astype(np.float64).sum()),
@@ -105,7 +95,7 @@ def _gather(
         "ridges": 0.0,
         "cells": 0,
         "area": area,
-        "chance": common_a * common_b * PAIR_AREA / area if area > 0.0 else 0.0,
+        "chance": common_a * common_b * fixed.PAIR_AREA / area if area > 0.0 else 0.0,
     }
 
 
@@ -119,22 +109,17 @@ def _unpaired(
     for step in (margin, -margin, 1j * margin, -1j * margin):
         well &= codes_at(other, at + step) > 0
     squares = own.quality**2
-    raised = quality_correction(squares.sum(), len(own))
+    # poor qualities are raised to usual ones
+    total, least = squares.sum(), fixed.LEAST_MEAN_SQUARE * len(own)
+    raised = least / total if 0.0 < total < least else 1.0
     return int(inside.sum()), float(squares[which[well]].sum() * raised)
 
 
-def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -> int:
-    """Return how many cells of A fall into the region of B."""
-    row, column = np.nonzero(a.code)
-    at = (a.first_column + column + 0.5) - 1j * (a.first_row + row + 0.5)
-    return int(np.count_nonzero(codes_at(b, shift + linear * a.step * at)))
-
-
-def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
+def features_of(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
     """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [
-        math.log(LEAST_RELAXED + e["relaxed"]),
+        math.log(fixed.LEAST_RELAXED + e["relaxed"]),
         *(e[name] * per_pair for name in ("places", "weights", "fullness")),
         math.log1p(e["local"]),
         math.sqrt(e["unpaired"] / (e["pairs"] + p.doubt_pairs)),
@@ -150,16 +135,6 @@ def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Float
     return np.array(features)
 
 
-def _condition(model: ScoreModel, total: float, e: dict[str, Any], usual: float) -> float:
-    """Return the -ln(FMR) of a weighted sum, given the amount of evidence."""
-    amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
-    low, high = (model.quantiles @ amount).tolist()
-    decade = max(high - low, LEAST_SPREAD)
-    unusual = e["ridges"] - usual
-    limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
-    return float(LOG_10 * min(2.0 + (total - low) / decade, limit))
-
-
 def _beyond_chance(
     a: PreparedTemplate,
     b: PreparedTemplate,
@@ -169,7 +144,7 @@ def _beyond_chance(
     p: MatchParameters,
 ) -> float:
     """Return -ln(FMR), lowered for pairs that chance would make, and for implausible prints."""
-    least = LOG_10 * p.beyond_from
+    least = fixed.LOG_10 * p.beyond_from
     if not estimate > least or p.beyond_share == 0.0:
         return estimate
     if lies_off_ridges(a) or lies_off_ridges(b):
@@ -179,18 +154,56 @@ def _beyond_chance(
     _, place, direction, _ = pairing.mesh
     squared = abs(pairing.places[1] - place[:, None]) ** 2
     cosine = (direction[:, None] * pairing.directions[1].conj()).real
-    near = np.minimum(squared / BESIDE2, 1.0) * np.maximum(1.0 - squared / AROUND2, 0.0)
-    around = near * np.maximum((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
-    nearness = np.log10(FAR_SHARE + DENSER_PLACE * np.exp(-0.5 * squared / PLACE2))
-    nearness += np.log10(FAR_SHARE + DENSER_TURN * np.exp((cosine - 1.0) / TURN2))
-    nearness[squared >= AROUND2] = 0.0
+    near = np.minimum(squared / fixed.BESIDE2, 1.0) * np.maximum(1.0 - squared / fixed.AROUND2, 0.0)
+    around = near * np.maximum((cosine - fixed.LEAST_COSINE) / (1.0 - fixed.LEAST_COSINE), 0.0)
+    nearness = np.log10(
+        fixed.FAR_SHARE + fixed.DENSER_PLACE * np.exp(-0.5 * squared / fixed.PLACE2)
+    )
+    nearness += np.log10(fixed.FAR_SHARE + fixed.DENSER_TURN * np.exp((cosine - 1.0) / fixed.TURN2))
+    nearness[squared >= fixed.AROUND2] = 0.0
     i = np.flatnonzero(pairing.partner >= 0)
     counted = nearness[i, pairing.partner[i]].sum()
     unusual = e["ridges"] - p.usual_correlation
-    by_chance = PER_AROUND * around.sum()
+    by_chance = fixed.PER_AROUND * around.sum()
     bound = decades_beyond_chance(e["pairs"], by_chance, counted, unusual, e["cells"])
-    few = (ENOUGH_TO_HOLD - e["fewest"]) / (ENOUGH_TO_HOLD - FEW_TO_HOLD)
+    few = (fixed.ENOUGH_TO_HOLD - e["fewest"]) / (fixed.ENOUGH_TO_HOLD - fixed.FEW_TO_HOLD)
     less = p.beyond_less + p.beyond_few * min(max(few, 0.0), 1.0)
-    above = estimate - LOG_10 * (bound - less)
+    above = estimate - fixed.LOG_10 * (bound - less)
     lowered = estimate - p.beyond_share * max(above, 0.0)
     return float(max(lowered, least))
+
+
+def most_decades(pairs: int, chance: float, ridges: float, cells: int) -> float:
+    """Return the greatest -log10 of the FMR that so many pairs and cells of ridges justify.
+
+    `chance` is the number of pairs expected by chance, `ridges` the ridge correlation less that of
+    different fingers. Of dense minutiae many pairs agree under any transform.
+    """
+    decades = fixed.DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
+    if chance > fixed.USUAL_CHANCE:
+        chance *= min((chance - fixed.USUAL_CHANCE) / fixed.DENSER, 1.0)
+        decades = min(decades, poisson_decades(pairs, chance))
+    share = min(max(ridges / fixed.FULL_AGREEMENT, 0.0), 1.0)
+    return decades + share * cells / fixed.CELLS_PER_DECADE
+
+
+def decades_beyond_chance(
+    pairs: int, by_chance: float, nearness: float, ridges: float, cells: int
+) -> float:
+    """Return about how many decades of the FMR pairs and ridges justify under the best transform.
+
+    `by_chance` is the number of pairs expected of the minutiae around, `nearness` the decades by
+    which the pairs lie nearer to their predictions, in place and direction, than those would;
+    half of them count, since the mesh fits the pairs.
+    """
+    decades = poisson_decades(pairs, max(by_chance, fixed.LEAST_BY_CHANCE)) + 0.5 * nearness
+    share = min(max((ridges - fixed.ALIGNED) / fixed.FULLY_ALIGNED, 0.0), 1.0)
+    counted = cells - 0.75 * max(cells - fixed.FULL_CELLS, 0.0)
+    return decades + share * counted / fixed.CELLS_PER_DECADE
+
+
+def poisson_decades(count: int, mean: float) -> float:
+    """Return Chernoff's bound of -log10 of the probability of `count` or more Poisson events."""
+    if mean <= 0.0:
+        return math.inf
+    return (count * math.log(count / mean) - count + mean) / fixed.LOG_10 if count > mean else 0.0

@@ -8,41 +8,38 @@ import numpy as np
 
 from fpmatch.matching.constants.prints import LEAST_WEIGHT
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.prepared import Neighbourhoods, rounded
-from fpmatch.matching.reference.triangulation import cross, ring_of, triangulate
-from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate_collinear
-from fpmatch.pointset.geometry.frames import UnitFrame
+from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, Neighbourhoods, root_weight_codes
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.paper.parametrize import ring_weights
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Plane = NDArray[np.complex128]
 
-
-def neighbourhoods(
-    points: NDArray[np.float64], parameters: MatchParameters | None = None
-) -> Neighbourhoods:
+def neighbourhoods(points: NDArray[np.float64], p: MatchParameters = USUAL) -> Neighbourhoods:
     """Describe the nearest neighbours, in the first two rings, of minutiae (4, N).
 
     A neighbour is seen in the frame of its minutia, whose direction is +u. It counts by its weight
     of eq. (4) where it is in the ring, by a constant beyond.
     """
-    p = parameters or USUAL
     z, d = points[0] + 1j * points[1], points[2] + 1j * points[3]
-    joined, rings = _mesh(z)
+    mesh = triangulate_checked(np.column_stack([z.real, z.imag]))
+    joined = np.zeros((len(z), len(z)), bool)
+    joined[tuple(mesh.edges.T)] = True
+    joined |= joined.T
     near = joined | (joined.astype(np.intp) @ joined > 0)
     np.fill_diagonal(near, False)
     count = np.minimum(near.sum(axis=1), p.neighbours).astype(np.int32)
     neighbour = np.zeros((len(z), p.neighbours), np.int32)
     frame = np.zeros((len(z), 6, p.neighbours), np.float32)
-    for i, ring in enumerate(rings):
+    for i in range(len(z)):
         j = np.flatnonzero(near[i])
         away = z[j] - z[i]
         squared = away.real * away.real + away.imag * away.imag
         j = j[np.argsort(squared, kind="stable")[: p.neighbours]]
         weight = np.full(len(z), p.second_ring_weight)
-        of_ring = ring_weights(z[ring] - z[i]) if ring else np.full(1, np.nan)
+        ring = mesh.one_ring(i)
+        of_ring = ring_weights(z[ring] - z[i]) if mesh.interior[i] else np.full(1, np.nan)
         if not np.isnan(of_ring[0]):
             weight[ring] += (1.0 - p.second_ring_weight) * of_ring * len(ring)
         weight = weight[j] * (len(j) / max(weight[j].sum(), LEAST_WEIGHT))
@@ -51,43 +48,17 @@ def neighbourhoods(
         rows = place.real, place.imag, direction.real, direction.imag, tolerance**-2
         neighbour[i, : len(j)] = j
         frame[i, :, : len(j)] = *rows, np.sqrt(weight)
-    return rounded(Neighbourhoods(count, neighbour, frame))
-
-
-def _mesh(z: Plane) -> tuple[NDArray[np.bool_], list[list[int]]]:
-    """Return which minutiae are joined, shape (N, N), and the closed ring of each, or none.
-
-    Of minutiae at one place the first is in the mesh, and the others are joined to it.
-    """
-    joined = np.zeros((len(z), len(z)), bool)
-    rings: list[list[int]] = [[] for _ in z]
-    xy = np.column_stack([z.real, z.imag])
-    steps = np.rint(np.ldexp(UnitFrame.of(xy).apply(xy), GRID_BITS)).view(np.complex128).ravel()
-    _, first, which = np.unique(steps, return_index=True, return_inverse=True)
-    place = z[first]  # by x, then y
-    axis = place - place[:1]
-    longest = axis[abs(axis).argsort()[-1:]]
-    if not (abs(cross(longest, axis)) > FLATNESS * abs(longest) ** 2).any():
-        u, v = triangulate_collinear(xy, GRID_BITS).edges.T
-    else:
-        whole = np.stack([steps.real, steps.imag])[:, first].astype(np.int64).astype(object)
-        across = triangulate(whole, np.arange(len(place)), fan=True)
-        for v in range(len(place)):
-            rings[first[v]] = [int(first[w]) for w in ring_of(across, v)]
-        sides = first[np.stack(np.nonzero(across >= 0))]
-        u, v = np.hstack([sides, [np.arange(len(z)), first[which]]])
-    joined[u, v] = joined[v, u] = True
-    return joined, rings
+    frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
+    return Neighbourhoods(count, neighbour, frame)
 
 
 def local_similarity(
-    a: Neighbourhoods, b: Neighbourhoods, parameters: MatchParameters | None = None
+    a: Neighbourhoods, b: Neighbourhoods, p: MatchParameters = USUAL
 ) -> NDArray[np.float32]:
     """Return the similarity of all minutiae of A and B: the weighted share of like neighbours.
 
     A neighbour in A counts by the most similar one in B, or not at all.
     """
-    p = parameters or USUAL
     total = like_neighbours(a, b, p.neighbour_cosine)
     share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
     return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import FAR_AWAY, FRAME, NEAR2, ROUNDING
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.reference.triangulation import chain, cross, ring_of, triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
 if TYPE_CHECKING:
@@ -53,24 +54,95 @@ def mesh_of_pairs(
     paired = paired[np.sort(np.unique(a[paired], return_index=True)[1])]
     vertex = np.concatenate([frame, a[paired]])
     image = np.concatenate([move[1] + move[0] * frame, b[partner[paired]]])
-    xy, last_first = np.stack([vertex.real, vertex.imag]), -np.arange(len(vertex))
-    across = triangulate(xy, last_first, fan=False, rounding=ROUNDING)
+    across = triangulate(vertex)
     u, v = np.nonzero(across >= 0)
     last = (u > v) & (u > across[u, v])
     triangles = np.stack([u, v, across[u, v]], axis=1)[last]
-    rings = _cavities(a, vertex, triangles)
-    for k, i in enumerate(paired.tolist()):
-        rings[i] = ring_of(across, FRAME + k)
-    return PairMesh(a, vertex, image, np.append(np.full(FRAME, -1), paired), triangles, rings)
+    owner = np.append(np.full(FRAME, -1), paired)
+    return PairMesh(a, vertex, image, owner, triangles, _rings(a, vertex, owner, triangles))
 
 
-def _cavities(at: Plane, vertex: Plane, triangles: Numbers) -> list[list[int]]:
-    """Return the rings of places as vertices: round the triangles in whose circles they lie."""
+def triangulate(points: Plane) -> Numbers:
+    """Triangulate distinct points (N,) that are not on one line by Delaunay's criterion.
+
+    Entry [u, v] of the result (N, N) is the third corner of the triangle to the left of the side
+    from u to v, or -1 where there is none. Where the criterion does not decide between the
+    diagonals of four points on one circle (within `ROUNDING`, px²), the last point is not on it.
+    """
+    p, q, r = _triangles(np.column_stack([points.real, points.imag])).T
+    left = cross(points[q] - points[p], points[r] - points[p]) > 0.0
+    q, r = np.where(left, q, r), np.where(left, r, q)
+    across = np.full((len(points), len(points)), -1)
+    across[p, q], across[q, r], across[r, p] = r, p, q
+    for _ in range(len(points) ** 2):
+        wrong = _wrong_diagonals(points, across)
+        if not len(wrong):
+            break
+        u, v = wrong[0]
+        a, b = across[u, v], across[v, u]
+        across[u, v] = across[v, u] = -1
+        for p, q, r in ((b, v, a), (a, u, b)):
+            across[p, q], across[q, r], across[r, p] = r, p, q
+    return across
+
+
+def _triangles(points: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return a Delaunay mesh (T, 3) of points (N, 2); `triangulate` checks it by the criterion.
+
+    Where kernels are compiled it is that of point sets: to import SciPy's takes .2 s.
+    """
+    if COMPILED:
+        return triangulate_checked(points).triangles
+    from scipy.spatial import Delaunay  # noqa: PLC0415
+
+    return np.asarray(Delaunay(points).simplices)
+
+
+def _wrong_diagonals(points: Plane, across: Numbers) -> Numbers:
+    """Return the sides (K, 2) between two triangles of which the other diagonal is right."""
+    u, v = np.nonzero(np.triu((across >= 0) & (across.T >= 0)))
+    corners = np.stack([u, v, across[u, v], across[v, u]])
+    p, q, r = points[corners[:3]] - points[corners[3]]
+    # positive where the fourth corner is inside the circle of the three
+    inside = _square(p) * cross(q, r) + _square(q) * cross(r, p) + _square(r) * cross(p, q)
+    near = ROUNDING * abs(cross(q - p, r - p))
+    last_on_diagonal = corners.argmax(axis=0) < 2
+    wrong = (inside > near) | ((abs(inside) <= near) & last_on_diagonal)
+    return np.asarray(np.column_stack([u, v])[wrong])
+
+
+def chain(following: dict[int, int]) -> list[int]:
+    """Return the one closed polygon that sides make up, given as their ends by their starts."""
+    ring = [next(iter(following), -1)]
+    while len(ring) < len(following):
+        ring.append(following.get(ring[-1], -1))
+    closed = len(set(ring)) >= 3 and following.keys() == set(ring)
+    return ring if closed and following[ring[-1]] == ring[0] else []
+
+
+def cross(p: Plane, q: Plane) -> NDArray[np.float64]:
+    """Return the cross products of vectors: positive where q lies to the left of p."""
+    return np.asarray(p.real * q.imag - p.imag * q.real)
+
+
+def _square(p: Plane) -> Floats:
+    """Return the squares of the lengths of vectors."""
+    return np.asarray(p.real * p.real + p.imag * p.imag)
+
+
+def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> list[list[int]]:
+    """Return the rings of minutiae: round the triangles of a vertex, counter-clockwise.
+
+    One that is no vertex has the ring that it would have as one: round the triangles in whose
+    circles it lies.
+    """
     p, q, r = vertex[triangles.T]
     u, v = q - p, r - p
     with np.errstate(divide="ignore", invalid="ignore"):  # a flat triangle has no circle
         centre = 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * cross(u, v))
         inside = abs(at[:, None] - (p + centre)) ** 2 < abs(centre) ** 2 - ROUNDING
+    corners = triangles == np.arange(FRAME, len(vertex))[:, None, None]
+    inside[owner[FRAME:]] = corners.any(axis=2)
     start, end = triangles, np.roll(triangles, -1, axis=1)
     number = np.full((len(vertex), len(vertex)), len(triangles))
     number[start, end] = np.arange(len(triangles))[:, None]

@@ -68,10 +68,9 @@ def relax(
     a: Floats,
     b: Floats,
     similarity: NDArray[np.float32],
-    parameters: MatchParameters | None = None,
+    p: MatchParameters = USUAL,
 ) -> Candidates:
     """Select the most similar pairs of minutiae and relax them: each supports those it fits."""
-    p = parameters or USUAL
     first, second = _select(similarity, p.candidates)
     relaxed = similarity[first, second].astype(np.float64)
     support = _compatibility(a[:, first], b[:, second], p)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,9 +24,8 @@ from fpmatch.matching.constants.comparison import (
 )
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.pipeline.ridge_map import RidgeMap
 from fpmatch.matching.prints.print_area import codes_at
-from fpmatch.matching.reference.triangulation import cross
+from fpmatch.matching.reference.pair_mesh import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,6 +40,47 @@ if TYPE_CHECKING:
     Plane = NDArray[np.complex128]
     Numbers = NDArray[np.intp]
     Move = tuple[complex, complex]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RidgeMap:
+    """The agreement of the ridges of two prints, cell by cell.
+
+    The K cells are squares of one of the prints, of about two ridge periods. Each is compared, with
+    the cells that touch it, where the mesh of pairs maps it, shifted by up to half a ridge period.
+    Its correlation is 2·p - 1, where p is the share of samples that are ridge in both prints or
+    valley in both: 1 where the ridges coincide, on average `IMPOSTOR_RIDGES` (of
+    `fpmatch.matching.constants.comparison`) for different fingers.
+    """
+
+    correlation: Floats  # (K,): -1 to 1
+    xy: Floats  # (K, 2): centres of the cells, in pixels of the reference
+    cell_px: float  # side of a cell, in pixels of the reference
+    rotation_deg: float  # of the rows of cells in the reference, clockwise on screen
+
+    @property
+    def mean(self) -> float:
+        """Mean correlation, which the score is made of."""
+        return float(self.correlation.mean())
+
+    @property
+    def corners(self) -> Floats:
+        """Corners of the cells in pixels of the reference, clockwise, shape (K, 4, 2)."""
+        angle, half = math.radians(self.rotation_deg), 0.5 * self.cell_px
+        across = half * np.array([math.cos(angle), math.sin(angle)])
+        down = half * np.array([-math.sin(angle), math.cos(angle)])
+        square = np.array([-across - down, across - down, across + down, down - across])
+        return np.asarray(self.xy[:, None, :] + square)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the object that ``fpmatch verify --json --ridge-map`` prints."""
+        columns = np.column_stack([self.xy.round(2), self.correlation.round(4)])
+        return {
+            "mean": self.mean,
+            "cell_px": self.cell_px,
+            "rotation_deg": self.rotation_deg,
+            "cells": columns.tolist(),
+        }
 
 
 def drift_of(region: PrintArea, mesh: PairMesh, predicted: Plane, move: Move) -> Plane:
@@ -95,26 +136,25 @@ def compared_cells(
     common = codes_at(b, at) > 0
     row, column, at = row[common], column[common], at[common]
     small = min(a.area, b.area) <= SMALL_AREA_PX2
-    sample = np.array(SAMPLES if small else FEW_SAMPLES)
-    offset = move[0] * ((sample[:, 1] - 3.5) - 1j * (sample[:, 0] - 3.5)) * (a.step / b.step)
+    sample_row, sample_column = np.array(SAMPLES if small else FEW_SAMPLES).T
+    offset = move[0] * ((sample_column - 3.5) - 1j * (sample_row - 3.5)) * (a.step / b.step)
     per_bit = BITS_ALONG / b.step
-    u = ((at.real + 0.5) * per_bit - BITS_ALONG * (b.first_column - 2.0) - REACH)[
-        :, None
-    ] + offset.real
-    v = ((0.5 - at.imag) * per_bit - BITS_ALONG * (b.first_row - 2.0) - REACH)[
-        :, None
-    ] - offset.imag
-    own_v, own_u = (
-        BITS_ALONG * row[:, None] + sample[:, 0],
-        BITS_ALONG * column[:, None] + sample[:, 1],
-    )
-    ours = bits_of(a.ridges)[own_v, own_u]
+    u = (at.real + 0.5) * per_bit - BITS_ALONG * (b.first_column - 2.0) - REACH
+    v = (0.5 - at.imag) * per_bit - BITS_ALONG * (b.first_row - 2.0) - REACH
+    u, v = u[:, None] + offset.real, v[:, None] - offset.imag
+    own_row = BITS_ALONG * row[:, None] + sample_row
+    own_column = BITS_ALONG * column[:, None] + sample_column
+    ours = bits_of(a.ridges)[own_row, own_column]
     both = np.zeros((rows + 2, columns + 2), np.uint8)
     both[row + 1, column + 1] = 1
     agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
-    value = best_shifts(len(sample), row + 1, column + 1, both, sum_of_three_columns(agreeing))
-    known = ~np.isnan(value)
+    around = sliding_window_view(both, (3, 3))[row, column]
+    cells = np.maximum(around.sum(axis=(1, 2)), 1)
+    windows = sliding_window_view(agreeing, (3, 3), axis=(0, 1))[row, column]
+    best = windows.sum(axis=(3, 4)).reshape(-1, SHIFTS**2).max(axis=1, initial=0)
+    value = 2.0 * best / (len(sample_row) * cells) - 1.0
+    known = cells >= FEWEST_AROUND
     return (row[known], column[known]), at[known], value[known]
 
 
@@ -125,12 +165,11 @@ def ridge_map(
 
     The reference is B, or A where `swapped`.
     """
-    mesh, predicted, _, _ = pairing.mesh
-    drift = drift_of(a.region, mesh, predicted, pairing.move)
-    (row, column), at, correlation = compared_cells(a.region, b.region, pairing.move, drift)
+    region, reference, linear = a.region, a if swapped else b, pairing.move[0]
+    drift = drift_of(region, *pairing.mesh[:2], pairing.move)
+    (row, column), at, correlation = compared_cells(region, b.region, pairing.move, drift)
     if not len(row):
         return None
-    region, reference, linear = a.region, a if swapped else b, pairing.move[0]
     side, rotation = region.step, 0.0
     if swapped:
         at = (region.first_column + column + 0.5) - 1j * (region.first_row + row + 0.5)
@@ -138,20 +177,16 @@ def ridge_map(
     else:
         side, rotation = side * abs(linear), 0.0 - math.degrees(cmath.phase(linear))
     zoom = 1.0 / reference.to_500dpi
-    cells = np.full((3, *region.code.shape), np.nan)
-    cells[:, row, column] = correlation, at.real * zoom, -at.imag * zoom
-    value, x, y = cells
-    return RidgeMap(value, x, y, side * zoom, rotation)
+    xy = np.column_stack([at.real * zoom, -at.imag * zoom])
+    return RidgeMap(correlation, xy, side * zoom, rotation)
 
 
 def bits_of(ridges: NDArray[np.uint64]) -> Bits:
     """Return the ridge images of cells (rows, columns) as one, 8 by 8 bits a cell."""
     rows, columns = ridges.shape
-    bytes_ = ridges.astype("<u8").view(np.uint8).reshape(rows, columns, BITS_ALONG)
-    bits = np.unpackbits(bytes_, axis=2, bitorder="little").reshape(
-        rows, columns, BITS_ALONG, BITS_ALONG
-    )
-    return bits.transpose(0, 2, 1, 3).reshape(BITS_ALONG * rows, BITS_ALONG * columns).astype(bool)
+    bits = np.unpackbits(ridges.astype("<u8").view(np.uint8), bitorder="little")
+    cells = bits.reshape(rows, columns, BITS_ALONG, BITS_ALONG).transpose(0, 2, 1, 3)
+    return cells.reshape(BITS_ALONG * rows, BITS_ALONG * columns).astype(bool)
 
 
 def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[np.uint16]:
@@ -169,55 +204,30 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     return np.asarray(agreeing)
 
 
-def best_shifts(
-    samples: int, row: Numbers, column: Numbers, around: NDArray[Any], rows_of_three: NDArray[Any]
-) -> Floats:
-    """Return the correlations of cells, compared with those around them; NaN of too few.
-
-    Each is that at the shift under which most samples agree. A cell lies in a row and a column of
-    tables with an edge: `around` (rows, columns) is 1 where a cell lies in both prints, and
-    `rows_of_three` (rows, columns, 5, 5) has the samples that agree in a cell and those beside it.
-    """
-    total = rows_of_three[row - 1, column] + rows_of_three[row, column]
-    total += rows_of_three[row + 1, column]
-    near = sum_of_three_columns(around.astype(np.intp))
-    cells = near[row - 1, column] + near[row, column] + near[row + 1, column]
-    enough = cells >= FEWEST_AROUND
-    best = total.reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
-    return np.where(enough, 2.0 * best / (samples * np.maximum(cells, 1)) - 1.0, np.nan)
-
-
-def sum_of_three_columns(agreeing: NDArray[Any]) -> NDArray[Any]:
-    """Return the sum of each cell and its left and right neighbour; 0 in the outer columns."""
-    total = np.zeros_like(agreeing)
-    total[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
-    return total
-
-
 def search_by_ridges(
     a: PreparedTemplate,
     b: PreparedTemplate,
     pairs: tuple[Numbers, Numbers] | None,
-    parameters: MatchParameters | None = None,
+    p: MatchParameters = USUAL,
 ) -> list[tuple[int, int]]:
     """Return pairs of minutiae under whose transforms the ridges correlate best, the best first.
 
     Of all minutiae of two prints, the smaller of which is small, or of the `pairs` given.
     """
     if b.region.area < a.region.area:
-        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], parameters)
+        swapped = search_by_ridges(b, a, None if pairs is None else pairs[::-1], p)
         return [(j, i) for i, j in swapped]
-    p = parameters or USUAL
-    most, least_flow, least_value = p.ridge_starts, p.least_flow, 0.0
-    if pairs is not None:
-        most, least_flow, least_value = 1, p.candidate_flow, p.candidate_value
-    i, j = np.indices((len(a), len(b))).reshape(2, -1) if pairs is None else pairs
+    if pairs is None:
+        i, j = np.indices((len(a), len(b))).reshape(2, -1)
+        trials, most, least_flow, least_value = p.ridge_trials, p.ridge_starts, p.least_flow, 0.0
+    else:
+        i, j = pairs
+        trials, most = p.ridge_candidates, 1
+        least_flow, least_value = p.candidate_flow, p.candidate_value
     linear = (b.points[2, j] + 1j * b.points[3, j]) * (a.points[2, i] - 1j * a.points[3, i])
     shift = b.points[0, j] + 1j * b.points[1, j] - linear * (a.points[0, i] + 1j * a.points[1, i])
     flow, middle = _flow_agreement(a.region, b.region, linear, shift, p.least_common)
-    best = np.argsort(-flow, kind="stable")[
-        : p.ridge_trials if pairs is None else p.ridge_candidates
-    ]
+    best = np.argsort(-flow, kind="stable")[:trials]
     entered: list[tuple[float, int]] = []
     for k in best[flow[best] >= least_flow].tolist():
         correlation, cells = compare_ridges(a.region, b.region, (linear[k], shift[k]))
@@ -250,9 +260,8 @@ def _flow_agreement(
     common = (codes > 0).sum(axis=1)
     enough = (common > 0) & (common >= least_common * len(at))
     total = np.where(codes > 0, agreement, 0.0).sum(axis=1)
-    return np.where(enough, total / np.maximum(common, 1), -2.0), complex(
-        at.mean() if len(at) else 0
-    )
+    middle = complex(at.mean()) if len(at) else 0j
+    return np.where(enough, total / np.maximum(common, 1), -2.0), middle
 
 
 def _flow(codes: NDArray[np.uint8]) -> Plane:

@@ -8,7 +8,7 @@ from matching_prints import template_of, templates
 
 from fpmatch.gallery.index.descriptors import StoredDescriptors
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prints.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
 from fpmatch.templates.minutiae import Minutiae, Template
 
 

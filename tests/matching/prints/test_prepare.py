@@ -1,12 +1,16 @@
+"""Prepared prints: points, qualities, neighbourhoods, areas, and the key of their content."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 from matching_prints import (
-    cells_of,
-    contains,
+    any_points,
     even_field,
+    on_pixels,
+    plane,
     seeds,
     spread_points,
     striped_field,
@@ -14,11 +18,14 @@ from matching_prints import (
     templates,
 )
 
+from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, qualities, root_weight_codes
+from fpmatch.matching.prints.print_area import codes_at, orientation_codes
+from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-
-USUAL_QUALITY = USUAL.usual_quality
+from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
 
 
 @pytest.mark.parametrize("dpi", [250.0, 500.0, 1000.0])
@@ -33,20 +40,16 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
     assert prepared.index.tolist() == [0, 1]
 
 
-@pytest.mark.parametrize(
-    ("quality", "prepared"),
-    [
-        *((none, [USUAL_QUALITY] * 6) for none in (None, [100] * 6, [0] * 6)),
-        ([0] * 2 + [1] * 4, [0.0] * 2 + [0.01] * 4),
-        ([0] * 3 + [1] * 3, [USUAL_QUALITY] * 6),
-        ([1] * 5 + [25], [USUAL_QUALITY] * 6),
-        ([100] * 5 + [99], [1.0] * 5 + [0.99]),
-    ],
-)
-def test_qualities_that_are_none_or_of_no_print_are_the_usual_one(quality, prepared):
-    quality = None if quality is None else np.array(quality)
-    template = template_of(spread_points(np.random.default_rng(6), 6), quality=quality)
-    assert prepare(template).quality.tolist() == prepared
+@given(seeds, st.integers(0, 40))
+def test_qualities_that_are_none_or_of_few_minutiae_are_the_usual_one(seed, n):
+    rng = np.random.default_rng(seed)
+    quality = rng.choice([0, 40, 99, 100], n, p=rng.dirichlet(np.full(4, 0.3))).astype(np.uint8)
+    squares = quality.astype(float) ** 2
+    least = LEAST_EVEN if n >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
+    some = quality.any() and not (quality == 100).all()
+    even = some and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
+    expected = quality / 100 if even else np.full(n, 0.7)
+    assert qualities(quality, 0.7).tolist() == expected.tolist()
 
 
 def test_of_too_many_minutiae_the_best_take_part_in_their_order():
@@ -57,7 +60,41 @@ def test_of_too_many_minutiae_the_best_take_part_in_their_order():
     assert prepared.index.tolist() == [1, 2, 3, 5]
     assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
     assert prepared.neighbourhoods.count.tolist() == [3] * 4
-    assert prepared.neighbourhoods.frame.shape == (4, 6, 3)
+
+
+def test_a_neighbour_stands_in_the_frame_of_its_minutia():
+    x, y, angle = np.array([[10, 10, 90], [10, 40, 180], [-10, 10, 90]]).T
+    minutiae = Minutiae(x=x, y=-y, angle=np.radians(angle))
+    made = prepare(Template(minutiae, 100, 100)).neighbourhoods
+    # From the first minutia, which looks up: 30 px ahead, and 20 px to the left.
+    assert made.count.tolist() == [2, 2, 2]
+    left, ahead = made.frame[0, :4, :2].T
+    assert left == pytest.approx([0, 20, 1, 0], abs=1e-5)
+    assert ahead == pytest.approx([30, 0, 0, 1], abs=1e-5)
+    precision = [(USUAL.tolerance_px + USUAL.tolerance_per_px * d) ** -2 for d in (20, 30)]
+    assert made.frame[0, 4, :2] == pytest.approx(precision)
+
+
+@given(seeds, st.integers(1, 14), st.floats(0.1, 1))
+def test_neighbourhoods_agree_with_the_reference(seed, size, second):
+    crowded = on_pixels(np.random.default_rng(seed), 40, side=4)
+    for points in (any_points(seed), crowded):
+        p = MatchParameters(neighbours=size, second_ring_weight=second)
+        prepared = prepare(template_of(points), p)
+        made, expected = prepared.neighbourhoods, neighbourhoods(prepared.points, p)
+        assert made.count.tolist() == expected.count.tolist()
+        kept = np.arange(size) < made.count[:, None]
+        assert made.neighbour[kept].tolist() == expected.neighbour[kept].tolist()
+        assert np.isfinite(made.frame).all()
+        assert made.frame[:, :5] == pytest.approx(expected.frame[:, :5], rel=1e-4, abs=1e-4)
+        codes, others = (root_weight_codes(of.frame[:, 5]).astype(int) for of in (made, expected))
+        assert abs(codes - others).max(initial=0) <= 1
+        assert (ROOT_WEIGHTS.astype(np.float32)[codes] == made.frame[:, 5]).all()
+
+
+def test_a_weight_beyond_all_codes_takes_the_last():
+    codes = root_weight_codes(np.array([0.0, 1.0, 2.55, 9.0], np.float32))
+    assert codes.tolist() == [0, 100, 255, 255]
 
 
 @given(templates())
@@ -68,65 +105,51 @@ def test_any_template_can_be_prepared(template):
     assert len(prepared) == len(template.minutiae) == prepared.points.shape[1]
     assert np.isfinite(prepared.points).all()
     assert np.isfinite(prepared.neighbourhoods.frame).all()
-    assert cells_of(prepared.region).shape == (4, prepared.region.inside)
     assert prepared.region.has_flow == (template.field is not None)
 
 
-def test_region_of_a_field_is_its_mask_and_flow():
-    mask = np.array([[True, False, False], [True, True, False]])
-    orientation = np.array([[0.0, 9.0, 9.0], [np.pi / 4, np.pi / 2, 9.0]])
-    template = Template(Minutiae.empty(), 60, 40, 1000.0, RidgeField(20.0, orientation, mask))
-    region = prepare(template).region
-    assert (region.step, region.has_flow, region.area) == (10.0, True, 300.0)
-    assert cells_of(region)[:2].T.tolist() == [[5, -5], [5, -15], [15, -15]]
-    assert pytest.approx(np.array([[1, 0], [0, 1], [-1, 0]]), abs=0.02) == cells_of(region)[2:].T
-    x, y = np.array([5.0, 15, 15, -1, 35, 5]), np.array([-5.0, -15, -5, -5, -5, -25])
-    assert contains(region, x, y).tolist() == [True, True, False, False, False, False]
-
-
-def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask():
-    mask = np.zeros((5, 6), bool)
-    mask[1, 4] = mask[3, 2] = mask[3, 3] = True
-    ridges = np.arange(1, 31, dtype=np.uint64).reshape(mask.shape) << np.uint64(59)
-    field = RidgeField(16.0, np.zeros(mask.shape), mask, ridges)
-    region = prepare(Template(Minutiae.empty(), 60, 40, 1000.0, field)).region
-    assert (region.first_row, region.first_column) == (1, 2)
-    assert region.ridges.dtype == np.uint64
-    assert region.ridges.flags.c_contiguous
-    assert region.ridges.tolist() == (ridges * mask)[1:4, 2:5].tolist()
-    assert region.code.shape == region.ridges.shape
-
-
 @given(seeds)
-def test_the_box_leaves_out_empty_rows_and_columns_alone(seed):
+def test_the_area_of_a_field_is_the_box_around_its_mask(seed):
     rng = np.random.default_rng(seed)
     mask = rng.random(tuple(rng.integers(1, 9, 2).tolist())) < rng.choice([0.0, 0.05, 0.3])
-    region = prepare(Template(Minutiae.empty(), 9, 9, field=RidgeField(9, mask * 1.0, mask))).region
+    ridges = rng.integers(0, 2**64, mask.shape, np.uint64)
+    orientation = np.where(mask, rng.uniform(0, np.pi, mask.shape), np.nan)
+    field = RidgeField(20.0, orientation, mask, ridges)
+    region = prepare(Template(Minutiae.empty(), 60, 40, 1000.0, field)).region
     rows, columns = np.nonzero(mask)
     first = (int(rows.min()), int(columns.min())) if len(rows) else (0, 0)
     shape = (int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1) if len(rows) else (0, 0)
     assert (region.first_row, region.first_column) == first
-    assert region.code.shape == shape
-    assert region.inside == len(rows)
+    box = tuple(slice(at, at + size) for at, size in zip(first, shape, strict=True))
+    assert region.code.tolist() == orientation_codes(orientation[box], mask[box]).tolist()
+    assert region.ridges.tolist() == field.ridges[box].tolist()
+    assert region.ridges.flags.c_contiguous
+    assert (region.step, region.has_flow) == (10.0, True)
+    assert (region.inside, region.area) == (len(rows), 100.0 * len(rows))
+
+
+def test_every_orientation_has_a_code_and_comes_back_from_it():
+    orientation = np.linspace(0, np.pi, 5001)[None]
+    mask = np.ones(orientation.shape, bool)
+    mask[0, 2500] = False
+    codes = orientation_codes(orientation, mask)
+    assert set(codes.ravel().tolist()) == set(range(ORIENTATIONS + 1))
+    known = (codes - 1.0) * np.pi / ORIENTATIONS
+    off = np.angle(np.exp(2j * (orientation - known)))[mask]
+    assert np.abs(off).max() <= np.pi / ORIENTATIONS + 1e-9
+    assert orientation_codes(known, mask).tolist() == codes.tolist()
 
 
 def test_region_without_a_field_is_the_hull_of_the_minutiae():
     corners = np.array([[20.0, 180, 180, 20], [-20, -20, -180, -180], [1, 1, 1, 1], [0, 0, 0, 0]])
     region = prepare(template_of(corners)).region
     assert not region.has_flow
-    assert not cells_of(region)[2:].any()
-    inside = np.array([25.0, 100, 175]), np.array([-25.0, -100, -175])
-    outside = np.array([2.0, 100, 250]), np.array([-100.0, -250, -100])
-    assert contains(region, *inside).all()
-    assert not contains(region, *outside).any()
+    assert region.code.max() == 1
+    assert codes_at(region, np.array([25 - 25j, 100 - 100j, 175 - 175j])).all()
+    assert not codes_at(region, np.array([2 - 100j, 100 - 250j, 250 - 100j, -9 + 9j])).any()
     assert region.area == pytest.approx(160**2, rel=0.25)
-
-
-def test_minutiae_outside_the_image_have_no_region():
-    points = spread_points(np.random.default_rng(1), 9) * [[-1], [1], [1], [1]]
-    prepared = prepare(template_of(points))
-    assert prepared.region.inside == prepared.region.area == 0
-    assert not contains(prepared.region, *prepared.points[:2]).any()
+    beside = prepare(template_of(corners * [[-1], [1], [1], [1]])).region
+    assert beside.inside == beside.area == 0  # outside of the image
 
 
 @pytest.mark.parametrize("reach", [2e4, 1e9])
@@ -135,7 +158,7 @@ def test_far_minutiae_take_no_more_memory(reach):
     p = MatchParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
     assert max(prepared.region.code.shape) <= p.max_hull_cells + 1
-    assert contains(prepared.region, *prepared.points[:2]).all()
+    assert codes_at(prepared.region, plane(prepared.points)).all()
 
 
 def test_key_differs_where_anything_that_is_compared_does():

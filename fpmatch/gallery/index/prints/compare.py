@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any, Final, TypeGuard
+from typing import TYPE_CHECKING, Final, TypeGuard
 
 import numpy as np
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 if COMPILED:
-    from fpmatch.matching.pipeline.match import workspace_for
+    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do
@@ -79,11 +79,10 @@ def _fill(
 ) -> None:
     """Write the similarities to references from number `first` on, where one of two comes first."""
     n, size = max(len(probe), references.most_minutiae), references.neighbour.shape[1]
-    workspace = workspace_for(n)
-    workspace.load(probe)
+    pipeline = pipeline_for(probe, n)
+    index_neighbours(pipeline, probe)
     arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
     reference = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-    pipeline: Any = workspace.pipeline()
     references.view.match(pipeline, reference, first, order, similarity)
 
 

@@ -3,7 +3,7 @@
 
 import cython
 import numpy as np
-from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import lowest_place
+from cython.cimports.fpmatch.matching.prints._kernels._bits import lowest_place
 from cython.cimports.libc.math import sqrt
 
 from fpmatch.matching.constants import prints
@@ -22,17 +22,17 @@ class PairSet:
     """The pairs of minutiae of two prints, of at most `size` minutiae each.
 
     ``pair[:, k]`` are the number of the own minutia, that of the other's, and the weight; `count`
-    pairs are set. At most `most` pairs, 64 or fewer, are compared with each other: two agree where
-    they lie at most ``sqrt(near² + (spread * d)²)`` pixels off, d apart, and their rotations differ
-    by at most `most_turn` 256ths of a turn, 16 or fewer.
+    pairs are set. At most `most_pairs`, 64 or fewer, are compared with each other: two agree where
+    they lie at most ``sqrt(near² + (near_per_px * d)²)`` pixels off, d apart, and their rotations
+    differ by at most `pair_turn_deg`, which is 22.5 or less.
     """
 
-    def __init__(self, size, most, near, spread, most_turn) -> None:
+    def __init__(self, size, parameters) -> None:
+        p, most = parameters, parameters.most_pairs
         self.count = self.least = 0
         self.most = self.equal = most
-        self.near2 = near * near
-        self.spread2 = spread * spread
-        self.most_turn = most_turn
+        self.near2, self.spread2 = p.near_px * p.near_px, p.near_per_px * p.near_per_px
+        self.most_turn = round(p.pair_turn_deg * prints.TURNS / 360)
         self.c = 1.0
         self.s = self.x = self.y = 0.0
         angle = np.arange(256) * (2 * np.pi / 256)
@@ -106,13 +106,13 @@ class PairSet:
                 self.b[k, h] = own_xy[own, k] if other_first else xy[other, k]
         return 0
 
-    @cython.locals(best=cython.int, best_bound=cython.int)
+    @cython.locals(best=cython.int)
     def consistent_weight(self):
         """Return the greatest weight of pairs that agree with one of them in rotation and shift.
 
         Only pairs of about the same rotation are compared.
         """
-        best = best_bound = 0
+        best = 0
         for h in range(TURNS_APART):
             self.of_turn[h] = 0
         for h in range(self.count):
@@ -142,12 +142,6 @@ class PairSet:
                     self.consistent[g] |= (ONE << h) & ALL
                     self.bound[h] += self.pair[2, g]
                     self.bound[g] += self.pair[2, h]
-        for h in range(self.count):
-            best_bound = max(best_bound, self.bound[h])
-        # where all pairs of the greatest sum count, it is the answer
-        for h in range(self.count):
-            if self.bound[h] == best_bound:
-                best = max(best, self._weight_with(h))
         for h in range(self.count):
             if self.bound[h] > best:
                 best = max(best, self._weight_with(h))

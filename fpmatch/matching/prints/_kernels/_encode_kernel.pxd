@@ -1,14 +1,12 @@
 # Types of the kernel. Arrays may be mapped from a file that cannot be written.
 
 
-cpdef int second(int word) noexcept nogil
 cpdef int encode_neighbours(
     const int[::1] count, const float[:, :, ::1] frame, const float[:, ::1] angle,
     const unsigned char[::1] coded, double per_px, unsigned short[:, ::1] word,
 ) noexcept
 cpdef int encode_orientations(
     const double[:, ::1] points, const unsigned char[::1] direction_bin,
-    const long long[::1] start, const unsigned char[::1] cell, const long long[::1] cell_start,
-    const int[:, ::1] shape, const double[::1] step, const unsigned char[::1] has_flow,
+    const unsigned char[:, ::1] cell, int first_row, int first_column, double step,
     const double[:, ::1] places, unsigned char[:, ::1] word,
 ) noexcept

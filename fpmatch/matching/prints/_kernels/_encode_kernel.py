@@ -8,6 +8,7 @@ bins of the ridge orientation at places around it.
 
 import cython
 import numpy as np
+from cython.cimports.fpmatch.matching.prints._kernels._bits import second
 
 from fpmatch.matching.constants import prints
 
@@ -17,26 +18,12 @@ SIDE = cython.declare(cython.int, prints.CELLS_ALONG)
 SECTORS = cython.declare(cython.int, prints.SECTORS)
 FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
 APART = cython.declare(cython.double, prints.APART)
-CELL = cython.declare(cython.int, prints.CELL)
 NOT_FIRST = cython.declare(cython.int, prints.NOT_FIRST)
 NOT_SECOND = cython.declare(cython.int, prints.NOT_SECOND)
 NOWHERE = cython.declare(cython.int, prints.NOWHERE)
 STEPS = cython.declare(cython.int, prints.STEPS)
-SECOND = cython.declare(cython.int, prints.SECOND)
 BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
-UNKNOWN = cython.declare(cython.int, prints.UNKNOWN_BIN)
 ORIENTATIONS = cython.declare(cython.int, prints.ORIENTATIONS)
-
-
-def second(word):
-    """Return the place in the tables of the cell of the second grid that a word contains.
-
-    Half a cell on in direction, the last sector runs into the first one of the next column; so it
-    is with every print.
-    """
-    place: cython.int = SECOND + (word & CELL)
-    place += (word >> STEPS & 1) + SECTORS * (word >> (STEPS + 1) & 1)
-    return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
 @cython.locals(k=cython.Py_ssize_t)
@@ -56,9 +43,8 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
         for i in range(count.shape[0]):
             for k in range(NEIGHBOUR_WORDS):
                 word[i, k] = NOWHERE
-            if not coded[i]:
-                continue
-            for k in range(min(count[i], NEIGHBOUR_WORDS)):
+                if not coded[i] or k >= count[i]:
+                    continue
                 cells[k] = others[k] = -1
                 u = float(frame[i, 0, k]) * per_px + SIDE // 2
                 v = float(frame[i, 1, k]) * per_px + SIDE // 2
@@ -72,60 +58,45 @@ def encode_neighbours(count, frame, angle, coded, per_px, word):
                 sector = sector if sector < SECTORS else SECTORS - 1
                 on_column: cython.int = u - column >= 0.5
                 on_row: cython.int = v - row >= 0.5
-                cell = (row * SIDE + column) * SECTORS + sector
-                code: cython.int = (
-                    cell | ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
-                )
-                other = second(code)
+                cells[k] = (row * SIDE + column) * SECTORS + sector
+                step: cython.int = 4 * on_row + 2 * on_column + (t - sector >= 0.5)
+                code: cython.int = cells[k] | step << STEPS
                 for m in range(k):
-                    code |= NOT_FIRST * (cells[m] == cell)
-                cells[k] = cell
+                    code |= NOT_FIRST * (cells[m] == cells[k])
                 if row + on_row == SIDE or column + on_column == SIDE:
                     code |= NOT_SECOND
                 else:
+                    others[k] = second(code)
                     for m in range(k):
-                        code |= NOT_SECOND * (others[m] == other)
-                    others[k] = other
+                        code |= NOT_SECOND * (others[m] == others[k])
                 word[i, k] = code
     return 0
 
 
-@cython.locals(
-    rows=cython.Py_ssize_t, columns=cython.Py_ssize_t, i=cython.Py_ssize_t, k=cython.Py_ssize_t
-)
-def encode_orientations(
-    points, direction_bin, start, cell, cell_start, shape, step, has_flow, places, word
-):
+@cython.locals(k=cython.Py_ssize_t)
+def encode_orientations(points, direction_bin, cell, first_row, first_column, step, places, word):
     """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's own frame.
 
-    `direction_bin` is a minutia's direction in 256ths of a turn. Print p has the minutiae from
-    ``start[p]`` up to the next, and the cells of its area likewise, row by row, with their
-    orientation codes, 0 outside; its `shape` has rows, columns, first row and first column.
+    Where it is not known, `word` is left as it is. `direction_bin` is a minutia's direction in
+    256ths of a turn; `cell`, and what follows, are as `PrintArea` has them.
     """
     with cython.nogil:
-        for p in range(step.shape[0]):
-            rows, columns = shape[p, 0], shape[p, 1]
-            side = step[p]
-            for i in range(start[p], start[p + 1]):
-                c = points[2, i]
-                s = points[3, i]
-                for k in range(ORIENTATION_WORDS):
-                    word[i, k] = UNKNOWN
-                    if not has_flow[p]:
-                        continue
-                    x = (points[0, i] + c * places[0, k] - s * places[1, k]) / side - shape[p, 3]
-                    y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / side - shape[p, 2]
-                    if not (0.0 <= x < columns and 0.0 <= y < rows):
-                        continue
-                    row: cython.Py_ssize_t = int(y)
-                    column: cython.Py_ssize_t = int(x)
-                    code: cython.int = cell[cell_start[p] + row * columns + column]
-                    if code > 0:
-                        # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
-                        relative = (code - 1.0) * BINS / ORIENTATIONS
-                        relative -= direction_bin[i] * (2.0 * BINS / 256.0)
-                        while relative < 0.0:
-                            relative += BINS
-                        code = int(relative)
-                        word[i, k] = code if code < BINS else BINS - 1
+        for i in range(word.shape[0]):
+            c, s = points[2, i], points[3, i]
+            for k in range(ORIENTATION_WORDS):
+                x = (points[0, i] + c * places[0, k] - s * places[1, k]) / step - first_column
+                y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / step - first_row
+                if not (0.0 <= x < cell.shape[1] and 0.0 <= y < cell.shape[0]):
+                    continue
+                row: cython.Py_ssize_t = int(y)
+                column: cython.Py_ssize_t = int(x)
+                code: cython.int = cell[row, column]
+                if code > 0:
+                    # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
+                    relative = (code - 1.0) * BINS / ORIENTATIONS
+                    relative -= direction_bin[i] * (2.0 * BINS / 256.0)
+                    while relative < 0.0:
+                        relative += BINS
+                    code = int(relative)
+                    word[i, k] = code if code < BINS else BINS - 1
     return 0

@@ -1,5 +1,4 @@
 # Types of the kernel.
-cimport cython
 
 
 cdef class NeighbourhoodWriter:
@@ -12,12 +11,10 @@ cdef class NeighbourhoodWriter:
     cdef double second_weight, tolerance, growth
 
     cpdef int write(
-        self, Py_ssize_t first, const int[:, ::1] edge, const int[::1] start, const int[::1] ring,
+        self, const int[:, ::1] edge, const int[::1] start, const int[::1] ring,
         const unsigned char[::1] interior,
     ) noexcept nogil
-    cdef int _join(self, Py_ssize_t n, const int[:, ::1] edge) noexcept nogil
-    cdef int _list_nearest(self, Py_ssize_t first, Py_ssize_t i) noexcept nogil
-    cdef bint _before(self, Py_ssize_t row, Py_ssize_t k, double squared, int j) noexcept nogil
-    cdef int _write_frame(
-        self, Py_ssize_t first, Py_ssize_t i, Py_ssize_t listed, double scale,
-    ) noexcept nogil
+    cdef int _join(self, const int[:, ::1] edge) noexcept nogil
+    cdef int _list_nearest(self, Py_ssize_t i) noexcept nogil
+    cdef bint _before(self, Py_ssize_t i, Py_ssize_t k, double squared, int j) noexcept nogil
+    cdef int _write_frame(self, Py_ssize_t i, Py_ssize_t listed, double scale) noexcept nogil

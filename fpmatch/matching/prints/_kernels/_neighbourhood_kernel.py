@@ -10,7 +10,7 @@ import numpy as np
 from cython.cimports.fpmatch.pointset.paper._one_ring_kernel import (
     shape_preserving_weights,
 )
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import rint, sqrt
 
 from fpmatch.matching.constants import prints
 
@@ -21,77 +21,55 @@ LEAST_WEIGHT = cython.declare(cython.double, prints.LEAST_WEIGHT)
 @cython.final
 @cython.cclass
 class NeighbourhoodWriter:
-    """Write the neighbourhoods of prints, one after the other, into flat arrays.
+    """Write the neighbourhoods of a print of the minutiae `points` (4, N).
 
-    `points` (4, M) are the minutiae of all prints, each of `capacity` minutiae at most; the others
-    are as `Neighbourhoods` has them, `near` and `frame` filled with zeros.
+    The other arrays are as `Neighbourhoods` has them, `near` and `frame` filled with zeros.
     """
 
-    def __init__(self, points, parameters, capacity, count, near, frame) -> None:
-        m: cython.Py_ssize_t = points.shape[1]
-        flat: cython.const[cython.double][::1] = points.reshape(-1)
-        self.x, self.y = flat[:m], flat[m : 2 * m]
-        self.c, self.s = flat[2 * m : 3 * m], flat[3 * m :]
+    def __init__(self, points, parameters, count, near, frame) -> None:
+        p, n = parameters, len(count)
+        self.x, self.y, self.c, self.s = points
         self.count, self.near, self.frame = count, near, frame
-        self.size = parameters.neighbours
-        self.second_weight = parameters.second_ring_weight
-        self.tolerance = parameters.tolerance_px
-        self.growth = parameters.tolerance_per_px
-        entries = 2 * EDGES * capacity
-        integers: cython.int[::1] = np.zeros(entries + 2 * capacity + 2, np.int32)
-        self.joined = integers[:entries]
-        self.met = integers[entries : entries + capacity]
-        self.joined_start = integers[entries + capacity :]
-        weights = np.full(entries + capacity + self.size, self.second_weight)
-        numbers: cython.double[::1] = weights
-        self.ring_weight = numbers[:entries]
-        self.weight = numbers[entries : entries + capacity]
-        self.distance = numbers[entries + capacity :]
+        self.size, self.second_weight = p.neighbours, p.second_ring_weight
+        self.tolerance, self.growth = p.tolerance_px, p.tolerance_per_px
+        self.joined = np.empty(2 * EDGES * n, np.int32)
+        self.joined_start, self.met = np.empty(n + 2, np.int32), np.full(n, -1, np.int32)
+        self.ring_weight, self.distance = np.empty(2 * EDGES * n), np.empty(p.neighbours)
+        self.weight = np.full(n, p.second_ring_weight)
 
     @cython.locals(begin=cython.Py_ssize_t, k=cython.Py_ssize_t)
-    def write(self, first, edge, start, ring, interior):
-        """Write the neighbourhoods of the print whose first minutia is `first`, by its mesh.
+    def write(self, edge, start, ring, interior):
+        """Write the neighbourhoods by the mesh of the print.
 
-        `edge` (E, 2) are the joined minutiae, counted from the first; there are at most six edges a
-        minutia. The ring of minutia i is ``ring[start[i]:start[i + 1]]``, and closed where
-        `interior`. Of two neighbours equally near the one of the smaller index comes first.
+        `edge` (E, 2) are the joined minutiae; there are at most six edges a minutia. The ring of
+        minutia i is ``ring[start[i]:start[i + 1]]``, and closed where `interior`. Of two neighbours
+        equally near the one of the smaller index comes first.
         """
-        n = start.shape[0] - 1
-        self._join(n, edge)
-        for i in range(n):
-            self.met[i] = -1
-        for i in range(n):
-            listed = self._list_nearest(first, i)
-            self.count[first + i] = listed
+        self._join(edge)
+        for i in range(self.count.shape[0]):
+            listed = self._list_nearest(i)
+            self.count[i] = listed
             begin = end = start[i]
             if interior[i]:
                 end = start[i + 1]
                 if not shape_preserving_weights(
-                    self.x[first : first + n],
-                    self.y[first : first + n],
-                    ring,
-                    begin,
-                    end,
-                    self.x[first + i],
-                    self.y[first + i],
-                    self.ring_weight,
+                    self.x, self.y, ring, begin, end, self.x[i], self.y[i], self.ring_weight
                 ):
                     end = begin  # rounding has put the minutia outside its ring
             for e in range(begin, end):
-                self.weight[ring[e]] += (
-                    (1.0 - self.second_weight) * self.ring_weight[e] * (end - begin)
-                )
+                more = (1.0 - self.second_weight) * self.ring_weight[e] * (end - begin)
+                self.weight[ring[e]] += more
             total: cython.double = 0.0
             for k in range(listed):
-                total += self.weight[self.near[first + i, k]]
-            total = listed / (total if total > LEAST_WEIGHT else LEAST_WEIGHT)
-            self._write_frame(first, i, listed, total)
+                total += self.weight[self.near[i, k]]
+            self._write_frame(i, listed, listed / max(total, LEAST_WEIGHT))
             for e in range(begin, end):
                 self.weight[ring[e]] = self.second_weight
         return 0
 
-    def _join(self, n, edge):
-        """List the minutiae joined with each of n minutiae."""
+    def _join(self, edge):
+        """List the minutiae joined with each minutia."""
+        n = self.count.shape[0]
         for i in range(n + 2):
             self.joined_start[i] = 0
         # `joined_start` runs one ahead while they are filled in
@@ -108,11 +86,8 @@ class NeighbourhoodWriter:
         return 0
 
     @cython.locals(e=cython.Py_ssize_t)
-    def _list_nearest(self, first, i):
+    def _list_nearest(self, i):
         """List the nearest minutiae of the first two rings of minutia i; return their number."""
-        x = self.x[first + i]
-        y = self.y[first + i]
-        size = self.size
         listed: cython.int = 0
         self.met[i] = i
         for e in range(self.joined_start[i], self.joined_start[i + 1]):
@@ -123,41 +98,42 @@ class NeighbourhoodWriter:
                 if self.met[j] == i:
                     continue
                 self.met[j] = i
-                dx = self.x[first + j] - x
-                dy = self.y[first + j] - y
+                dx = self.x[j] - self.x[i]
+                dy = self.y[j] - self.y[i]
                 squared = dx * dx + dy * dy
-                if listed < size:
+                if listed < self.size:
                     listed += 1
-                elif not self._before(first + i, size - 1, squared, j):
+                elif not self._before(i, listed - 1, squared, j):
                     continue
                 k = listed - 1
-                while k > 0 and self._before(first + i, k - 1, squared, j):
+                while k > 0 and self._before(i, k - 1, squared, j):
                     self.distance[k] = self.distance[k - 1]
-                    self.near[first + i, k] = self.near[first + i, k - 1]
+                    self.near[i, k] = self.near[i, k - 1]
                     k -= 1
                 self.distance[k] = squared
-                self.near[first + i, k] = j
+                self.near[i, k] = j
         return listed
 
-    def _before(self, row, k, squared, j):
-        """Return whether minutia j, so far off, comes before entry k of a row of `near`."""
-        return squared < self.distance[k] or (squared == self.distance[k] and j < self.near[row, k])
+    def _before(self, i, k, squared, j):
+        """Return whether minutia j, so far off, comes before entry k of the neighbours of i."""
+        return squared < self.distance[k] or (squared == self.distance[k] and j < self.near[i, k])
 
-    def _write_frame(self, first, i, listed, scale):
-        """Write the listed neighbours of minutia i in its frame; `scale` is that of weights."""
-        row = first + i
-        x, y, c, s = self.x[row], self.y[row], self.c[row], self.s[row]
+    def _write_frame(self, i, listed, scale):
+        """Write the listed neighbours of minutia i in its frame; `scale` is that of weights.
+
+        The square roots of weights are rounded to hundredths, so that a byte keeps each of them.
+        """
+        c, s = self.c[i], self.s[i]
         for k in range(listed):
-            j: cython.Py_ssize_t = self.near[row, k]
-            dx = self.x[first + j] - x
-            dy = self.y[first + j] - y
+            j: cython.Py_ssize_t = self.near[i, k]
+            dx = self.x[j] - self.x[i]
+            dy = self.y[j] - self.y[i]
             tolerance = self.tolerance + self.growth * sqrt(self.distance[k])
-            self.frame[row, 0, k] = c * dx + s * dy
-            self.frame[row, 1, k] = c * dy - s * dx
-            dx = self.c[first + j]
-            dy = self.s[first + j]
-            self.frame[row, 2, k] = c * dx + s * dy
-            self.frame[row, 3, k] = c * dy - s * dx
-            self.frame[row, 4, k] = 1.0 / (tolerance * tolerance)
-            self.frame[row, 5, k] = sqrt(self.weight[j] * scale)
+            self.frame[i, 0, k] = c * dx + s * dy
+            self.frame[i, 1, k] = c * dy - s * dx
+            self.frame[i, 2, k] = c * self.c[j] + s * self.s[j]
+            self.frame[i, 3, k] = c * self.s[j] - s * self.c[j]
+            self.frame[i, 4, k] = 1.0 / (tolerance * tolerance)
+            root: cython.float = sqrt(self.weight[j] * scale)
+            self.frame[i, 5, k] = min(rint(100.0 * root), 255.0) / 100.0
         return 0

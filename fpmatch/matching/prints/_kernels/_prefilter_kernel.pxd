@@ -1,5 +1,4 @@
 # Types of the kernel, and what other kernels may use of it. Arrays may be mapped from a file.
-from fpmatch.matching.prints._kernels._bit_lanes cimport bit_lanes
 from fpmatch.matching.prints._kernels._consistency_kernel cimport PairSet
 
 

@@ -10,30 +10,19 @@ same whichever of the two prints is in the tables.
 
 import cython
 import numpy as np
-from cython.cimports.fpmatch.matching.prints._kernels._bit_lanes import (
-    LANES,
-    bit_lanes,
-    lane_of,
-    lanes_of,
-    lowest_place,
-)
-from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
-from cython.cimports.fpmatch.matching.prints._kernels._encode_kernel import second
-from cython.cimports.fpmatch.matching.prints._kernels._prefilter_cells import (
+from cython.cimports.fpmatch.matching.prints._kernels._bits import (
     BEYOND,
-    BINS_1,
-    BINS_2,
-    BINS_3,
     CELL,
-    EMPTY,
     FIRST,
     LAST,
     MOST_WEIGHT,
     ROOM,
-    SECOND,
     TOO_LITTLE,
     WORDS,
+    lowest_place,
+    second,
 )
+from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
 
 from fpmatch.matching.constants import prints
 
@@ -48,9 +37,9 @@ ONE = cython.declare(cython.ulonglong, 1)
 @cython.final
 @cython.cclass
 class Prefilter:
-    """Score prints against one print, which is in the tables; the parameters are of `PairSet`."""
+    """Score prints against one print, which is in the tables; for one thread."""
 
-    def __init__(self, most_pairs, near, spread, most_turn) -> None:
+    def __init__(self, parameters) -> None:
         self.neighbour_table = np.zeros(LAST + 1, np.uint64)
         self.orientation_table = np.zeros((WORDS, UNKNOWN + 1), np.uint64)
         self.used = np.zeros(2 * ROOM * WORDS, np.int32)
@@ -59,7 +48,7 @@ class Prefilter:
         self.own_turn = np.zeros(ROOM, np.int32)
         self.own_xy = np.zeros((ROOM, 2))
         self.cell = np.zeros((2, ROOM, WORDS), np.uint16)
-        self.pairs = PairSet(ROOM, most_pairs, near, spread, most_turn)
+        self.pairs = PairSet(ROOM, parameters)
 
     @cython.locals(k=cython.Py_ssize_t, b=cython.int, d=cython.int)
     def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
@@ -119,13 +108,20 @@ class Prefilter:
         self.pairs.locate(self.own_turn, self.own_xy, first, xy, direction_bin, other_first)
         return self.pairs.consistent_weight()
 
-    @cython.locals(begin=cython.Py_ssize_t, end=cython.Py_ssize_t, flowing=cython.bint)
+    @cython.locals(k=cython.Py_ssize_t, flowing=cython.bint, bits=cython.ulonglong)
+    @cython.locals(n1=cython.ulonglong, n2=cython.ulonglong, n4=cython.ulonglong)
+    @cython.locals(n8=cython.ulonglong, n16=cython.ulonglong, f1=cython.ulonglong)
+    @cython.locals(f2=cython.ulonglong, f4=cython.ulonglong, f8=cython.ulonglong)
+    @cython.locals(s1=cython.ulonglong, s2=cython.ulonglong, s4=cython.ulonglong)
+    @cython.locals(s8=cython.ulonglong, s16=cython.ulonglong, s32=cython.ulonglong)
+    @cython.locals(v=cython.ulonglong, w=cython.ulonglong, two=cython.ulonglong)
+    @cython.locals(four=cython.ulonglong, eight=cython.ulonglong, more=cython.ulonglong)
     def _pair(self, first, last, neighbour_bits, orientation_bins, flowing, other_first):
         """Gather the pairs of minutiae that agree in enough words; return their number.
 
         They are in the order of the other print's minutiae, then of the own. Where orientations
         are unknown, six are taken to agree. Left out are pairs that weigh too little to be kept
-        beside those before them. Two minutiae of the other print are looked up at once.
+        beside those before them.
         """
         table = cython.address(self.neighbour_table[0])
         own_of = cython.address(self.pairs.pair[0, 0])
@@ -136,59 +132,39 @@ class Prefilter:
             of_weight[k] = 0
         most = self.pairs.most
         room: cython.int = self.pairs.pair.shape[1]
-        gathered = above = least = limit = 0
-        t1 = none_of(TOO_LITTLE + 1, 1)
-        t2 = none_of(TOO_LITTLE + 1, 2)
-        t4 = none_of(TOO_LITTLE + 1, 4)
-        t8 = none_of(TOO_LITTLE + 1, 8)
-        t16 = none_of(TOO_LITTLE + 1, 16)
-        j = first
-        while j < last:
-            of_a = (j - first) % ROOM
-            if of_a == 0:
+        gathered = above = least = limit = t = 0
+        for j in range(first, last):
+            at: cython.Py_ssize_t = (j - first) % ROOM
+            if at == 0:
                 self._find_cells(j, min(last - j, ROOM), neighbour_bits)
-            lanes: cython.int = min(last - j, LANES)
-            of_b = of_a + lanes - 1
-            n1 = n2 = n4 = n8 = n16 = lanes_of(0, 0)
+            # bit b of n1, n2, n4, n8, n16: of the number of words that the own minutia b has too
+            n1 = n2 = n4 = n8 = n16 = 0
             for grid in range(2):
-                cells_a = cython.address(self.cell[grid, of_a, 0])
-                cells_b = cython.address(self.cell[grid, of_b, 0])
-                for k in range(0, WORDS, 4):
-                    v = lanes_of(table[cells_a[k]], table[cells_b[k]])
-                    w = lanes_of(table[cells_a[k + 1]], table[cells_b[k + 1]])
-                    x = lanes_of(table[cells_a[k + 2]], table[cells_b[k + 2]])
-                    y = lanes_of(table[cells_a[k + 3]], table[cells_b[k + 3]])
+                cells = cython.address(self.cell[grid, at, 0])
+                for k in range(0, WORDS, 2):
+                    v, w = table[cells[k]], table[cells[k + 1]]
                     two = twice(n1, v, w)
                     n1 ^= v ^ w
-                    more = twice(n1, x, y)
-                    n1 ^= x ^ y
-                    four = twice(n2, two, more)
-                    n2 ^= two ^ more
-                    more = n4 & four
+                    four = n2 & two
+                    n2 ^= two
+                    eight = n4 & four
                     n4 ^= four
-                    n16 |= n8 & more
-                    n8 ^= more
-            f1 = f8 = lanes_of(0, 0)
-            f2 = f4 = none_of(0, 1)
+                    n16 |= n8 & eight
+                    n8 ^= eight
+            f1 = f8 = 0
+            f2 = f4 = ALL
             if flowing:
-                f2 = f4 = lanes_of(0, 0)
-                bins_a = cython.address(orientation_bins[j, 0])
-                bins_b = cython.address(orientation_bins[j + lanes - 1, 0])
-                for k in range(0, WORDS, 4):
-                    at = cython.address(self.orientation_table[k, 0])
-                    v = lanes_of(at[bins_a[k]], at[bins_b[k]])
-                    w = lanes_of(at[BINS_1 + bins_a[k + 1]], at[BINS_1 + bins_b[k + 1]])
-                    x = lanes_of(at[BINS_2 + bins_a[k + 2]], at[BINS_2 + bins_b[k + 2]])
-                    y = lanes_of(at[BINS_3 + bins_a[k + 3]], at[BINS_3 + bins_b[k + 3]])
+                f2 = f4 = 0
+                bins = cython.address(orientation_bins[j, 0])
+                for k in range(0, WORDS, 2):
+                    v = self.orientation_table[k, bins[k]]
+                    w = self.orientation_table[k + 1, bins[k + 1]]
                     two = twice(f1, v, w)
                     f1 ^= v ^ w
-                    more = twice(f1, x, y)
-                    f1 ^= x ^ y
-                    four = twice(f2, two, more)
-                    f2 ^= two ^ more
+                    four = f2 & two
+                    f2 ^= two
                     f8 |= f4 & four
                     f4 ^= four
-            some = n1 | n2 | n4 | n8 | n16
             # three times the neighbours and the orientations, from the ones up
             s1 = n1 ^ f1
             two = n1 & f1
@@ -207,51 +183,35 @@ class Prefilter:
             v = n8 ^ n16 ^ w
             s16 = v ^ more
             s32 = n16 | (n8 & w) | (v & more)
-            # the carry from the sum less the least one that counts
-            more = twice(s4, t4, twice(s2, t2, s1 | t1))
-            some &= s32 | twice(s16, t16, twice(s8, t8, more))
-            for lane in range(lanes):
-                bits = lane_of(some, lane)
-                if not bits:
+            # where the sum is greater than what is too little: the carry of their difference
+            t = TOO_LITTLE + 1 + limit
+            more = twice(s4, none_of(t, 4), twice(s2, none_of(t, 2), s1 | none_of(t, 1)))
+            more = twice(s16, none_of(t, 16), twice(s8, none_of(t, 8), more))
+            bits = (n1 | n2 | n4 | n8 | n16) & (s32 | more)
+            while bits:
+                place = lowest_place(bits)
+                bits &= bits - 1
+                weight: cython.int = (s1 >> place) & 1
+                weight += 2 * ((s2 >> place) & 1)
+                weight += 4 * ((s4 >> place) & 1)
+                weight += 8 * ((s8 >> place) & 1)
+                weight += 16 * ((s16 >> place) & 1)
+                weight += 32 * ((s32 >> place) & 1)
+                weight = min(weight - TOO_LITTLE, MOST_WEIGHT)
+                if weight <= limit or gathered == room:
                     continue
-                b1 = lane_of(s1, lane)
-                b2 = lane_of(s2, lane)
-                b4 = lane_of(s4, lane)
-                b8 = lane_of(s8, lane)
-                b16 = lane_of(s16, lane)
-                b32 = lane_of(s32, lane)
-                while bits:
-                    place = lowest_place(bits)
-                    bits &= bits - 1
-                    weight: cython.int = (b1 >> place) & 1
-                    weight += 2 * ((b2 >> place) & 1)
-                    weight += 4 * ((b4 >> place) & 1)
-                    weight += 8 * ((b8 >> place) & 1)
-                    weight += 16 * ((b16 >> place) & 1)
-                    weight += 32 * ((b32 >> place) & 1)
-                    weight = min(weight - TOO_LITTLE, MOST_WEIGHT)
-                    if weight <= limit or gathered == room:
-                        continue
-                    own_of[gathered] = place
-                    other_of[gathered] = j - first + lane
-                    weight_of[gathered] = weight
-                    gathered += 1
-                    if weight <= least:
-                        continue
-                    of_weight[weight] += 1
-                    above += 1
-                    if above < most:
-                        continue
-                    while above >= most:
-                        least += 1
-                        above -= of_weight[least]
+                own_of[gathered] = place
+                other_of[gathered] = j - first
+                weight_of[gathered] = weight
+                gathered += 1
+                if weight <= least:
+                    continue
+                of_weight[weight] += 1
+                above += 1
+                while above >= most:
+                    least += 1
+                    above -= of_weight[least]
                     limit = least - 1 if other_first else least
-                    t1 = none_of(TOO_LITTLE + 1 + limit, 1)
-                    t2 = none_of(TOO_LITTLE + 1 + limit, 2)
-                    t4 = none_of(TOO_LITTLE + 1 + limit, 4)
-                    t8 = none_of(TOO_LITTLE + 1 + limit, 8)
-                    t16 = none_of(TOO_LITTLE + 1 + limit, 16)
-            j += lanes
         self.pairs.count = gathered
         self.pairs.least = least
         self.pairs.equal = most - above
@@ -263,12 +223,9 @@ class Prefilter:
         one = cython.address(self.cell[0, 0, 0])
         other = cython.address(self.cell[1, 0, 0])
         for k in range(count * WORDS):
-            one[k] = min(words[k] & FIRST, EMPTY)
+            one[k] = words[k] & FIRST  # beyond the first grid where it does not count
             # beyond all cells, if the highest bit is set
-            cell: cython.int = (
-                SECOND + (words[k] & CELL) + (words[k] >> 12 & 1) + (words[k] >> 10 & 8)
-            )
-            cell += (words[k] >> 7 & 128) + (words[k] >> 2 & BEYOND)
+            cell: cython.int = second(words[k]) + (words[k] >> 2 & BEYOND)
             other[k] = min(cell, LAST)
         return 0
 
@@ -277,7 +234,7 @@ class Prefilter:
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def twice(a: bit_lanes, b: bit_lanes, c: bit_lanes) -> bit_lanes:
+def twice(a: cython.ulonglong, b: cython.ulonglong, c: cython.ulonglong) -> cython.ulonglong:
     """Return the bits that at least two of three have."""
     return (a & b) | ((a ^ b) & c)
 
@@ -286,7 +243,6 @@ def twice(a: bit_lanes, b: bit_lanes, c: bit_lanes) -> bit_lanes:
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def none_of(value: cython.int, bit: cython.int) -> bit_lanes:
+def none_of(value: cython.int, bit: cython.int) -> cython.ulonglong:
     """Return all bits if a bit of a value is not set, none if it is."""
-    bits: cython.ulonglong = 0 if value & bit else ALL
-    return lanes_of(bits, bits)
+    return 0 if value & bit else ALL

@@ -1,8 +1,8 @@
 # mypy: ignore-errors
 """Kernel: a prepared print as the other kernels see it.
 
-Minutiae, neighbourhoods and regions are as `fpmatch.matching.prints.prepare` and
-`fpmatch.matching.prints.neighbourhood` have them.
+Minutiae, neighbourhoods and regions are as
+`fpmatch.matching.prints.prepared` has them.
 """
 
 import cython
@@ -28,40 +28,25 @@ class TemplateView:
     codes, and its ridge images if it has any, begin at entry `cell_at`, row by row.
     """
 
-    def __init__(self, points, quality, count, frame) -> None:
+    def __init__(self, points, quality, count, frame, bits=None, region=None) -> None:
         self.size = points.shape[1]
+        self.points, self.quality, self.count, self.frame = points, quality, count, frame
         self.first = self.cell_at = self.rows = self.columns = 0
         self.first_row = self.first_column = self.inside = 0
         self.step = self.per_px = 1.0
         self.has_flow = self.has_ridges = False
-        self.points, self.quality = points, quality
-        self.count, self.frame = count, frame
-        self.xy = np.empty((0, 2), np.float32)
-        self.direction_bin = np.empty(0, np.uint8)
-        self.neighbour_bits = np.empty((0, 0), np.uint16)
-        self.orientation_bins = np.empty((0, 0), np.uint8)
-        self.cell = np.empty(0, np.uint8)
-        self.ridges = np.empty(0, np.uint64)
-
-    def set_bit_descriptors(self, xy, direction_bin, neighbour_bits, orientation_bins) -> None:
-        """Take the bit descriptors."""
-        self.xy = xy
-        self.direction_bin = direction_bin
-        self.neighbour_bits = neighbour_bits
-        self.orientation_bins = orientation_bins
-
-    def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
-        """Take the region: `code` (rows, columns) is 0 outside, else encodes the orientation.
-
-        `ridges`, of the same shape, are binary ridge images, or None.
-        """
-        self.rows, self.columns = code.shape
-        self.cell = code.ravel()
-        self.has_ridges = ridges is not None
-        if ridges is not None:
-            self.ridges = ridges.ravel()
-        self.first_row, self.first_column, self.inside = first_row, first_column, inside
-        self.step, self.per_px, self.has_flow = step, 1.0 / step, has_flow
+        if bits is not None:
+            self.xy, self.direction_bin = bits.xy, bits.direction_bin
+            self.neighbour_bits, self.orientation_bins = bits.neighbour_bits, bits.orientation_bins
+        if region is not None:
+            self.rows, self.columns = region.code.shape
+            self.cell = region.code.ravel()
+            self.has_ridges = region.ridges is not None
+            if self.has_ridges:
+                self.ridges = region.ridges.ravel()
+            self.first_row, self.first_column = region.first_row, region.first_column
+            self.step, self.per_px, self.inside = region.step, 1.0 / region.step, region.inside
+            self.has_flow = region.has_flow
 
     def lies_off_ridges(self, flow):
         """Return whether few minutiae lie on the ridges, or most across; `flow`: `FLOW_OF_CODE`."""

@@ -63,7 +63,7 @@ WRONG_USAGE = {
     "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --fmr 0 | --genuine-scores g.txt",
     "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
     "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off",
-    "identify x y": "--loss 100% | --loss few | --consolidate --impressions",
+    "identify x y": "--effort 3 | --effort few",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "extract a -o b": "--enhance gabor | --subject 1",
     "synth x": "--preset wet | --size axb | --size 400x400 --sensor plain-288x384 | --fingers many",

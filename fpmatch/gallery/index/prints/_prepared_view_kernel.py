@@ -12,8 +12,6 @@ if cython.compiled:
 else:
     from fpmatch.matching.pipeline.score_model import as_similarity
 
-MISSING = cython.declare(cython.double, float("nan"))
-
 
 @cython.final
 @cython.cclass
@@ -95,58 +93,6 @@ class PreparedView:
                 into.frame[i, 4, m] = 1.0 / (tolerance * tolerance)
                 weight = self.root_weight_of[self.root_weight[first + i, m]]
                 into.frame[i, 5, m] = weight
-        return 0
-
-    def score(self, tables, first, weight):
-        """Fill what the bit descriptors of prints from number `first` on have in common.
-
-        That is with the print in the tables of a prefilter, which comes first.
-        """
-        with cython.nogil:
-            for k in range(weight.shape[0]):
-                p: cython.Py_ssize_t = first + k
-                weight[k] = tables.score(
-                    self.minutiae_start[p],
-                    self.minutiae_start[p + 1],
-                    self.xy,
-                    self.direction_bin,
-                    self.neighbour_bits,
-                    self.orientation_bins,
-                    self.has_flow[p],
-                    False,
-                )
-        return 0
-
-    def compare_ridges(self, reader, which, tables, probe, reference, correlator, agreement):
-        """Fill the agreement of the ridges of each print with a probe's, under one transform.
-
-        The transform is the one in which most bit descriptors agree: a reader has them for print k
-        under number ``which[k]``, and `tables` have the probe's. `reference` is room for a print.
-        The agreement is the mean correlation, times the root of the number of cells; NaN where
-        ridges are not known or nothing agrees.
-        """
-        pairs = tables.pairs
-        self.attach(reference)
-        with cython.nogil:
-            for k in range(which.shape[0]):
-                agreement[k] = MISSING
-                n = reader.unpack(which[k])
-                self.open(k, reference)
-                if n <= 0 or not (reference.has_ridges and probe.has_ridges):
-                    continue
-                weight = tables.score(
-                    0,
-                    n,
-                    reader.xy,
-                    reader.direction_bin,
-                    reader.neighbour_bits,
-                    reader.orientation_bins,
-                    reference.has_flow,
-                    False,
-                )
-                if pairs.fit(weight):
-                    correlator.compare_rigid(reference, probe, pairs.c, pairs.s, pairs.x, pairs.y)
-                    agreement[k] = correlator.correlation * sqrt(correlator.cells)
         return 0
 
     def match(self, pipeline, reference, first, order, similarity):

@@ -25,11 +25,6 @@ cdef class PreparedView:
     cpdef int open(self, Py_ssize_t k, TemplateView into) noexcept nogil
     cpdef int unpack(self, Py_ssize_t k, TemplateView into) noexcept nogil
     cpdef int score(self, Prefilter tables, Py_ssize_t first, int[::1] weight) noexcept
-    cpdef int compare_ridges(
-        self, DescriptorReader reader, const long long[::1] which, Prefilter tables,
-        TemplateView probe, TemplateView reference, RidgeCorrelator correlator,
-        double[::1] agreement,
-    )
     cpdef int match(
         self, Pipeline pipeline, TemplateView reference, Py_ssize_t first,
         const signed char[::1] order, double[::1] similarity,

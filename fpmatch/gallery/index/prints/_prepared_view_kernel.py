@@ -117,38 +117,6 @@ class PreparedView:
                 )
         return 0
 
-    def compare_ridges(self, reader, which, tables, probe, reference, correlator, agreement):
-        """Fill the agreement of the ridges of each print with a probe's, under one transform.
-
-        The transform is the one in which most bit descriptors agree: a reader has them for print k
-        under number ``which[k]``, and `tables` have the probe's. `reference` is room for a print.
-        The agreement is the mean correlation, times the root of the number of cells; NaN where
-        ridges are not known or nothing agrees.
-        """
-        pairs = tables.pairs
-        self.attach(reference)
-        with cython.nogil:
-            for k in range(which.shape[0]):
-                agreement[k] = MISSING
-                n = reader.unpack(which[k])
-                self.open(k, reference)
-                if n <= 0 or not (reference.has_ridges and probe.has_ridges):
-                    continue
-                weight = tables.score(
-                    0,
-                    n,
-                    reader.xy,
-                    reader.direction_bin,
-                    reader.neighbour_bits,
-                    reader.orientation_bins,
-                    reference.has_flow,
-                    False,
-                )
-                if pairs.fit(weight):
-                    correlator.compare_rigid(reference, probe, pairs.c, pairs.s, pairs.x, pairs.y)
-                    agreement[k] = correlator.correlation * sqrt(correlator.cells)
-        return 0
-
     def match(self, pipeline, reference, first, order, similarity):
         """Fill the similarities of the probe of a pipeline to the prints from number `first` on.
 

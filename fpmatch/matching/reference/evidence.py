@@ -46,18 +46,23 @@ def weigh(
     """
     model = load_weights().model_of(a, b)
     p = pairing.parameters
-    entries = _gather(a, b, candidates, pairing)
-    features = _features(model, entries, p)
+    e = _gather(a, b, candidates, pairing)
+    features = _features(model, e, p)
     if model.sums(features) > ridges_from:
         drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
         ridges = compare_ridges(a.region, b.region, pairing.move, drift)
-        entries |= zip(("ridges", "cells"), ridges, strict=True)
-        features = _features(model, entries, p)
+        e |= zip(("ridges", "cells"), ridges, strict=True)
+        features = _features(model, e, p)
     total = float(model.sums(features))
-    estimate = _condition(model, total, entries, p.usual_correlation)
-    estimate = _beyond_chance(a, b, pairing, entries, estimate, p)
-    entries |= {"features": features, "total": total, "minus_log_fmr": estimate}
-    return pairing, Evidence(**entries)
+    # given the amount of evidence, -ln(FMR) grows with the sum
+    amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
+    low, high = (model.quantiles @ amount).tolist()
+    decade = max(high - low, fixed.LEAST_SPREAD)
+    limit = most_decades(e["pairs"], e["chance"], e["ridges"] - p.usual_correlation, e["cells"])
+    estimate = float(fixed.LOG_10 * min(2.0 + (total - low) / decade, limit))
+    estimate = _beyond_chance(a, b, pairing, e, estimate, p)
+    e |= {"features": features, "total": total, "minus_log_fmr": estimate}
+    return pairing, Evidence(**e)
 
 
 def _gather(
@@ -73,8 +78,11 @@ def _gather(
     common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own], p)
     common_b, unpaired_b = _unpaired(b, others, a.region, back, p)
     common_a, common_b = common_a + len(paired), common_b + len(paired)
+    row, column = np.nonzero(a.region.code)
+    cells = (a.region.first_column + column + 0.5) - 1j * (a.region.first_row + row + 0.5)
+    seen = np.count_nonzero(codes_at(b.region, shift + linear * a.region.step * cells))
     smaller = min(a.region.area, b.region.area)
-    area = min(_common_cells(a.region, b.region, linear, shift) * a.region.step**2, smaller)
+    area = min(seen * a.region.step**2, smaller)
     return {
         "pairs": len(paired),
         "local": float(candidates.similarity[paired, partner[paired]].astype(np.float64).sum()),
@@ -107,13 +115,6 @@ def _unpaired(
     return int(inside.sum()), float(squares[which[well]].sum() * raised)
 
 
-def _common_cells(a: PrintArea, b: PrintArea, linear: complex, shift: complex) -> int:
-    """Return how many cells of A fall into the region of B."""
-    row, column = np.nonzero(a.code)
-    at = (a.first_column + column + 0.5) - 1j * (a.first_row + row + 0.5)
-    return int(np.count_nonzero(codes_at(b, shift + linear * a.step * at)))
-
-
 def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
     """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
@@ -132,16 +133,6 @@ def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Float
         usual = model.standard[STANDARD.index("impostor_mean")]
         features += [usual[FEATURES.index(name)] for name in RIDGE_FEATURES]
     return np.array(features)
-
-
-def _condition(model: ScoreModel, total: float, e: dict[str, Any], usual: float) -> float:
-    """Return the -ln(FMR) of a weighted sum, given the amount of evidence."""
-    amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
-    low, high = (model.quantiles @ amount).tolist()
-    decade = max(high - low, fixed.LEAST_SPREAD)
-    unusual = e["ridges"] - usual
-    limit = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
-    return float(fixed.LOG_10 * min(2.0 + (total - low) / decade, limit))
 
 
 def _beyond_chance(

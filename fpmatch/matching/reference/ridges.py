@@ -149,8 +149,12 @@ def compared_cells(
     both[row + 1, column + 1] = 1
     agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)
-    value = best_shifts(len(sample_row), row + 1, column + 1, both, sum_of_three_columns(agreeing))
-    known = ~np.isnan(value)
+    around = sliding_window_view(both, (3, 3))[row, column]
+    cells = np.maximum(around.sum(axis=(1, 2)), 1)
+    windows = sliding_window_view(agreeing, (3, 3), axis=(0, 1))[row, column]
+    best = windows.sum(axis=(3, 4)).reshape(-1, SHIFTS**2).max(axis=1, initial=0)
+    value = 2.0 * best / (len(sample_row) * cells) - 1.0
+    known = cells >= FEWEST_AROUND
     return (row[known], column[known]), at[known], value[known]
 
 
@@ -198,31 +202,6 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]
     agreeing = np.sum(theirs == ours[:, :, None, None], axis=1, dtype=np.uint16)
     return np.asarray(agreeing)
-
-
-def best_shifts(
-    samples: int, row: Numbers, column: Numbers, around: NDArray[Any], rows_of_three: NDArray[Any]
-) -> Floats:
-    """Return the correlations of cells, compared with those around them; NaN of too few.
-
-    Each is that at the shift under which most samples agree. A cell lies in a row and a column of
-    tables with an edge: `around` (rows, columns) is 1 where a cell lies in both prints, and
-    `rows_of_three` (rows, columns, 5, 5) has the samples that agree in a cell and those beside it.
-    """
-    total = rows_of_three[row - 1, column] + rows_of_three[row, column]
-    total += rows_of_three[row + 1, column]
-    near = sum_of_three_columns(around.astype(np.intp))
-    cells = near[row - 1, column] + near[row, column] + near[row + 1, column]
-    enough = cells >= FEWEST_AROUND
-    best = total.reshape(-1, SHIFTS * SHIFTS).max(axis=1, initial=0)
-    return np.where(enough, 2.0 * best / (samples * np.maximum(cells, 1)) - 1.0, np.nan)
-
-
-def sum_of_three_columns(agreeing: NDArray[Any]) -> NDArray[Any]:
-    """Return the sum of each cell and its left and right neighbour; 0 in the outer columns."""
-    total = np.zeros_like(agreeing)
-    total[:, 1:-1] = agreeing[:, :-2] + agreeing[:, 1:-1] + agreeing[:, 2:]
-    return total
 
 
 def search_by_ridges(

@@ -122,10 +122,9 @@ def doubled_prints(seed):
     points = spread_points(rng, 10, size=130.0)
     again = moved(points, rng.uniform(-1, 1), 200 + 10j)
     both = np.hstack([jittered(rng, side, 2.0, 0.1) for side in (points, again)])
-    field = (None, striped_field(side=25 if COMPILED else 14), striped_field(side=10))[seed % 3]
+    field = (None, striped_field(side=25), striped_field(side=10))[seed % 3]
     sides = (MATCHER.prepare(template_of(side, field=field)) for side in (points, both))
-    a, b = sorted(sides, key=lambda side: side.key)
-    return a, b
+    return sorted(sides, key=lambda side: side.key)
 
 
 def similarity_of(a, b):

@@ -4,28 +4,27 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from matching_prints import (
-    COMPILED,
-    impressions_of_a_finger,
+    any_points,
     seeds,
     spread_points,
     striped_field,
     template_of,
     templates,
+    two_impressions,
 )
 
 from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE
 from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
 from fpmatch.matching.reference.prefilter import descriptor_similarity
 
-EXAMPLES = 20 if COMPILED else 4
-
 
 def impressions(seed):
     """Return impressions of one finger and of others, with and without ridges."""
     sides = [
-        *impressions_of_a_finger(seed, 14 if COMPILED else 8),
+        *two_impressions(seed),
+        any_points(seed + 1),
         # a cell has one word however many neighbours are in it; those far away have none
         np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float),
         np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]]),
@@ -45,7 +44,6 @@ def assert_same_both_ways(a, b):
 
 
 @given(seeds, templates())
-@settings(max_examples=EXAMPLES)
 def test_prints_have_in_common_what_the_reference_finds(seed, any_template):
     """Whichever print is in the tables, and whatever was in them before."""
     prints = [prepare(one).bit_descriptors for one in (*impressions(seed), any_template)]

@@ -5,8 +5,8 @@ cdef class Prefilter:
     cdef unsigned long long[::1] neighbour_table
     cdef unsigned long long[:, ::1] orientation_table
     cdef unsigned short[:, :, ::1] cell
-    cdef int[::1] used, own_turn
-    cdef int used_words, coded, count, most, least, equal, most_turn
+    cdef int[::1] own_turn
+    cdef int coded, count, most, least, equal, most_turn
     cdef bint has_flow
     cdef double near2, spread2
     cdef double[::1] cosine_of, sine_of

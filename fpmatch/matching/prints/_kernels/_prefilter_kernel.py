@@ -22,6 +22,7 @@ from cython.cimports.fpmatch.matching.prints._kernels._bits import (
     lowest_place,
     second,
 )
+from cython.cimports.libc.string import memset
 
 from fpmatch.matching.constants import prints
 
@@ -49,8 +50,7 @@ class Prefilter:
     def __init__(self, parameters) -> None:
         self.neighbour_table = np.zeros(LAST + 1, np.uint64)
         self.orientation_table = np.zeros((WORDS, UNKNOWN + 1), np.uint64)
-        self.used = np.zeros(2 * ROOM * WORDS, np.int32)
-        self.used_words = self.coded = 0
+        self.coded = 0
         self.has_flow = False
         self.own_turn = np.zeros(ROOM, np.int32)
         self.own_xy = np.zeros((ROOM, 2))
@@ -78,28 +78,22 @@ class Prefilter:
         Minutiae without a word of a neighbour are left out, and those after the 64th that has one.
         """
         bit = ONE
-        for k in range(self.used_words):
-            self.neighbour_table[self.used[k]] = 0
-        for k in range(WORDS):
-            for b in range(BINS):
-                self.orientation_table[k, b] = 0
-        self.used_words = self.coded = 0
-        self.has_flow = has_flow
+        memset(cython.address(self.neighbour_table[0]), 0, 8 * self.neighbour_table.shape[0])
+        memset(cython.address(self.orientation_table[0, 0]), 0, 8 * WORDS * (UNKNOWN + 1))
+        self.coded, self.has_flow = 0, has_flow
         for i in range(xy.shape[0]):
             if self.coded == ROOM:
                 break
-            words = self.used_words
+            some: cython.bint = False
             for k in range(WORDS):
                 word: cython.int = neighbour_bits[i, k]
                 if not word & NOT_FIRST:
                     self.neighbour_table[word & CELL] |= bit
-                    self.used[self.used_words] = word & CELL
-                    self.used_words += 1
+                    some = True
                 if not word & NOT_SECOND:
                     self.neighbour_table[second(word)] |= bit
-                    self.used[self.used_words] = second(word)
-                    self.used_words += 1
-            if self.used_words == words:
+                    some = True
+            if not some:
                 continue
             for k in range(WORDS):
                 if orientation_bins[i, k] != UNKNOWN:

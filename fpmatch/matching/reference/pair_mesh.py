@@ -58,10 +58,8 @@ def mesh_of_pairs(
     u, v = np.nonzero(across >= 0)
     last = (u > v) & (u > across[u, v])
     triangles = np.stack([u, v, across[u, v]], axis=1)[last]
-    rings = _cavities(a, vertex, triangles)
-    for k, i in enumerate(paired.tolist()):
-        rings[i] = ring_of(across, FRAME + k)
-    return PairMesh(a, vertex, image, np.append(np.full(FRAME, -1), paired), triangles, rings)
+    owner = np.append(np.full(FRAME, -1), paired)
+    return PairMesh(a, vertex, image, owner, triangles, _rings(a, vertex, owner, triangles))
 
 
 def triangulate(points: Plane) -> Numbers:
@@ -113,13 +111,6 @@ def _wrong_diagonals(points: Plane, across: Numbers) -> Numbers:
     return np.asarray(np.column_stack([u, v])[wrong])
 
 
-def ring_of(across: Numbers, v: int) -> list[int]:
-    """Return the neighbours of a vertex counter-clockwise; none where they do not enclose it."""
-    if ((across[v] >= 0) != (across[:, v] >= 0)).any():
-        return []
-    return chain({w: int(across[v, w]) for w in np.flatnonzero(across[v] >= 0).tolist()})
-
-
 def chain(following: dict[int, int]) -> list[int]:
     """Return the one closed polygon that sides make up, given as their ends by their starts."""
     ring = [next(iter(following), -1)]
@@ -139,13 +130,19 @@ def _square(p: Plane) -> Floats:
     return np.asarray(p.real * p.real + p.imag * p.imag)
 
 
-def _cavities(at: Plane, vertex: Plane, triangles: Numbers) -> list[list[int]]:
-    """Return the rings of places as vertices: round the triangles in whose circles they lie."""
+def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> list[list[int]]:
+    """Return the rings of minutiae: round the triangles of a vertex, counter-clockwise.
+
+    One that is no vertex has the ring that it would have as one: round the triangles in whose
+    circles it lies.
+    """
     p, q, r = vertex[triangles.T]
     u, v = q - p, r - p
     with np.errstate(divide="ignore", invalid="ignore"):  # a flat triangle has no circle
         centre = 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * cross(u, v))
         inside = abs(at[:, None] - (p + centre)) ** 2 < abs(centre) ** 2 - ROUNDING
+    corners = triangles == np.arange(FRAME, len(vertex))[:, None, None]
+    inside[owner[FRAME:]] = corners.any(axis=2)
     start, end = triangles, np.roll(triangles, -1, axis=1)
     number = np.full((len(vertex), len(vertex)), len(triangles))
     number[start, end] = np.arange(len(triangles))[:, None]

@@ -15,7 +15,7 @@ import click
 from fpmatch import StageRecorder, __version__, extract
 from fpmatch.cli.command import Command
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.drawing.stages.pictures import write_stages
+from fpmatch.drawing.stages import write_stages
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

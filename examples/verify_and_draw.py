@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from fpmatch import extract, read_image, save_overlay, verify
+from fpmatch import extract, read_image, verify
 
 SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
 
@@ -16,13 +16,12 @@ SAMPLES = Path(__file__).resolve().parent.parent / "sample_data"
 def main(folder: Path) -> None:
     """Compare a print with another of the same finger, and with one of another finger."""
     folder.mkdir(parents=True, exist_ok=True)
-    probe = read_image(SAMPLES / "101_1.tif")
-    template = extract(probe)  # once, for both comparisons
+    template = extract(read_image(SAMPLES / "101_1.tif"))  # once, for both comparisons
     print(f"probe 101_1: {len(template.minutiae)} minutiae, {template.dpi:g} dpi")
 
     for name in ("101_3", "102_1"):
         reference = read_image(SAMPLES / f"{name}.tif")
-        result = verify(template, extract(reference))
+        result = verify(template, reference)
         print()
         print(f"against {name}: {result.decision}")
         print(f"  score {result.score:.1f}, a match needs {result.threshold:.1f}")
@@ -35,7 +34,7 @@ def main(folder: Path) -> None:
         else:
             print(f"  reason: {result.reason}")
         picture = folder / f"101_1_on_{name}.png"
-        save_overlay(picture, probe, reference, result)
+        result.overlay().save(picture)
         print(f"  overlay: {picture}")
 
 

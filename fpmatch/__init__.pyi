@@ -4,7 +4,6 @@ from .api import VerifiedPrints as VerifiedPrints
 from .api import as_template as as_template
 from .api import verify as verify
 from .drawing.overlay.draw import draw as draw
-from .drawing.overlay.draw import save_overlay as save_overlay
 from .errors import FpmatchError as FpmatchError
 from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template
@@ -31,5 +30,5 @@ from .pointset.geometry.similarity import Similarity as Similarity
 from .templates.minutiae import Minutia as Minutia
 from .templates.minutiae import Minutiae as Minutiae
 from .templates.minutiae import MinutiaKind as MinutiaKind
+from .templates.minutiae import RidgeField as RidgeField
 from .templates.minutiae import Template as Template
-from .templates.ridge_field import RidgeField as RidgeField

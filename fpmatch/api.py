@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.html import html_table
 from fpmatch.matching.registry import DEFAULT_MATCHER
@@ -226,7 +226,6 @@ def verify(
         "matcher": matcher,
         "threshold": threshold,
         "calibration": calibration,
-        "result_type": VerifiedPrints,
     }
     if isinstance(probe, Template) and isinstance(reference, Template):
         verified = verify_templates(probe, reference, **options)
@@ -235,7 +234,7 @@ def verify(
 
         sides = [given_print(one, dpi=dpi, enhance=enhance) for one in (probe, reference)]
         verified = verify_given(*sides, **options).verification
-    return cast("VerifiedPrints", verified)
+    return VerifiedPrints(**{one.name: getattr(verified, one.name) for one in fields(verified)})
 
 
 def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learned") -> GivenPrint:
@@ -244,7 +243,7 @@ def given_print(print_: Any, *, dpi: float | None = None, enhance: str = "learne
     from fpmatch.prints import reading  # noqa: PLC0415
 
     if isinstance(print_, Template):
-        source = reading.dpi_source(print_)
+        source, _ = reading.dpi_source(print_)
         return reading.GivenPrint("template", print_, dpi_source=source)
     if isinstance(print_, str | os.PathLike):
         path = Path(print_)

@@ -6,8 +6,7 @@ person. Programming errors (a wrong type, say) stay the built-in exceptions they
 
 from __future__ import annotations
 
-from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fpmatch.printable import message_text, printable
 
@@ -36,22 +35,6 @@ def number_text(value: float) -> str:
         return f"{value:g}"
     except OverflowError:
         return "a number beyond 1e308"
-
-
-def check_type(given: object, kinds: Any, what: str, error: type[FpmatchError]) -> None:
-    """Raise an error that says what is needed, unless what is given is of one of the kinds.
-
-    >>> check_type("print.json", int, "the template is a Template", TemplateError)
-    Traceback (most recent call last):
-    fpmatch.errors.TemplateError: the template is a Template, not str
-    """
-    if not isinstance(given, kinds):
-        raise error(f"{what}, not {type(given).__name__}")
-
-
-def check_path(given: object, error: type[FpmatchError]) -> None:
-    """Raise an error unless what is given is the path of a file, as a text or an object."""
-    check_type(given, str | PathLike, "the path is a text or path-like", error)
 
 
 def without_path(text: str, path: object) -> str:

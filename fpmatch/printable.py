@@ -22,7 +22,6 @@ _UNSAFE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 _UNSAFE_IN_LINES = re.compile(_UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x09\x0b-\x1f"))
-_NOT_ASCII = re.compile("[^\n -~]")
 _NAMED = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
 MOST_SHOWN = 2000  # characters of a message
 _BYTES = 0xDC00  # added to a byte that is not UTF-8, Python keeps it as a character
@@ -72,8 +71,11 @@ def json_text(document: object, *, indent: int | None = 2) -> str:
     """
     import json  # noqa: PLC0415  (most errors need none)
 
-    text = json.dumps(document, indent=indent, allow_nan=False, ensure_ascii=False)
-    return _NOT_ASCII.sub(_json_escape, text)
+    text = json.dumps(document, allow_nan=False, ensure_ascii=False)
+    if _SURROGATE.search(text):
+        escaped = _SURROGATE.sub(lambda one: _escape(one).replace("\\", "\\\\"), text)
+        document = json.loads(escaped)
+    return json.dumps(document, indent=indent, allow_nan=False).replace("\x7f", r"\u007f")
 
 
 def as_encodable(text: str, stream: TextIO | None = None) -> str:
@@ -97,16 +99,6 @@ def _unescape(match: re.Match[str]) -> str:
     if byte and number >= 0x80:  # a byte that was not UTF-8
         number += _BYTES
     return chr(number)
-
-
-def _json_escape(match: re.Match[str]) -> str:
-    code = ord(match[0])
-    if _SURROGATE.match(match[0]):
-        return _escape(match).replace("\\", "\\\\")
-    if code < 0x10000:
-        return f"\\u{code:04x}"
-    code -= 0x10000
-    return f"\\u{0xD800 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
 
 
 def count(number: int, noun: str, plural: str = "") -> str:

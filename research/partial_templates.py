@@ -12,8 +12,7 @@ from fpmatch.templates.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.minutiae import Template
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import RidgeField, Template
 
 MARGIN_PX: Final = 6.0  # minutiae this near the border of a part are not found, at 500 dpi
 DISC_MARGIN_PX: Final = 8.0  # ridges beyond the outermost minutia of a fragment, at 500 dpi

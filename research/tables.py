@@ -74,6 +74,22 @@ def format_worth(results: Row) -> str:
     return f"{markdown_table(enhancement)}\n\n{format_ablation(results['parts'])}"
 
 
+def format_features(rows: Rows) -> str:
+    """Return what features and bounds are worth: rates in percent, losses in percentage points."""
+    head = ["score"]
+    for form in FORMS:
+        head += [f"{form}: EER / FMR1000", "d'", "largest loss"]
+    body = []
+    for row in rows:
+        cells = [row["name"]]
+        for form in FORMS:
+            own, lost = row[form], row[form]["lost"]
+            losses = f"{100 * lost['eer']:+.2f} / {100 * lost['fmr1000']:+.2f}"
+            cells += [_both(own), f"{own['d_prime']:.2f}", losses]
+        body.append(cells)
+    return markdown_table([head, *body])
+
+
 def format_ablation(rows: Rows) -> str:
     """Return the rows that the ablation of commit f3b85a33 measured."""
     head = ["matcher", *(f"{form}: {name}" for form in FORMS for name in ("mean", "pooled"))]
@@ -250,6 +266,7 @@ PARTS: Final = {
     "parts": Part(
         "accuracy.json", "parts", "research/benchmarks/ablation.py of commit f3b85a33, --json"
     ),
+    "features": Part("accuracy.json", "features", "research/benchmarks/ablation.py DIR... --json"),
     "figures": Part("performance.json", "figures", "scripts/bench --json", lambda m: m["figures"]),
     "stages": Part("performance.json", "stages", "research/benchmarks/stages.py --json"),
     "points": Part("points.json", None, "python -m research measure points --json"),
@@ -260,6 +277,9 @@ BLOCKS: Final[Mapping[tuple[str, str], Callable[[Row], str]]] = {
     ("README.md", "headline"): format_headline,
     ("docs/explanation/accuracy.md", "databases"): format_databases,
     ("docs/explanation/accuracy.md", "worth"): format_worth,
+    ("docs/explanation/accuracy.md", "features"): lambda results: format_features(
+        results["features"]
+    ),
     ("docs/explanation/point_sets.md", "measured"): lambda results: format_points(
         results["points"]
     ),

@@ -24,13 +24,12 @@ def page_templates(package: str) -> Environment:
     )
 
 
-def html_table(rows: Sequence[Sequence[object]], *, left: int = 1, head: bool = False) -> str:
-    """Return rows of cells as a table in HTML, escaped; with `head`, the first row is the head."""
+def html_table(rows: Sequence[Sequence[object]], *, left: int = 1) -> str:
+    """Return rows of cells as a table in HTML, escaped, the first `left` to the left."""
 
-    def cells(row: Sequence[object], tag: str) -> str:
+    def cells(row: Sequence[object]) -> str:
         style = (' style="text-align:left"' if k < left else "" for k in range(len(row)))
-        put = (f"<{tag}{s}>{escape(str(cell))}</{tag}>" for s, cell in zip(style, row, strict=True))
+        put = (f"<td{s}>{escape(str(cell))}</td>" for s, cell in zip(style, row, strict=True))
         return f"<tr>{''.join(put)}</tr>"
 
-    lines = (cells(row, "th" if head and not k else "td") for k, row in enumerate(rows))
-    return f"<table>{''.join(lines)}</table>"
+    return f"<table>{''.join(map(cells, rows))}</table>"

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.errors import OutputError, check_path
+from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -80,7 +80,6 @@ def check_writable(
 
     Where `suffixes` are given, `what` is to be written needs one of them. Nothing is left behind.
     """
-    check_path(path, OutputError)
     target = Path(path)
     if suffixes and target.suffix.lower() not in suffixes:
         raise OutputError(f"{path}: {what} is written as {' or '.join(suffixes)}")

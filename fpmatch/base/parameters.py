@@ -26,19 +26,23 @@ class Parameter(NamedTuple):
 
     def read(self, given: object, owner: str) -> float:
         """Return the number that is given for it, as a number or text; else raise MatcherError."""
-        whole = isinstance(self.value, int)
+        kind = type(self.value)
         try:
-            value: float = (int if whole else float)(cast("str", given))
+            value = math.nan if isinstance(given, bool) else kind(cast("str", given))
         except (TypeError, ValueError, OverflowError):
             value = math.nan
-        if isinstance(given, bool) or not (isinstance(given, str) or value == given):
-            value = math.nan
-        if math.isnan(value):
-            kind = "a whole number" if whole else "a number"
-            raise MatcherError(f"{owner}: {self.name} is {kind}, not {given!r}", code="kind")
-        if problem := _outside(self.name, value, self.least, self.most):
-            raise MatcherError(f"{owner}: {problem}", code="range")
+        if math.isnan(value) or not (isinstance(given, str) or value == given):
+            what = "a whole number" if kind is int else "a number"
+            raise MatcherError(f"{owner}: {self.name} is {what}, not {given!r}", code="kind")
+        self._replace(value=value).check()
         return value
+
+    def check(self) -> None:
+        """Raise MatcherError if its value is out of range."""
+        if not self.least <= self.value <= self.most:
+            limits = f"from {self.least:g} to {self.most:g}"
+            why = f"{self.name} lies {limits}, not {number_text(self.value)}"
+            raise MatcherError(why, code="range")
 
 
 def parameter(default: float, meaning: str, least: float, most: float, unit: str = "") -> Any:
@@ -72,22 +76,17 @@ def parameters_of(values: Any) -> dict[str, Parameter]:
 
 def check_ranges(values: Any) -> None:
     """Raise MatcherError for a parameter outside its range: for `__post_init__`."""
-    for entry in fields(values):
-        value, about = getattr(values, entry.name), entry.metadata.get("about")
-        if about and (problem := _outside(entry.name, value, *about[2:])):
-            raise MatcherError(problem, code="range")
+    for one in parameters_of(values).values():
+        one.check()
 
 
 def with_parameters(values: Any, given: Mapping[str, object], owner: str) -> Any:
     """Return a dataclass with other values, numbers or texts of numbers.
 
-    Raises MatcherError, which names the owner, for an unknown name, a value of another kind, or
-    one out of range.
+    Raises MatcherError for an unknown name, a value of another kind, or one out of range.
     """
     known = parameters_of(values)
     for name in given:
-        if not known:
-            raise MatcherError(f"{owner} has no parameters, so no {name!r}", code="parameter")
         if name not in known:
             raise MatcherError(
                 f"{owner} has no parameter {name!r}.{did_you_mean(name, known)} "
@@ -115,10 +114,3 @@ def changed_parameters(usual: Any, values: Any) -> str:
     before, after = parameters_of(usual), parameters_of(values)
     changed = [one for name, one in after.items() if one != before[name]]
     return ",".join(f"{one.name}={repr(one.value).removesuffix('.0')}" for one in changed)
-
-
-def _outside(name: str, value: float, least: float, most: float) -> str:
-    """Return what is wrong with a value out of its range; "" where nothing is."""
-    if least <= value <= most:
-        return ""
-    return f"{name} lies from {least:g} to {most:g}, not {number_text(value)}"

@@ -23,8 +23,7 @@ from fpmatch.printable import count
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -37,14 +36,13 @@ Formats, with their suffixes:
   csv .csv         fpmatch's own, to be read by people and spreadsheets
   minutiae-csv     x, y, theta, type, quality and no comments, for other programs
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
-  iso2011 .iso2011 ISO/IEC 19794-2:2011
   ansi2004 .ansi   ANSI/INCITS 378-2004
-  ansi2009 .ansi2009
-                   ANSI/INCITS 378-2009, with its amendment 1
   xyt .xyt         NIST's, as mindtct writes: y up, degrees, opposite direction
   xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
   numbers          rows of x, y, angle, as np.savetxt writes: only read, with --angles
   npy              the same as np.save writes
+  iso2011          ISO/IEC 19794-2:2011: only read
+  ansi2009         ANSI/INCITS 378-2009, with its amendment 1: only read
   an2              ANSI/NIST-ITL, type 9: only read
   and those of other packages, see docs/how-to/add_a_format.md
 
@@ -144,10 +142,10 @@ def _template(
     from fpmatch.formats.files import load_record
     from fpmatch.formats.record import ReadingOptions
     from fpmatch.prints.reading import ASSUMED_DPI
-    from fpmatch.templates.minutiae import check_dpi
+    from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
     sides = None if size is None else (size.width, size.height)
-    options = ReadingOptions(None if dpi is None else check_dpi(dpi), sides, angles)
+    options = ReadingOptions(STANDARD_DPI if dpi is None else check_dpi(dpi), sides, angles)
     record = load_record(path, file_format=file_format, options=options)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)

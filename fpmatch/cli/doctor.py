@@ -109,9 +109,9 @@ def _packages() -> dict[str, dict[str, str | None]]:
 
 def _plugins(group: str, own: set[str]) -> list[dict[str, str]]:
     """Return name, source and problem of each plug-in of a group; `own` are fpmatch's names."""
-    plugins = load_plugins(group)
+    loaded, failures = load_plugins(group)
     taken = dict.fromkeys(own, "the name is one of fpmatch's own")
-    problems = dict.fromkeys(plugins.loaded, "") | plugins.failures
+    problems = dict.fromkeys(loaded, "") | failures
     return [
         {"name": name, "source": plugin_source(group, name), "problem": taken.get(name, why)}
         for name, why in sorted(problems.items())

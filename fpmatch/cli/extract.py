@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.formats.angles import AngleConvention
+    from fpmatch.formats.record import AngleConvention
     from fpmatch.image.io.grey import RawSize
-    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
@@ -47,7 +47,7 @@ _OF_IMAGES: Final = (
 
 @dataclass(frozen=True, slots=True)
 class _Extracted:
-    """What came of one image; `quality` is None for a template."""
+    """What came of one image; `quality` is None for a template and for stages."""
 
     image: Path
     files: tuple[Path, ...]
@@ -135,7 +135,6 @@ def extract(
     """
     from fpmatch.base.folders import make_folder
     from fpmatch.base.output import check_writable
-    from fpmatch.image.preprocess.arrays import StageRecorder
     from fpmatch.prints.reading import PrintReader, group_by_note, make_given_print
 
     check_combination({"subject": "gallery"}, excluding="gallery", excluded=_OF_IMAGES)
@@ -162,15 +161,15 @@ def extract(
     with ProgressBars({"extract": "extracting"}) as bars:
         for number, (file, stem) in enumerate(zip(files, stems, strict=True), start=1):
             try:
-                recorder = StageRecorder() if file_format == STAGES else None
-                how: dict[str, Any] = {"dpi": file.dpi, "enhance": enhance, "recorder": recorder}
+                how: dict[str, Any] = {"dpi": file.dpi, "enhance": enhance}
                 given = make_given_print(file.read(file.path), str(file.path), **how)
-                if recorder is None:
-                    written = _write(given.template, output / stem, file_format)
+                if file_format == STAGES:
+                    written = _draw(given, file.path, output / stem)
                 else:
-                    written = _draw(recorder, file.path, output / stem)
+                    written = _write(given.template, output / stem, file_format)
                 minutiae = len(given.template.minutiae)
-                done.append(_Extracted(file.path, written, minutiae, given.quality, given.notes))
+                quality = None if file_format == STAGES else given.quality
+                done.append(_Extracted(file.path, written, minutiae, quality, given.notes))
             except OutputError as error:
                 failures.append(error)
                 break
@@ -202,13 +201,13 @@ def _as_text(done: Sequence[_Extracted], images: int, output: Path, file_format:
     return f"{len(done)} of {made}, {counted}{quality}: {output}"
 
 
-def _draw(recorder: StageRecorder, image: Path, folder: Path) -> tuple[Path, ...]:
+def _draw(given: GivenPrint, image: Path, folder: Path) -> tuple[Path, ...]:
     """Write the stages of the extraction of an image as pictures into a folder."""
-    from fpmatch.drawing.stages.pictures import write_stages
+    from fpmatch.drawing.stages import write_stages
 
-    if not recorder.stages:
+    if given.assessed is None:
         raise TemplateError("a template has no stages: give its image", path=image)
-    return tuple(write_stages(recorder.stages, folder))
+    return tuple(write_stages(given.assessed.stages(), folder))
 
 
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:

@@ -33,7 +33,7 @@ def given_files(
 ) -> list[GivenFile[Read]]:
     """Return files, in place of a folder its prints, as `enrol` takes them.
 
-    Prints of one folder are read with their common polarity and resolution; `reader` is as
+    Prints of one folder are read with its polarity and their common resolution; `reader` is as
     for `fpmatch.image.folder_traits.find_traits`.
     """
     from fpmatch.image.dataset_folder import resolution_of

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
-    from fpmatch.formats.record import ExtendedData, View
+    from fpmatch.formats.record import View
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template
@@ -186,13 +186,12 @@ def _print(view: View) -> dict[str, Any]:
     }
 
 
-def extended_kinds(extended: ExtendedData | None) -> list[str]:
+def extended_kinds(data: bytes) -> list[str]:
     """Return descriptions of the blocks of extended data.
 
     The formats of 2005 leave open whether a block's length includes its own header; the
     interpretation under which the blocks fill the area is taken.
     """
-    data = b"" if extended is None else extended.data
     for uncounted in (0, EXTENDED_HEADER):
         kinds, at, size = list[str](), 0, EXTENDED_HEADER
         while size >= EXTENDED_HEADER and at + EXTENDED_HEADER <= len(data):

@@ -41,7 +41,7 @@ def matchers_text() -> str:
 
 def matcher_failures() -> dict[str, str]:
     """Return why matchers of other packages cannot be loaded, by name; all are imported."""
-    failures = load_plugins(MATCHERS).failures
+    failures = load_plugins(MATCHERS)[1]
     return {name: why for name, why in failures.items() if name not in OWN_MATCHERS}
 
 

@@ -104,7 +104,7 @@ _DPI: Final = click.option(
 )
 _RAW: Final = click.option(
     "--raw",
-    metavar="WxH[,bottom-up][,mirrored]",
+    metavar="WxH",
     multiple=True,
     type=image_size,
     hidden=True,
@@ -115,8 +115,7 @@ _POLARITY: Final = click.option(
     type=click.Choice(POLARITIES),
     default=POLARITIES[0],
     hidden=True,
-    help="Ridges are dark or white in the images; auto: by dataset.toml, else detected, in a "
-    "folder from all its images.",
+    help="Ridges are dark or white in the images; auto: by dataset.toml, else detected.",
 )
 enhance_option: Final = click.option(
     "--enhance",
@@ -150,7 +149,7 @@ matcher_option: Final = click.option(
 angles_option: Final = click.option(
     "--angles",
     metavar="deg|rad[,clockwise][,opposite]",
-    type=parsed_by("fpmatch.formats.angles:AngleConvention"),
+    type=parsed_by("fpmatch.formats.record:AngleConvention"),
     hidden=True,
     help="How tables of minutiae (CSV, np.savetxt, .npy) measure angles: unit; sense on screen, "
     "from +x; opposite to ISO/IEC 19794-2.  [default: by the header]",

@@ -53,7 +53,7 @@ unpaired ones fainter, and the decision. Of a template, the minutiae are drawn o
 transform is found, the prints are drawn beside each other.
 
 Where the answer is no, the mirrored PROBE is compared, too; if it matches, the reason ends with its
-score, and --mirror compares it so. A print that shows several prints, as a card does, is refused.
+score, and --mirror compares it so.
 
 The decision is INCONCLUSIVE where even two prints of one finger may not match: with so little skin,
 without ridges, or at an unknown resolution.
@@ -192,12 +192,15 @@ def verify(
 
 def _draw(target: Path, pair: ComparedPair, view: View) -> None:
     """Draw a comparison of two files; print a note where another picture is drawn."""
-    from fpmatch.drawing.overlay.draw import missing, overlay_scene, save_scene
+    from fpmatch.base.output import atomic_write_bytes
+    from fpmatch.drawing.overlay.draw import overlay_scene, scene_bytes
 
-    images = pair.probe.pixels, pair.reference.pixels
-    save_scene(target, overlay_scene(*images, pair.verification, view))
-    if words := missing(view, pair.verification):
-        say_note(f"{target}: {words}")
+    v, images = pair.verification, (pair.probe.pixels, pair.reference.pixels)
+    atomic_write_bytes(target, scene_bytes(target.suffix.lower(), overlay_scene(*images, v, view)))
+    if view != "side-by-side" and v.transform is None:
+        say_note(f"{target}: no transform was found: the prints are drawn beside each other")
+    elif view == "ridges" and v.ridge_map is None:
+        say_note(f"{target}: the ridges were not compared: the overlay is drawn instead")
 
 
 def _write_case_report(
@@ -210,8 +213,6 @@ def _write_case_report(
     probe, reference = (
         CaseFile.of(path.name, path.read_bytes()) for path in (values["probe"], values["reference"])
     )
-    dpi = tuple(values[f"{side}_dpi"] or values["dpi"] for side in ("probe", "reference"))
-    reading = dpi, values["enhance"], values["polarity"]
-    settings = settings_of(pair_options_of(values), pair, *reading)
+    settings = settings_of(pair_options_of(values), pair, values["enhance"], values["polarity"])
     html = case_report(pair, (probe, reference), settings=settings, **written)
     atomic_write_bytes(target, html.encode())

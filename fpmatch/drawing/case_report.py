@@ -6,7 +6,7 @@ import hashlib
 import math
 import platform
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from string import ascii_uppercase
 from typing import TYPE_CHECKING, Final
@@ -17,7 +17,6 @@ from fpmatch._version import __version__
 from fpmatch.base.html import page_templates
 from fpmatch.drawing.overlay.draw import View, overlay_scene
 from fpmatch.drawing.overlay.page import FRAME_PEN
-from fpmatch.drawing.scene.fonts import text_width
 from fpmatch.drawing.scene.items import Circle, Group, Path, Pen, Text, moved
 from fpmatch.drawing.scene.palette import EXAMINER_MARK
 from fpmatch.drawing.scene.raster import data_url, paint, png_bytes
@@ -38,9 +37,8 @@ from fpmatch.templates.minutiae import MM_PER_INCH
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from fpmatch.drawing.scene.items import Anchor, Box, Item, Matrix
+    from fpmatch.drawing.scene.items import Box, Item, Matrix
     from fpmatch.prints.pair import ComparedPair, PairOptions
-    from fpmatch.prints.reading import DpiSource, GivenPrint
     from fpmatch.templates.minutiae import Minutiae
 
 KINDS: Final = ("unknown", "ending", "bifurcation")
@@ -50,18 +48,9 @@ LONGEST_TEXT: Final = 200_000  # characters of notes
 LONGEST_CASE_NUMBER: Final = 60  # characters; it is on one line of each page
 _LONGEST_HEADER: Final = 110  # characters, of each page
 _MOST_MARKS: Final = 500
-_DPI_SOURCES: Final[dict[DpiSource, str]] = {
-    "given": "of dataset.toml",
-    "stated": "of the file",
-    "found": "by the ridges: the file does not state it",
-    "assumed": "assumed: the file does not state it",
-}
 _PEN: Final = Pen(EXAMINER_MARK, width=2.2, halo=1.4)
 _RADIUS, _LETTER_SIZE = 11.0, 22.0  # page pixels
-_CORNERS: Final = 24  # of a dashed circle
-_DASH: Final = (7.0, 4.5)
 _FARTHEST_MARK: Final = 1e6  # pixels
-_LINE_BREAK: Final = re.compile("\r\n|[\n\v\f\r\x85\u2028\u2029]")
 _NOT_PLAIN: Final = re.compile("[^0-9A-Za-z]")
 
 
@@ -101,36 +90,23 @@ class CaseMark:
 
 
 def settings_of(
-    options: PairOptions,
-    pair: ComparedPair,
-    dpi: tuple[float | None, float | None],
-    enhance: str,
-    polarity: str = "auto",
+    options: PairOptions, pair: ComparedPair, enhance: str, polarity: str = "auto"
 ) -> dict[str, str]:
-    """Return how two prints were read and compared, by name; `dpi` are the given resolutions."""
+    """Return how two prints were read and compared, by name."""
     v = pair.verification
     if v.rho is not None:
         rule = f"more than {v.rho:.4g} of the minutiae of the smaller print must be paired"
     else:
         rule = f"score of {v.threshold:.1f}, a false match rate of {score_to_fmr(v.threshold):.3g}"
     file = options.calibration
-    prints = zip(SIDES, (pair.probe, pair.reference), dpi, strict=True)
-    resolutions = [f"{side} {_resolution(given, value)}" for side, given, value in prints]
     return {
         "Matcher": v.matcher,
         "Decision at": rule,
         "Calibration": "that of the package" if file is None else str(file),
-        "Resolution": "; ".join(resolutions),
         "Enhancement": enhance,
         "Polarity": polarity,
         **({"Mirrored": f"{SIDES[0]}: {MIRRORED}"} if MIRRORED in pair.probe.notes else {}),
     }
-
-
-def _resolution(given: GivenPrint, dpi: float | None) -> str:
-    """Return the resolution of a print and where it comes from; `dpi` is the one given for it."""
-    source = "as given" if dpi else _DPI_SOURCES[given.dpi_source]
-    return f"{given.template.dpi:g} dpi, {source}"
 
 
 def check_words(case_number: str, *notes: str) -> None:
@@ -194,8 +170,8 @@ def case_report(
             rows=as_rows(v, pair.quality),
             settings=settings,
             sides=sides,
-            overlay=_picture(pair, "superposed", marks) if v.transform is not None else "",
-            ridges=_picture(pair, "ridges", marks) if v.ridge_map is not None else "",
+            overlay=_picture(pair, "superposed") if v.transform is not None else "",
+            ridges=_picture(pair, "ridges") if v.ridge_map is not None else "",
             beside=_picture(pair, "side-by-side", marks),
             pairs=_pairs(pair),
             notes=_lines(notes),
@@ -213,7 +189,7 @@ def mark_letter(index: int) -> str:
 
 def _lines(text: str) -> str:
     """Return text in which every kind of line break is a newline."""
-    return _LINE_BREAK.sub("\n", text).rstrip().lstrip("\n")
+    return "\n".join(text.splitlines()).rstrip().lstrip("\n")
 
 
 def _css_string(text: str) -> str:
@@ -221,46 +197,34 @@ def _css_string(text: str) -> str:
     return _NOT_PLAIN.sub(lambda match: f"\\{ord(match[0]):x} ", text)
 
 
-def _picture(pair: ComparedPair, view: View, own: Sequence[CaseMark]) -> str:
+def _picture(pair: ComparedPair, view: View, own: Sequence[CaseMark] = ()) -> str:
     """Return an overlay without caption and legend, with the marks of the examiner, as a URL."""
     scene = overlay_scene(pair.probe.pixels, pair.reference.pixels, pair.verification, view)
     parts = {item.role: item.clip for item in scene.items if isinstance(item, Group)}
     top, bottom = parts["caption"].bottom, parts["legend"].y + 2 * FRAME_PEN.width
-    drawn = [item for placed in scene.placed for item in examiner_marks(own, *placed)]
+    drawn = examiner_marks(own, scene.placed) if own else []
     pixels = paint(scene._replace(items=(*scene.items, *drawn)))
     return data_url(png_bytes(pixels[math.ceil(top) : math.floor(bottom)]), "png")
 
 
-def examiner_marks(
-    own: Sequence[CaseMark], side: str, here: Matrix, there: Matrix | None, panel: Box
-) -> list[Item]:
-    """Draw the marks of an examiner on the print of a `side`, whose pixels `here` maps to the page.
+def examiner_marks(own: Sequence[CaseMark], placed: Sequence[tuple[Matrix, Box]]) -> list[Item]:
+    """Draw the marks of an examiner, each as a cross in a circle, with its letter.
 
-    Each is a cross in a circle, with its letter. Marks of the other side are drawn where `there`
-    maps them, as a dashed circle. Marks outside the `panel` are left out.
+    `placed` has, for each side, the matrix of its pixels, and its panel: marks outside it are left
+    out.
     """
     drawn: list[Item] = []
-    r, size = _RADIUS, _LETTER_SIZE
+    r = _RADIUS
     for k, mark in enumerate(own):
-        matrix, letter = here if mark.side == side else there, mark_letter(k)
-        if matrix is None:
-            continue
+        matrix, panel = placed[SIDES.index(mark.side)]
         ((x, y),) = moved(matrix, [(mark.x, mark.y)])
         if not (panel.x <= x <= panel.right and panel.y <= y <= panel.bottom):
             continue
-        turns = np.exp(1j * np.arange(_CORNERS) * 2 * math.pi / _CORNERS)
-        circle = tuple((x + r * turn.real, y + r * turn.imag) for turn in turns.tolist())
-        if mark.side == side:
-            lines = [((x - r, y), (x + r, y)), ((x, y - r), (x, y + r))]
-            drawn.append(Circle((x, y), r, _PEN))
-            drawn += [Path(line, _PEN) for line in lines]
-        else:
-            drawn.append(Path(circle, replace(_PEN, dash=_DASH), closed=True))
-        left = x + r + 2 + text_width(letter, size) > panel.right
-        baseline = y + r + 0.7 * size if y - r - size < panel.y else y - r + 4
-        anchor: Anchor = "end" if left else "start"
-        start = x - r - 2 if left else x + r + 2
-        drawn.append(Text(start, baseline, letter, size, EXAMINER_MARK, anchor, 0.8, 2.5))
+        drawn.append(Circle((x, y), r, _PEN))
+        drawn.append(Path(((x - r, y), (x + r, y)), _PEN))
+        drawn.append(Path(((x, y - r), (x, y + r)), _PEN))
+        letter = Text(x + r + 2, y - r + 4, mark_letter(k), _LETTER_SIZE, EXAMINER_MARK)
+        drawn.append(letter._replace(bold=0.8, halo=2.5))
     return drawn
 
 

@@ -6,21 +6,18 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.base.parsing import read_regular
-from fpmatch.errors import FpmatchError, TemplateError, check_path, check_type
-from fpmatch.formats.angles import AngleConvention
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
+from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats.record import MAX_BYTES, AngleConvention, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, codec_of_suffix, failures_text, recognise
 from fpmatch.formats.tables import NPY_CODEC, PLAIN_CODEC, TEXT_CODEC, recognises_text
 from fpmatch.templates.bounds import check_bounds
-from fpmatch.templates.minutiae import Template
 
 if TYPE_CHECKING:
     import os
 
-    from fpmatch.formats.codec import Codec
+    from fpmatch.templates.minutiae import Template
 
 _NO_TEMPLATES: Final = ("a folder, not a template file", "not a regular file")
-ANGLES_BY_OPTION: Final = (PLAIN_CODEC, NPY_CODEC, TEXT_CODEC)
 
 
 def load_template(path: str | os.PathLike[str], *, angles: str | None = None) -> Template:
@@ -59,7 +56,6 @@ def load_template(path: str | os.PathLike[str], *, angles: str | None = None) ->
     ...     load_template(Path(folder, "print.npy"), angles="rad,clockwise")
     Template(31 x 41 px, 500 dpi, 2 minutiae)
     """
-    check_path(path, TemplateError)
     convention = None if angles is None else AngleConvention.parse(angles)
     return load_record(path, options=ReadingOptions(angles=convention)).views[0].template
 
@@ -72,9 +68,7 @@ def load_record(
 ) -> TemplateRecord:
     """Load all prints of a template file, of the given format or that of its content."""
     options = ReadingOptions() if options is None else options
-    data = read_regular(
-        path, options.limits.max_bytes, lambda why: TemplateError(f"{path}: {why}"), _NO_TEMPLATES
-    )
+    data = read_regular(path, MAX_BYTES, lambda why: TemplateError(f"{path}: {why}"), _NO_TEMPLATES)
     return decode_record(data, str(path), file_format=file_format, options=options)
 
 
@@ -89,10 +83,19 @@ def decode_record(
     options = ReadingOptions() if options is None else options
     if not data:
         raise TemplateError(f"{source}: the file is empty")
-    if len(data) > options.limits.max_bytes:
+    if len(data) > MAX_BYTES:
         raise TemplateError(f"{source}: too large for a template file")
     try:
-        record = _codec_of(data, file_format, options).decode(data, options)
+        codec = codec_of_name(file_format) if file_format else recognise(data)
+        if codec is None:
+            raise TemplateError(f"not a template file of a known format{failures_text()}")
+        if options.angles is not None and codec not in (PLAIN_CODEC, NPY_CODEC, TEXT_CODEC):
+            if file_format or not recognises_text(data):  # whole numbers pass for XYT
+                raise TemplateError(
+                    f"{codec.title} defines how its angles are measured: --angles excludes it"
+                )
+            codec = TEXT_CODEC
+        record = codec.decode(data, options)
         for view in record.views:
             check_bounds(view.template)
     except FpmatchError as error:
@@ -140,8 +143,6 @@ def save_template(
     ...     load_template(Path(folder, "print.csv")) == template
     True
     """
-    check_path(path, TemplateError)
-    check_type(template, Template, "the template is a Template", TemplateError)
     return save_record(path, TemplateRecord("", (View(template),)), file_format=file_format)
 
 
@@ -158,15 +159,3 @@ def save_record(
         raise TemplateError(f"{path}: {error}") from error
     atomic_write_bytes(path, encoded.data)
     return encoded.notes
-
-
-def _codec_of(data: bytes, file_format: str | None, options: ReadingOptions) -> Codec:
-    """Return the codec for some bytes; `options.angles` must not contradict it."""
-    codec = codec_of_name(file_format) if file_format else recognise(data)
-    if codec is None:
-        raise TemplateError(f"not a template file of a known format{failures_text()}")
-    if options.angles is None or codec in ANGLES_BY_OPTION:
-        return codec
-    if not file_format and recognises_text(data):  # whole numbers, which pass for XYT
-        return TEXT_CODEC
-    raise TemplateError(f"{codec.title} defines how its angles are measured: --angles excludes it")

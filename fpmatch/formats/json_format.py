@@ -27,18 +27,23 @@ import numpy as np
 
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.record import (
+    Codec,
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+    dropped_notes,
+)
 from fpmatch.templates.bounds import check_cells
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import COLUMNS, LARGEST, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORMAT: Final = "fpmatch-template"
 VERSION: Final = 2
-COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -56,7 +61,7 @@ def encode(record: TemplateRecord) -> Encoded:
         "ridge_field": None if template.field is None else _encode_field(template.field),
     }
     members = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
-    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(dropped_notes(view)))
+    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(dropped_notes(record)))
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -67,9 +72,8 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if document.get("version") != VERSION:
         raise TemplateError(f"unknown version of the format (known: {VERSION})")
     columns = _member(document, "minutiae", dict)
-    minutiae = Minutiae(*(_column(columns, name, options) for name in COLUMNS))
+    minutiae = Minutiae(*(_column(columns, name) for name in COLUMNS))
     width, height = _member(document, "width", int), _member(document, "height", int)
-    options.limits.check_size(width, height)
     field = None
     if document.get("ridge_field") is not None:
         field = _decode_field(_member(document, "ridge_field", dict))
@@ -108,10 +112,10 @@ def _number(parent: dict[str, Any], name: str) -> float:
     return float(value)
 
 
-def _column(columns: dict[str, Any], name: str, options: ReadingOptions) -> NDArray[Any]:
+def _column(columns: dict[str, Any], name: str) -> NDArray[Any]:
     """Return one column of numbers."""
     values = _member(columns, name, list)
-    options.limits.check_minutiae(len(values))
+    check_minutiae(len(values))
     if not all(type(value) in (int, float) and abs(value) <= LARGEST for value in values):
         raise TemplateError(f"minutiae: {name} must be a list of finite numbers")
     return np.array(values, dtype=np.float64)

@@ -1,93 +1,88 @@
-"""`TemplateRecord`: the content of a template file, with a `View` for each print."""
+"""`TemplateRecord`, the content of a template file, and `Codec`, which reads and writes it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.printable import count
-from fpmatch.templates.bounds import MOST_SIDE_PX
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from collections.abc import Callable
 
-    from fpmatch.formats.angles import AngleConvention
+    from numpy.typing import ArrayLike, NDArray
+
+MAX_BYTES: Final = 16 * 2**20  # of a file: a hundred times that of a full palm print
+MAX_MINUTIAE: Final = 10_000  # of one print
+MAX_VIEWS: Final = 256  # prints in one file
+UNKNOWN: Final = (
+    "the file does not define how its angles are measured: --angles of verify, extract and convert "
+    "does, as deg or rad, with ,clockwise where they increase clockwise on screen"
+)
 
 
 @dataclass(frozen=True, slots=True)
-class ReadLimits:
-    """Limits on a template file.
+class AngleConvention:
+    """Unit, sense and direction of minutia angles.
 
-    Parameters
-    ----------
-    max_bytes : int
-        Size of the file; the default is a hundred times that of a full palm print.
-    max_minutiae : int
-        Minutiae of one print.
-    max_views : int
-        Prints in one file.
-    max_side_px : int
-        Width and height of a print in pixels.
+    They increase `clockwise` on screen, as those of ``atan2(dy, dx)`` with y down do, or
+    counter-clockwise; directions are `opposite` to those of ISO/IEC 19794-2, as those of NIST's
+    XYT, or as there.
     """
 
-    max_bytes: int = 16 * 2**20
-    max_minutiae: int = 10_000
-    max_views: int = 256
-    max_side_px: int = MOST_SIDE_PX
+    unit: str
+    clockwise: bool = False
+    opposite: bool = False
 
-    def check_minutiae(self, count: int) -> None:
-        """Raise TemplateError if a print may not have `count` minutiae."""
-        if count > self.max_minutiae:
-            raise TemplateError(f"more than {self.max_minutiae} minutiae in one print")
+    @classmethod
+    def parse(cls, text: str) -> AngleConvention:
+        """Return the convention that ``deg`` or ``rad``, ``,clockwise`` and ``,opposite`` mean."""
+        unit, *words = (word.strip().lower() for word in text.split(","))
+        known = {"clockwise", "opposite"}
+        if unit not in {"deg", "rad"} or not set(words) <= known or len(set(words)) < len(words):
+            raise TemplateError(
+                f"{text!r} is no convention of angles: deg or rad, then ,clockwise or ,opposite "
+                "or both"
+            )
+        return cls(unit, "clockwise" in words, "opposite" in words)
 
-    def check_views(self, count: int) -> None:
-        """Raise TemplateError unless a file may have `count` prints."""
-        if count < 1:
-            raise TemplateError("holds no print")
-        if count > self.max_views:
-            raise TemplateError(f"holds more than {self.max_views} prints")
+    def to_radians(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return angles in radians in fpmatch's own convention, not wrapped into one turn."""
+        angles = np.radians(values) if self.unit == "deg" else values
+        return (-angles if self.clockwise else angles) + (math.pi if self.opposite else 0.0)
 
-    def check_size(self, width: int, height: int) -> None:
-        """Raise TemplateError unless a print may have `width` x `height` pixels."""
-        if max(width, height) > self.max_side_px:
-            raise TemplateError(f"a side of the print has more than {self.max_side_px} pixels")
+    def __str__(self) -> str:
+        unit = {"deg": "degrees", "rad": "radians"}[self.unit]
+        sense = "clockwise" if self.clockwise else "counter-clockwise"
+        direction = "opposite to ISO/IEC 19794-2" if self.opposite else "as in ISO/IEC 19794-2"
+        return f"{unit}, {sense} on screen from +x, {direction}"
+
+
+OWN_DEGREES: Final = AngleConvention("deg")
 
 
 @dataclass(frozen=True, slots=True)
 class ReadingOptions:
-    """Values for what a file leaves out, and limits.
+    """Values for what a file leaves out.
 
     Parameters
     ----------
-    dpi : float or None
-        Resolution where the file has none; None for 500.
+    dpi : float
+        Resolution where the file has none.
     size : tuple of int or None
         Width and height in pixels where the file has none; None for the span of the minutiae.
     angles : AngleConvention or None
         How angles are measured where the file does not define it.
-    limits : ReadLimits
-        Files beyond them are refused.
     """
 
-    dpi: float | None = None
+    dpi: float = STANDARD_DPI
     size: tuple[int, int] | None = None
     angles: AngleConvention | None = None
-    limits: ReadLimits = ReadLimits()
-
-    @property
-    def assumed_dpi(self) -> float:
-        """`dpi`, or 500 for None."""
-        return STANDARD_DPI if self.dpi is None else self.dpi
-
-
-@dataclass(frozen=True, slots=True)
-class ExtendedData:
-    """Blocks of extended data with their headers, kept only in files of the format `layout`."""
-
-    layout: str
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +95,6 @@ class View:
         Its minutiae and frame.
     finger : int
         Code of the finger: 0 unknown, 1 to 5 right thumb to little finger, 6 to 10 left.
-    number : int
-        Number of the view among those of the finger, from 0.
     impression : int
         Code of the impression type: 0 live plain, 1 live rolled, and so on.
     quality : int or None
@@ -109,20 +102,20 @@ class View:
     size_known, quality_known : bool
         Whether the file contains the size, and the qualities of minutiae. If not, `template` has
         the values of the `ReadingOptions`, and quality 100.
-    extended : ExtendedData or None
-        Ridge counts, cores, deltas and vendor data, kept but not interpreted.
+    extended : bytes
+        Blocks of ridge counts, cores, deltas and vendor data with their headers, not interpreted;
+        only files of the same format keep them.
     fields : tuple of (str, str)
         Name and text of further information in the file.
     """
 
     template: Template
     finger: int = 0
-    number: int = 0
     impression: int = 0
     quality: int | None = None
     size_known: bool = True
     quality_known: bool = True
-    extended: ExtendedData | None = None
+    extended: bytes = b""
     fields: tuple[tuple[str, str], ...] = ()
 
     @property
@@ -143,9 +136,8 @@ class View:
 
         Its minutiae are the columns of `Minutiae`; raises MinutiaeError for invalid values.
         """
-        options.limits.check_size(*size)
         columns: Any = minutiae
-        template = Template(Minutiae(*columns), *size, options.assumed_dpi, dpi_known=False)
+        template = Template(Minutiae(*columns), *size, options.dpi, dpi_known=False)
         return cls(template, size_known=False, quality_known=quality_known)
 
     def at(self, dpi: float | None) -> View:
@@ -194,3 +186,95 @@ class Encoded:
 
     data: bytes
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Codec:
+    """Read and write one template file format.
+
+    Parameters
+    ----------
+    name : str
+        Name of the format, as the command line takes it.
+    title : str
+        Full name, for messages and tables.
+    suffixes : tuple of str
+        File suffixes, with the dot, in lower case; files are written with the first.
+    recognises : callable
+        Whether a file's bytes, or its first few thousand, are of this format.
+    decode : callable
+        Converts bytes to a TemplateRecord under `ReadingOptions`; raises an `FpmatchError` that
+        names the reason (and the line, in text formats) but not the file.
+    encode : callable or None
+        Converts a TemplateRecord to bytes, always the same for the same record. None for formats
+        that are only read.
+    """
+
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    recognises: Callable[[bytes], bool]
+    decode: Callable[[bytes, ReadingOptions], TemplateRecord]
+    encode: Callable[[TemplateRecord], Encoded] | None = None
+
+
+def check_minutiae(count: int) -> None:
+    """Raise TemplateError if a print may not have `count` minutiae."""
+    if count > MAX_MINUTIAE:
+        raise TemplateError(f"more than {MAX_MINUTIAE} minutiae in one print")
+
+
+def check_views(count: int) -> None:
+    """Raise TemplateError unless a file may have `count` prints."""
+    if not 1 <= count <= MAX_VIEWS:
+        raise TemplateError(f"holds more than {MAX_VIEWS} prints" if count else "holds no print")
+
+
+def range_notes(values: NDArray[np.float64], convention: AngleConvention) -> list[str]:
+    """Return a note where angles lie in a range that is not that of their unit."""
+    largest = float(np.abs(values).max(initial=0.0))
+    if convention.unit == "deg" and len(values) >= 4 and largest <= 2 * math.pi:
+        return ["all its angles are within 2π degrees; --angles rad reads them as radians"]
+    if convention.unit == "rad" and largest > 4 * math.pi:
+        return ["its angles exceed 4π radians; --angles deg reads them as degrees"]
+    return []
+
+
+def dropped_notes(record: TemplateRecord, *, field: bool = False) -> list[str]:
+    """Return notes on dropped extended data and, if `field`, a dropped ridge field."""
+    view = record.single()
+    notes = ["the ridge field dropped"] if field and view.template.field is not None else []
+    return notes + [f"extended data of {record.format} dropped"] * bool(view.extended)
+
+
+def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
+    """Return the minutiae of a template that a format can hold, in their order.
+
+    Minutiae outside the image are dropped; then, if more than `most` are left, those of lowest
+    quality, of equal ones the later. Each reason adds a line to `notes`.
+    """
+    minutiae = template.minutiae
+    sides = np.array([template.width, template.height])
+    inside = ((minutiae.xy >= -0.5) & (minutiae.xy <= sides)).all(axis=1)
+    if not inside.all():
+        outside = count(int(np.count_nonzero(~inside)), "minutia", "minutiae")
+        notes.append(f"{outside} outside the print dropped")
+        minutiae = minutiae.take(inside)
+    if len(minutiae) > most:
+        dropped = count(len(minutiae) - most, "minutia", "minutiae")
+        notes.append(f"{dropped} of lowest quality dropped: {most} fit in")
+        best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
+        minutiae = minutiae.take(np.sort(best))
+    return minutiae
+
+
+def span(x: NDArray[Any], y: NDArray[Any]) -> tuple[int, int]:
+    """Return width and height of the smallest image from 0 that contains positions."""
+    width, height = (int(np.clip(values.max(initial=0), 0, 2**31)) + 1 for values in (x, y))
+    return width, height
+
+
+def whole_steps(angle: NDArray[np.float32], steps: int) -> NDArray[np.int64]:
+    """Return angles in radians, rounded to `steps` equal steps of a turn."""
+    turns = angle.astype(np.float64) / (2 * np.pi)
+    return np.mod(np.rint(turns * steps), steps).astype(np.int64)

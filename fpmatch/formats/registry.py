@@ -19,37 +19,47 @@ from fpmatch.base.plugins import (
 )
 from fpmatch.errors import FpmatchError, TemplateError, unknown_name
 from fpmatch.formats import fmr, json_format, tables, xyt
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Encoded, TemplateRecord
+from fpmatch.formats.record import Codec, Encoded, TemplateRecord
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
 
-def _agency(
-    name: str, title: str, suffixes: tuple[str, ...], module: str, *signatures: bytes
-) -> Codec:
-    """Return the codec of a name in `CODECS` of a module of agencies."""
+def _recognises(signatures: tuple[bytes, ...], module: str, name: str, data: bytes) -> bool:
+    """Return whether a function of a module of agencies recognises a file with a signature."""
+    try:
+        return data.startswith(signatures) and bool(_call(module, name, data))
+    except PluginError:  # which reading it raises again
+        return True
 
-    def call(part: int, *given: Any) -> Any:
-        return agency(module).CODECS[name][part](*given)
 
-    def recognises(data: bytes) -> bool:
-        try:
-            return data.startswith(signatures) and call(0, data)
-        except PluginError:  # which reading it raises again
-            return True
-
-    encode = None if module == "an2" else partial(call, 2)
-    return Codec(name, title, suffixes, recognises, partial(call, 1), encode)
+def _call(module: str, name: str, *given: Any) -> Any:
+    """Call a function of a module of agencies, which loads with the first of its files."""
+    return getattr(agency(module), name)(*given)
 
 
 _2009: Final = (FMR_SIGNATURE + b"030\x00", FMR_SIGNATURE + b"035\x00")  # the second: amended
-ISO_2011: Final = _agency("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), "fmr_2011", _2009[0])
-ANSI_2009: Final = _agency("ansi2009", "ANSI/INCITS 378-2009", (".ansi2009",), "fmr_2011", *_2009)
-AN2: Final = _agency(
-    "an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), "an2", *AN2_SIGNATURES
+ISO_2011: Final = Codec(
+    "iso2011",
+    "ISO/IEC 19794-2:2011",
+    (".iso2011",),
+    partial(_recognises, _2009[:1], "fmr_2011", "is_iso"),
+    partial(_call, "fmr_2011", "decode_iso"),
+)
+ANSI_2009: Final = Codec(
+    "ansi2009",
+    "ANSI/INCITS 378-2009",
+    (".ansi2009",),
+    partial(_recognises, _2009, "fmr_2011", "is_ansi"),
+    partial(_call, "fmr_2011", "decode_ansi"),
+)
+AN2: Final = Codec(
+    "an2",
+    "ANSI/NIST-ITL, type 9",
+    (".an2", ".an2k", ".eft"),
+    partial(_recognises, AN2_SIGNATURES, "an2", "holds_minutiae"),
+    partial(_call, "an2", "decode"),
 )
 
 # A new format is a module with a CODEC and its name here, the stricter ones first; or the codec of
@@ -68,7 +78,7 @@ CODECS: Final = (
     tables.PLAIN_CODEC,
     tables.TEXT_CODEC,
 )
-_GENERAL: Final = CODECS[-2:]  # after the formats of other packages, which may be narrower
+_GENERAL: Final = 2  # the last ones, after the formats of other packages, which may be narrower
 
 
 def recognise(data: bytes) -> Codec | None:
@@ -89,10 +99,10 @@ def recognise(data: bytes) -> Codec | None:
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
     """Return the codec that writes files with the suffix of `path`; raises TemplateError."""
     suffix = PurePath(path).suffix.lower()
-    for codec in known_codecs():
-        if codec.encode is not None and suffix in codec.suffixes:
-            return codec
     written = [codec for codec in known_codecs() if codec.encode is not None]
+    for codec in written:
+        if suffix in codec.suffixes:
+            return codec
     known = ", ".join(dict.fromkeys(codec.suffixes[0] for codec in written))
     raise TemplateError(f"{path}: no template format has the suffix {suffix!r} (known: {known})")
 
@@ -118,21 +128,21 @@ def written_formats() -> list[str]:
 
 def known_codecs() -> Iterator[Codec]:
     """Yield the package's codecs, those of others, imported only then, and those of tables."""
-    yield from CODECS[: -len(_GENERAL)]
+    yield from CODECS[:-_GENERAL]
     own = {codec.name for codec in CODECS}
-    for name, codec in load_plugins(FORMATS).loaded.items():
+    for name, codec in load_plugins(FORMATS)[0].items():
         if name not in own:
             yield _guarded(codec)
-    yield from _GENERAL
+    yield from CODECS[-_GENERAL:]
 
 
 def failures_text() -> str:
     """Return why formats of other packages cannot be loaded, to be added to a message."""
-    return "".join(f"; {why}" for why in load_plugins(FORMATS).failures.values())
+    return "".join(f"; {why}" for why in load_plugins(FORMATS)[1].values())
 
 
 def _guarded(codec: Codec) -> Codec:
-    """Return a codec of another package whose faults are errors that name it.
+    """Return a codec of another package whose faults are TemplateErrors that name it.
 
     A file that it fails to recognise, which may be of any format, is not its own.
     """
@@ -144,20 +154,18 @@ def _guarded(codec: Codec) -> Codec:
             warnings.warn(f"format {codec.name}: recognises: {error!r}", stacklevel=2)
             return False
 
-    decode = partial(_naming, codec.name, TemplateRecord, codec.decode)
-    encode = None if codec.encode is None else partial(_naming, codec.name, Encoded, codec.encode)
+    def call(function: Callable[..., Any], kind: type, *given: Any) -> Any:
+        try:
+            result = function(*given)
+            if not isinstance(result, kind):
+                raise TypeError(f"returned {type(result).__name__}, not {kind.__name__}")
+            return result
+        except FpmatchError:
+            raise
+        except Exception as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise TemplateError(f"format {codec.name}: {reason}") from error
+
+    decode = partial(call, codec.decode, TemplateRecord)
+    encode = None if codec.encode is None else partial(call, codec.encode, Encoded)
     return Codec(codec.name, codec.title, tuple(codec.suffixes), recognises, decode, encode)
-
-
-def _naming(name: str, kind: type, function: Callable[..., Any], *given: Any) -> Any:
-    """Call a function of a codec of another package; its faults are TemplateErrors."""
-    try:
-        result = function(*given)
-        if not isinstance(result, kind):
-            raise TypeError(f"returned {type(result).__name__}, not {kind.__name__}")
-        return result
-    except FpmatchError:
-        raise
-    except Exception as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise TemplateError(f"format {name}: {reason}") from error

@@ -19,11 +19,9 @@ Tables of other programs contain neither size nor resolution. fpmatch writes the
 
 Positions are pixels from the top left, y down. Angles in a column theta are degrees in fpmatch's
 own convention, and so are angles in a column whose name contains the unit (angle_deg,
-direction_rad). For another name, `ReadingOptions.angles` must define them. Types are U, E and B, or
-other, ending and bifurcation, or 0, 1 and 2, or words of other programs for these, such as
-Termination. On reading, type and quality may be missing, the columns may have any order and any of
-the names below, and other columns are ignored. Comma, semicolon, tab or spaces separate them, and
-the header may begin with #.
+direction_rad). For another name, `ReadingOptions.angles` must define them. On reading, type and
+quality may be missing, the columns may have any order, and other columns are ignored. Comma,
+semicolon, tab or spaces separate them, and the header may begin with #.
 
 Tables without a header are arrays of numpy, as text of `np.savetxt` or as `.npy`. Each row is a
 minutia: x, y, its angle, and perhaps its quality. `ReadingOptions.angles` must define how angles
@@ -35,20 +33,31 @@ from __future__ import annotations
 
 import csv
 import re
-from types import MappingProxyType
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.base.npy import decode_npy, is_npy
 from fpmatch.errors import TemplateError
-from fpmatch.formats.angles import OWN_DEGREES, UNKNOWN, AngleConvention, range_notes
-from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, side
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import Minutiae, MinutiaKind, Template
+from fpmatch.formats.record import (
+    OWN_DEGREES,
+    UNKNOWN,
+    AngleConvention,
+    Codec,
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+    dropped_notes,
+    range_notes,
+    span,
+)
+from fpmatch.templates.minutiae import COLUMNS, LARGEST, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -58,39 +67,27 @@ VERSION: Final = "1"
 CONVENTION: Final = (
     "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
 )
-COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
-KINDS: Final = {kind.name.lower(): kind for kind in MinutiaKind}
+OWN_HEADER: Final = ["x", "y", "angle_deg", "kind", "quality"]
+PLAIN_HEADER: Final = ["x", "y", "theta", "type", "quality"]
+NUMBERS: Final = ["x", "y", "angle", "quality"]
 BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
-PLAIN_COLUMNS: Final = ("x", "y", "theta", "type", "quality")
-TYPES: Final = {"u": MinutiaKind.OTHER, "e": MinutiaKind.ENDING, "b": MinutiaKind.BIFURCATION}
-DELIMITERS: Final = (",", ";", "\t", " ")
-HEADER_BYTES: Final = 1000  # of the first line
-LONGEST_HEADER: Final = 10_000
-_WORDS: Final = {  # of other programs
-    MinutiaKind.OTHER: "unknown undefined none crossover crossing trifurcation",
-    MinutiaKind.ENDING: "t end term termination terminal rig ridge_ending ridge_end line_ending",
-    MinutiaKind.BIFURCATION: "3 bif fork ridge_bifurcation line_bifurcation",  # 3: crossing number
+LONGEST_HEADER: Final = 1000
+_WORDS: Final = {  # of fpmatch and of other programs; 3 is a crossing number
+    MinutiaKind.OTHER: ("u", "0", "other", "unknown", "none", "crossover"),
+    MinutiaKind.ENDING: ("e", "1", "ending", "end", "termination", "ridge_ending"),
+    MinutiaKind.BIFURCATION: ("b", "2", "3", "bifurcation", "bif", "fork", "ridge_bifurcation"),
 }
-_KNOWN_TYPES: Final = {
-    **TYPES,
-    **KINDS,
-    **{str(kind.value): kind for kind in MinutiaKind},
-    **{word: kind for kind, words in _WORDS.items() for word in words.split()},
-}
+_KINDS: Final = {word: kind for kind, words in _WORDS.items() for word in words}
 _ANGLE: Final = re.compile(
-    r"(?P<name>theta|θ|angle|direction|dir|orientation|ori|phi)"
-    r"[ _.(\[-]*(?P<unit>deg|rad|°)?(rees?|ians?)?[)\]]?"
+    r"(theta|angle|direction|orientation)[ _(\[]*(?P<unit>deg|rad)?(rees?|ians?)?[)\]]?"
 )
-_UNITS: Final = {"deg": "deg", "°": "deg", "rad": "rad"}
 _NAMES: Final = {
-    "theta": _ANGLE,
-    "x": re.compile(r"x|col|column|(x|pos)_?(px|pos|x|coord)"),
-    "y": re.compile(r"y|row|(y|pos)_?(px|pos|y|coord)"),
-    "type": re.compile(r"type|kind|minutia_?type"),
-    "quality": re.compile(r"quality|qual"),
+    "angle": _ANGLE,
+    "x": re.compile("x"),
+    "y": re.compile("y"),
+    "kind": re.compile("type|kind"),
+    "quality": re.compile("quality"),
 }
-NUMBER_COLUMNS: Final = ("x", "y", "angle", "quality")
-FEWEST_NUMBERS: Final = 3
 _NUMBER: Final = rb"[-+]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][-+]?\d{1,3})?"
 _BETWEEN: Final = rb"([ \t]*[,;\t ][ \t]*)"
 _ROW: Final = re.compile(rb"[ \t]*%b(%b%b){2,3}[ \t]*\r?(\n|$)" % (_NUMBER, _BETWEEN, _NUMBER))
@@ -99,19 +96,12 @@ _COMMENTS: Final = re.compile(rb"([ \t]*(#[^\n]*)?\r?\n)*")
 
 
 class _Header(NamedTuple):
-    """Names of a header as the file has them, in lower case, and what the known columns mean."""
+    """The names of a header: of the known columns those of `Minutiae`, of others as they are."""
 
     line: int
     delimiter: str
     names: list[str]
-    given: dict[str, str]  # the name that the file gives to column x, y, theta, type, quality
-
-    def convention(self) -> AngleConvention | None:
-        """Return the convention that the name of the angles implies."""
-        match = _ANGLE.fullmatch(self.given["theta"])
-        if match and match["unit"]:
-            return AngleConvention(_UNITS[match["unit"]])
-        return OWN_DEGREES if self.given["theta"] == "theta" else None
+    angle: str  # the name of the column of angles as the file has it, in lower case
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -120,51 +110,39 @@ def encode(record: TemplateRecord) -> Encoded:
     template = view.template
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     frame += " dpi_known=false" * (not template.dpi_known)
-    head = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
-    kinds = {kind: name for name, kind in KINDS.items()}
-    return _encoded(head, view, kinds, dropped_notes(view, field=True))
+    head = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(OWN_HEADER)]
+    lines = [",".join(row) for row in _cells_of(view, ("other", "ending", "bifurcation"))]
+    text = "\n".join([*head, *lines, ""])
+    return Encoded(text.encode(), tuple(dropped_notes(record, field=True)))
 
 
 def encode_plain(record: TemplateRecord) -> Encoded:
     """Return a record as bytes of the plain format, and notes on what they cannot hold."""
     view = record.single()
-    notes = ["size and resolution dropped", *dropped_notes(view, field=True)]
-    letters = {kind: letter.upper() for letter, kind in TYPES.items()}
-    head = [",".join(PLAIN_COLUMNS if view.quality_known else PLAIN_COLUMNS[:-1])]
-    return _encoded(head, view, letters, notes, with_quality=view.quality_known)
+    width = len(PLAIN_HEADER) - (not view.quality_known)
+    rows = [PLAIN_HEADER, *_cells_of(view, "UEB")]
+    text = "".join(",".join(row[:width]) + "\n" for row in rows)
+    notes = ["size and resolution dropped", *dropped_notes(record, field=True)]
+    return Encoded(text.encode(), tuple(notes))
 
 
-def _encoded(
-    lines: list[str],
-    view: View,
-    kinds: Mapping[MinutiaKind, str],
-    notes: list[str],
-    *,
-    with_quality: bool = True,
-) -> Encoded:
-    """Return the lines of a header, the lines of the minutiae of a view, and notes."""
+def _cells_of(view: View, kinds: Sequence[str]) -> Iterator[list[str]]:
+    """Yield the cells of each minutia of a view, its kind by the names of `kinds`."""
     m = view.template.minutiae
     degrees = np.degrees(m.angle.astype(np.float64))
     for *place, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):
-        cells = [*(f"{float(value):.{DIGITS}g}" for value in place), kinds[MinutiaKind(kind)]]
-        lines.append(",".join([*cells, str(quality)] if with_quality else cells))
-    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
+        yield [*(f"{float(value):.{DIGITS}g}" for value in place), kinds[kind], str(quality)]
 
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the template in a file of fpmatch's own format, or raise TemplateError."""
     lines = _text_lines(data)
     frame = _frame(lines[0] if lines else "")
-    rows = (
-        (number, _cells(number, line))
-        for number, line in enumerate(lines, start=1)
-        if line.strip() and not line.startswith("#")
-    )
-    number, header = next(rows, (len(lines), []))
-    if header != COLUMNS:
-        raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
-    options.limits.check_size(frame["width"], frame["height"])
-    x, y, degrees, kind, quality = _read_table(rows, header, COLUMNS, KINDS, options)
+    rows = _rows(lines, ",")
+    place, header = next(rows, (f"line {len(lines)}", []))
+    if header != OWN_HEADER:
+        raise TemplateError(f"{place}: expected the columns {','.join(OWN_HEADER)}")
+    x, y, degrees, kind, quality = _read_rows(rows, COLUMNS)
     minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)
     return TemplateRecord(CODEC.name, (View(Template(minutiae, **frame)),))
 
@@ -174,50 +152,41 @@ def decode_plain(data: bytes, options: ReadingOptions) -> TemplateRecord:
     lines = _text_lines(data)
     header = _find_header(lines)
     if header is None:
-        raise TemplateError(f"line 1: expected the columns {','.join(PLAIN_COLUMNS)}, each once")
-    shown = ", ".join(header.names)
-    if "theta" not in header.given:
         raise TemplateError(
-            f"line {header.line}: found the columns {shown}; minutiae also need one of angles, "
-            "theta, angle, direction or orientation"
+            "line 1: expected the columns x, y and one of angles, theta, angle, direction or "
+            "orientation"
         )
-    convention = options.angles or header.convention()
+    match = _ANGLE.fullmatch(header.angle)
+    unit = match["unit"] if match else None
+    stated = AngleConvention(unit) if unit else OWN_DEGREES if header.angle == "theta" else None
+    convention = options.angles or stated
     if convention is None:
-        raise TemplateError(f"line {header.line}: columns {shown}: {UNKNOWN}")
-    rows = (
-        (number, _cells(number, line, header.delimiter))
-        for number, line in enumerate(lines[header.line :], start=header.line + 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    )
-    columns = [header.given.get(name, name) for name in PLAIN_COLUMNS]
-    absent = {columns[3]: "u", columns[4]: "100"}
-    table = _read_table(rows, header.names, columns, _KNOWN_TYPES, options, absent)
+        raise TemplateError(f"line {header.line}, column {header.angle}: {UNKNOWN}")
+    table = _read_rows(_rows(lines, header.delimiter, header.line), header.names)
+    view = _view(table, convention, options, graded="quality" in header.names)
     notes = range_notes(table[2], convention)
-    if options.angles is None and header.given["theta"] != "theta":
+    if options.angles is None and unit:
         notes.append(f"angles taken for {convention} (--angles sets it)")
-    view = _table_view(table, convention, options, quality_known="quality" in header.given)
     return TemplateRecord(PLAIN_CODEC.name, (view,), tuple(notes))
 
 
 def decode_text(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the minutiae in a text of numbers, or raise TemplateError."""
-    table: list[list[float]] = []
-    for number, line in enumerate(_text_lines(data), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        options.limits.check_minutiae(len(table) + 1)
-        cells = _SEPARATOR.split(line.strip())
-        if not FEWEST_NUMBERS <= len(cells) <= len(NUMBER_COLUMNS):
-            raise TemplateError(f"line {number}: expected x, y, angle and perhaps quality")
-        if table and len(cells) != len(table[0]):
-            raise TemplateError(
-                f"line {number}: expected {len(table[0])} values, found {len(cells)}"
-            )
-        named = zip(cells, NUMBER_COLUMNS, strict=False)
-        table.append([_parse_number(text, number, column) for text, column in named])
-    if not table:
+    table, graded = read_numbers(data)
+    return _number_record(TEXT_CODEC.name, table, options, graded=graded)
+
+
+def read_numbers(data: bytes) -> tuple[NDArray[np.float64], bool]:
+    """Return the columns x, y, angle, kind and quality of a text, and whether it has the last.
+
+    They have shape (5, N). Raises TemplateError for any other text.
+    """
+    rows = _rows(_text_lines(data))
+    first = next(rows, None)
+    if first is None:
         raise TemplateError("no minutiae, only blank lines and comments")
-    return _number_record(np.array(table), TEXT_CODEC.name, options)
+    width = len(first[1])
+    return _read_rows(chain([first], rows), _number_names(width)), width == len(NUMBERS)
 
 
 def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
@@ -225,46 +194,39 @@ def decode_array(data: bytes, options: ReadingOptions) -> TemplateRecord:
     if not is_npy(data):
         raise TemplateError("not a .npy file")
     array = decode_npy(data)
-    if not FEWEST_NUMBERS <= array.shape[1] <= len(NUMBER_COLUMNS):
+    check_minutiae(len(array))
+    rows = ((f"row {number}", row) for number, row in enumerate(array.tolist(), start=1))
+    names = _number_names(array.shape[1])
+    table = _read_rows(rows, names)
+    return _number_record(NPY_CODEC.name, table, options, graded=names == NUMBERS)
+
+
+def _number_names(width: int) -> list[str]:
+    """Return the names of so many columns of bare numbers."""
+    if not 3 <= width <= len(NUMBERS):
         raise TemplateError(
-            "expected an array of 3 or 4 columns, x, y, angle and perhaps quality, found "
-            f"{array.shape[1]}"
+            f"expected 3 or 4 columns, x, y, angle and perhaps quality, found {width}"
         )
-    options.limits.check_minutiae(len(array))
-    return _number_record(array, NPY_CODEC.name, options)
+    return NUMBERS[:width]
 
 
 def _number_record(
-    array: NDArray[np.float64], name: str, options: ReadingOptions
+    name: str, table: NDArray[np.float64], options: ReadingOptions, *, graded: bool
 ) -> TemplateRecord:
-    """Return a record of the minutiae in an array (N, 3) or (N, 4)."""
+    """Return a record of columns of bare numbers, as `read_numbers` returns them."""
     if options.angles is None:
         raise TemplateError(UNKNOWN)
-    finite = np.abs(array) <= LARGEST
-    if not finite.all():
-        first, column = np.argwhere(~finite)[0].tolist()
-        raise TemplateError(
-            f"row {first + 1}, column {NUMBER_COLUMNS[column]}: not a finite number"
-        )
-    x, y, angle, *qualities = array.T
-    quality = qualities[0] if qualities else np.full(len(array), 100.0)
-    outside = np.flatnonzero((quality < 0) | (quality > 100))
-    if len(outside):
-        value = quality[outside[0]]
-        raise TemplateError(f"row {outside[0] + 1}, column quality: {value:g} is not in 0..100")
-    table = x, y, angle, np.zeros(len(array)), quality  # of kind other
-    view = _table_view(table, options.angles, options, quality_known=bool(qualities))
-    return TemplateRecord(name, (view,), tuple(range_notes(angle, options.angles)))
+    view = _view(table, options.angles, options, graded=graded)
+    return TemplateRecord(name, (view,), tuple(range_notes(table[2], options.angles)))
 
 
-def _table_view(
-    table: Any, convention: AngleConvention, options: ReadingOptions, *, quality_known: bool
+def _view(
+    table: NDArray[np.float64], angles: AngleConvention, options: ReadingOptions, *, graded: bool
 ) -> View:
-    """Return the print of columns x, y, angle, kind and quality without size and resolution."""
+    """Return a print of columns x, y, angle, kind and quality without size and resolution."""
     x, y, angle, kind, quality = table
-    minutiae = x, y, convention.to_radians(angle), kind, quality
-    size = options.size or (side(x), side(y))
-    return View.without_frame(minutiae, size, options, quality_known=quality_known)
+    minutiae = x, y, angles.to_radians(angle), kind, quality
+    return View.without_frame(minutiae, options.size or span(x, y), options, quality_known=graded)
 
 
 def _text_lines(data: bytes) -> list[str]:
@@ -275,13 +237,27 @@ def _text_lines(data: bytes) -> list[str]:
         raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
 
 
-def _cells(number: int, line: str, delimiter: str = ",") -> list[str]:
-    """Return the cells of line `number`, stripped."""
+def _rows(
+    lines: list[str], delimiter: str | None = None, start: int = 0
+) -> Iterator[tuple[str, list[str]]]:
+    """Yield the place and the cells of each line after the first `start`, but of comments.
+
+    They are separated by `delimiter`, or else as numbers may be.
+    """
+    for number, line in enumerate(lines[start:], start=start + 1):
+        text = line.strip()
+        if text and not text.startswith("#"):
+            place = f"line {number}"
+            yield place, _cells(place, line, delimiter) if delimiter else _SEPARATOR.split(text)
+
+
+def _cells(place: str, line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, stripped."""
     try:
         reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
         return [cell.strip() for cell in next(reader)]
     except csv.Error as error:
-        raise TemplateError(f"line {number}: {error}") from error
+        raise TemplateError(f"{place}: {error}") from error
 
 
 def _frame(line: str) -> dict[str, Any]:
@@ -298,76 +274,58 @@ def _frame(line: str) -> dict[str, Any]:
 
 
 def _find_header(lines: list[str]) -> _Header | None:
-    """Return the first line not blank as a header with columns x and y; None for others."""
+    """Return the first line not blank as a header of minutiae; None for others."""
     number = next((k for k, line in enumerate(lines, start=1) if line.strip()), None)
     if number is None or len(lines[number - 1]) > LONGEST_HEADER:
         return None
     line = lines[number - 1].strip().lstrip("# ")
-    for delimiter in DELIMITERS:
-        names = [name.lower() for name in _cells(number, line, delimiter)]
-        while names and not names[-1]:
-            names.pop()
-        meanings = [(_meaning(name), name) for name in names]
-        known = [meaning for meaning, _ in meanings if meaning]
-        if {"x", "y"} <= set(known):
-            if len(set(names)) < len(names) or len(set(known)) < len(known):
-                raise TemplateError(f"line {number}: a column is there twice: {', '.join(names)}")
-            return _Header(number, delimiter, names, dict(pair for pair in meanings if pair[0]))
-    return None
+    delimiter = next((sign for sign in ",;\t" if sign in line), " ")
+    given = [name.lower() for name in _cells(f"line {number}", line, delimiter)]
+    names = [next((c for c, known in _NAMES.items() if known.fullmatch(n)), n) for n in given]
+    if not {"x", "y", "angle"} <= set(names):
+        return None
+    if len(set(names)) < len(names):
+        raise TemplateError(f"line {number}: a column is there twice: {', '.join(given)}")
+    return _Header(number, delimiter, names, given[names.index("angle")])
 
 
-def _meaning(name: str) -> str:
-    """Return which of the five columns a name means, or nothing."""
-    return next((column for column, names in _NAMES.items() if names.fullmatch(name)), "")
+def _read_rows(rows: Iterable[tuple[str, list[Any]]], names: Sequence[str]) -> NDArray[np.float64]:
+    """Return columns x, y, angle, kind and quality, shape (5, N), of rows with their places.
 
-
-def _read_table(
-    rows: Iterable[tuple[int, list[str]]],
-    header: list[str],
-    columns: Sequence[str],
-    kinds: Mapping[str, int],
-    options: ReadingOptions,
-    absent: Mapping[str, str] = MappingProxyType({}),
-) -> Any:
-    """Return the numbers in `columns`, shape (5, N), of rows given by number and cells.
-
-    The columns are x, y, angle, kind and quality by the names of the file, which are also those of
-    `header`; `absent` has the values of those that may be missing.
+    `names` are those of all columns; kind and quality may be missing.
     """
     table: list[list[float]] = []
-    for number, cells in rows:
-        options.limits.check_minutiae(len(table) + 1)
-        if len(cells) != len(header):
-            raise TemplateError(f"line {number}: expected {len(header)} values, found {len(cells)}")
-        row = {**absent, **dict(zip(header, cells, strict=True))}
-        kind = row[columns[3]]
-        word = re.sub(r"[ -]", "_", kind.lower())
-        if word not in kinds:
+    for place, cells in rows:
+        check_minutiae(len(table) + 1)
+        if len(cells) != len(names):
+            raise TemplateError(f"{place}: expected {len(names)} values, found {len(cells)}")
+        row: dict[str, Any] = {"kind": "other", "quality": 100.0}
+        row |= dict(zip(names, cells, strict=True))
+        kind = _KINDS.get(re.sub(r"[ -]", "_", row["kind"].lower()))
+        if kind is None:
             raise TemplateError(
-                f"line {number}: unknown {columns[3]} of minutia {kind!r} (known: "
-                f"{', '.join(kinds)})"
+                f"{place}: unknown kind of minutia {row['kind']!r} (known: other, ending, "
+                "bifurcation)"
             )
-        x, y, angle, quality = (
-            _parse_number(row[name], number, name) for name in (*columns[:3], columns[4])
-        )
+        x, y, angle, quality = (_number(row[name], place, name) for name in NUMBERS)
         if not 0 <= quality <= 100:
-            raise TemplateError(f"line {number}, column {columns[4]}: {quality:g} is not in 0..100")
-        table.append([x, y, angle, kinds[word], quality])
-    return np.array(table, dtype=np.float64).reshape(-1, len(columns)).T
+            raise TemplateError(f"{place}, column quality: {quality:g} is not in 0..100")
+        table.append([x, y, angle, kind, quality])
+    return np.array(table, dtype=np.float64).reshape(-1, 5).T
 
 
-def _parse_number(text: str, line: int, column: str) -> float:
+def _number(value: Any, place: str, column: str) -> float:
     """Return a finite number that float32 can hold; raises TemplateError that names its place."""
     try:
-        value = float(text)
+        number = float(value)
     except ValueError as error:
-        shown = repr(text) if text else "nothing"
+        shown = repr(value) if value else "nothing"
         raise TemplateError(
-            f"line {line}, column {column}: expected a number, found {shown}"
+            f"{place}, column {column}: expected a number, found {shown}"
         ) from error
-    if not abs(value) <= LARGEST:
-        raise TemplateError(f"line {line}, column {column}: {value:g} is not finite")
-    return value
+    if not abs(number) <= LARGEST:
+        raise TemplateError(f"{place}, column {column}: {number:g} is not finite")
+    return number
 
 
 def _recognises(data: bytes) -> bool:
@@ -376,10 +334,9 @@ def _recognises(data: bytes) -> bool:
 
 def _recognises_plain(data: bytes) -> bool:
     """Return whether the first line has columns x and y and one of angles."""
-    first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:HEADER_BYTES]
+    first = data.removeprefix(BYTE_ORDER_MARK).lstrip(b"\r\n")[:LONGEST_HEADER]
     try:
-        header = _find_header(first.decode("utf-8", "replace").splitlines()[:1])
-        return header is not None and "theta" in header.given
+        return _find_header(first.decode("utf-8", "replace").splitlines()[:1]) is not None
     except TemplateError:
         return True  # which then says why
 

@@ -23,12 +23,21 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec, dropped_notes, fit_minutiae, side, whole_steps
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
-from fpmatch.templates.minutiae import MinutiaKind
+from fpmatch.formats.record import (
+    Codec,
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    dropped_notes,
+    fit_minutiae,
+    span,
+    whole_steps,
+)
+from fpmatch.formats.tables import read_numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
 MOST_MINUTIAE: Final = 1000  # that bozorth3 reads
 FULL_TURN: Final = 360
@@ -38,17 +47,16 @@ _ROW: Final = re.compile(rb"[ \t]*-?\d{1,5}([ \t]+-?\d{1,5}){2,3}[ \t]*\r?(\n|$)
 
 def decode(data: bytes, options: ReadingOptions, *, m1: bool) -> TemplateRecord:
     """Return the print in a file of either convention, or raise TemplateError."""
-    rows = list(_rows(data, options))
-    widths = {len(row) for row in rows}
-    if len(widths) > 1:
-        raise TemplateError("some lines have a quality, others have none")
-    x, y, angle, *qualities = np.array(rows, dtype=np.int64).reshape(-1, *(widths or {3})).T
-    width, height = options.size or (side(x), side(y if m1 else y - 1))
-    degrees = (angle * 2 if m1 else angle + FULL_TURN // 2).astype(np.float64)
-    kind = np.full(len(rows), MinutiaKind.OTHER)
-    quality = np.clip(qualities[0] if qualities else np.full(len(rows), 100), 0, 100)
+    columns, graded = read_numbers(data)
+    x, y, angle, kind, quality = columns
+    if (columns % 1).any():
+        raise TemplateError("expected whole numbers x, y, angle and perhaps quality")
+    if (np.abs(angle) > FULL_TURN).any():
+        raise TemplateError(f"an angle of {angle[np.abs(angle).argmax()]:g}")
+    width, height = options.size or span(x, y if m1 else y - 1)
+    degrees = angle * 2 if m1 else angle + FULL_TURN // 2
     minutiae = x, y if m1 else height - y, np.radians(degrees), kind, quality
-    view = View.without_frame(minutiae, (width, height), options, quality_known=bool(qualities))
+    view = View.without_frame(minutiae, (width, height), options, quality_known=graded)
     convention = "ANSI/INCITS 378: y down, units of 2°" if m1 else "NIST: y up, degrees"
     return TemplateRecord("xyt-m1" if m1 else "xyt", (view,), (f"angles taken for {convention}",))
 
@@ -67,25 +75,9 @@ def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
         y = template.height - y
         angle = (whole_steps(minutiae.angle, FULL_TURN) + FULL_TURN // 2) % FULL_TURN
     quality = [minutiae.quality.astype(np.int64)] if view.quality_known else []
-    notes += ["kinds, size and resolution dropped", *dropped_notes(view)]
+    notes += ["kinds, size and resolution dropped", *dropped_notes(record)]
     rows = np.column_stack([x, y, angle, *quality]).tolist()
     return Encoded("".join(" ".join(map(str, row)) + "\n" for row in rows).encode(), tuple(notes))
-
-
-def _rows(data: bytes, options: ReadingOptions) -> Iterator[list[int]]:
-    """Yield the numbers of each line that is not blank."""
-    rows = 0
-    for number, line in enumerate(data.split(b"\n"), start=1):
-        if not line.strip():
-            continue
-        if not _ROW.fullmatch(line):
-            raise TemplateError(f"line {number}: expected x, y, angle and perhaps quality")
-        row = [int(value) for value in line.split()]
-        if not -FULL_TURN <= row[2] <= FULL_TURN:
-            raise TemplateError(f"line {number}: an angle of {row[2]}")
-        rows += 1
-        options.limits.check_minutiae(rows)
-        yield row
 
 
 def _recognises(data: bytes) -> bool:

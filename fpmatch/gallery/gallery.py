@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from fpmatch.errors import GalleryError, check_path
+from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
 from fpmatch.gallery.store import audit, digests
 from fpmatch.gallery.store.history import keep_history
@@ -70,7 +70,6 @@ def open_gallery(
     EncryptionError
         If there is no key for a gallery to be made.
     """
-    check_path(where, GalleryError)
     if encrypt:
         as_keys(key)  # before a file is made
     gallery = Gallery(where, create=create, key=key, patience=patience)

@@ -1,9 +1,10 @@
-"""Extract minutiae: the stages of the algorithm, one call each; and grade the image on the way."""
+"""Extract minutiae: the stages of the algorithm, one call each."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
@@ -16,7 +17,6 @@ from fpmatch.image.preprocess.arrays import BLOCK_PX
 from fpmatch.image.preprocess.foreground import foreground_box, stretch_contrast
 from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.quality.ridge_scale import likely_dpi
-from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.minutiae import (
     BRANCH_PX,
     directions,
@@ -25,9 +25,15 @@ from fpmatch.image.skeleton.minutiae import (
     minutia_quality,
     remove_spurs_and_islands,
 )
-from fpmatch.image.skeleton.thin import thin
-from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template, check_dpi
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.image.skeleton.thin import binarize, thin
+from fpmatch.templates.minutiae import (
+    STANDARD_DPI,
+    Minutiae,
+    MinutiaKind,
+    RidgeField,
+    Template,
+    check_dpi,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,7 +41,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
-    from fpmatch.image.preprocess.arrays import Box, Grey, Mask, Recorder
+    from fpmatch.image.preprocess.arrays import Box, Grey, Mask, StageRecorder
+    from fpmatch.image.preprocess.normalize import NormalizedImage
     from fpmatch.image.quality.print_quality import PrintQuality
 
 # From one window of the ridge spectrum to four palms.
@@ -48,7 +55,7 @@ def extract(
     dpi: float | None = None,
     *,
     enhance: str = DEFAULT_ENHANCEMENT,
-    recorder: Recorder | None = None,
+    recorder: StageRecorder | None = None,
 ) -> Template:
     """Extract the minutiae of a fingerprint image.
 
@@ -61,7 +68,7 @@ def extract(
         the ridges indicate.
     enhance : str
         "learned": by a small network; "filters": by oriented filters.
-    recorder : Recorder, optional
+    recorder : StageRecorder, optional
         Receives the array of each stage, by name.
 
     Returns
@@ -88,6 +95,31 @@ def extract(
     >>> blank = np.full((200, 200), 255, np.uint8)
     >>> len(extract(blank, dpi=500).minutiae)
     0
+    """
+    assessed = assess(image, dpi, enhance=enhance)
+    if recorder is not None:
+        for stage, array in assessed.stages().items():
+            recorder.record(stage, array)
+    return assessed.template
+
+
+def assess(
+    image: str | Path | GreyImage | NDArray[np.generic],
+    dpi: float | None = None,
+    *,
+    enhance: str = DEFAULT_ENHANCEMENT,
+) -> AssessedPrint:
+    """Extract the minutiae of a fingerprint image, with the quality of the image.
+
+    Parameters and errors are those of `extract`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fpmatch import assess
+    >>> blank = assess(np.full((200, 200), 255, np.uint8), dpi=500)
+    >>> blank.quality.score, str(blank.quality.reasons[0])
+    (0, 'no ridges: no fingerprint is found in the image')
     """
     if enhance not in ENHANCERS:
         raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
@@ -116,32 +148,55 @@ def extract(
         kind=np.where(ending, MinutiaKind.ENDING, MinutiaKind.BIFURCATION),
         quality=minutia_quality(normalized.pixels, ridges.enhanced, x, y),
     )
-    if recorder is not None:
-        at_500_dpi = ((place + 0.5) * zoom - 0.5 for place in (minutiae.x, minutiae.y))
-        columns = (*at_500_dpi, minutiae.angle, minutiae.kind, minutiae.quality)
-        stages: dict[str, NDArray[Any]] = {"input": grey, "normalised": normalized.pixels}
-        stages |= {"enhanced": ridges.enhanced, "mask": ridges.mask}
-        if not hasattr(recorder, "wanted") or {*recorder.wanted} & {*MAPS}:
-            stages |= ridges.maps()
-        stages |= {"binary": binary, "skeleton": skeleton}
-        stages["minutiae"] = np.column_stack(columns).astype(np.float32)
-        _record(recorder, stages, box, grey.shape)
     height, width = source.pixels.shape
     ridge_field = _ridge_field(ridges, binary, box, grey.shape, zoom)
     stated = dpi is not None or source.dpi is not None
-    return Template(minutiae, width, height, resolution, ridge_field, dpi_known=stated)
+    template = Template(minutiae, width, height, resolution, ridge_field, dpi_known=stated)
+    return AssessedPrint(template, grey, zoom, box, normalized, ridges, binary, skeleton)
 
 
-def _record(
-    recorder: Recorder, stages: dict[str, NDArray[Any]], box: Box, shape: tuple[int, ...]
-) -> None:
-    """Pass on the stages that are wanted, images of the box padded to a whole image, `shape`."""
-    for stage, array in stages.items():
-        if stage not in getattr(recorder, "wanted", stages):
-            continue
-        if array.shape == (box.bottom - box.top, box.right - box.left) != shape:
-            array = box.uncrop(array, shape, around=MAPS.get(stage, 0.0))  # noqa: PLW2901
-        recorder.record(stage, array)
+@dataclass(frozen=True, eq=False)
+class AssessedPrint:
+    """The template that extraction found in an image, and the quality of the image.
+
+    The arrays are of the stages: `grey` is the image at 500 dpi, resampled by `zoom`; all later
+    ones are of the part `box` of it. The quality is computed when it is first asked for.
+    """
+
+    template: Template
+    grey: Grey = field(repr=False)
+    zoom: float = field(repr=False)
+    box: Box = field(repr=False)
+    normalized: NormalizedImage = field(repr=False)
+    ridges: EnhancedPrint = field(repr=False)
+    binary: Mask = field(repr=False)
+    skeleton: Mask = field(repr=False)
+
+    @cached_property
+    def quality(self) -> PrintQuality:
+        """Quality of the image, at the resolution of the template."""
+        from fpmatch.image.quality.measures import measure_quality  # noqa: PLC0415
+        from fpmatch.image.quality.print_quality import grade  # noqa: PLC0415
+
+        return grade(measure_quality(self.stages(with_maps=False)), self.template.dpi)
+
+    def stages(self, *, with_maps: bool = True) -> dict[str, NDArray[Any]]:
+        """Return the array of each stage at 500 dpi, by name and in order.
+
+        Images are whole, (H, W); the minutiae have a row each: x, y, angle, kind, quality. Maps of
+        orientation, coherence and period are for display.
+        """
+        ridges, found = self.ridges, self.template.minutiae
+        of_box: dict[str, NDArray[Any]] = {"normalised": self.normalized.pixels}
+        of_box |= {"enhanced": ridges.enhanced, "mask": ridges.mask}
+        of_box |= ridges.maps() if with_maps else {}
+        of_box |= {"binary": self.binary, "skeleton": self.skeleton}
+        stages: dict[str, NDArray[Any]] = {"input": self.grey}
+        for stage, array in of_box.items():
+            stages[stage] = self.box.uncrop(array, self.grey.shape, around=MAPS.get(stage, 0.0))
+        x, y = ((place + 0.5) * self.zoom - 0.5 for place in (found.x, found.y))
+        columns = (x, y, found.angle, found.kind, found.quality)
+        return stages | {"minutiae": np.column_stack(columns).astype(np.float32)}
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
@@ -185,53 +240,3 @@ def _ridge_field(
     ridges = np.packbits(in_cells, axis=2, bitorder="little").view("<u8")[..., 0]
     fields = (orientation.astype(np.float32), mask, ridges)
     return RidgeField(step / zoom, *(box.uncrop(field, shape, step) for field in fields))
-
-
-@dataclass(frozen=True, slots=True)
-class AssessedPrint:
-    """The template that extraction found in an image, and the quality of the image."""
-
-    template: Template
-    quality: PrintQuality
-
-
-@dataclass(frozen=True, slots=True)
-class QualityRecorder:
-    """Keep the stages of an extraction on which quality is measured."""
-
-    wanted: ClassVar = ("input", "normalised", "enhanced", "mask", "minutiae")
-    stages: dict[str, NDArray[Any]] = field(default_factory=dict)
-
-    def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Keep the array itself, which no later stage changes."""
-        self.stages[stage] = array
-
-    def quality(self, dpi: float) -> PrintQuality:
-        """Return the quality of the print, whose resolution was taken to be `dpi`."""
-        from fpmatch.image.quality.measures import measure_quality  # noqa: PLC0415
-        from fpmatch.image.quality.print_quality import grade  # noqa: PLC0415
-
-        return grade(measure_quality(self.stages), dpi)
-
-
-def assess(
-    image: str | Path | GreyImage | NDArray[np.generic],
-    dpi: float | None = None,
-    *,
-    enhance: str = DEFAULT_ENHANCEMENT,
-) -> AssessedPrint:
-    """Extract the minutiae of a fingerprint image, and grade the image.
-
-    Parameters and errors are those of `extract`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from fpmatch import assess
-    >>> blank = assess(np.full((200, 200), 255, np.uint8), dpi=500)
-    >>> blank.quality.score, str(blank.quality.reasons[0])
-    (0, 'no ridges: no fingerprint is found in the image')
-    """
-    stages = QualityRecorder()
-    template = extract(image, dpi, enhance=enhance, recorder=stages)
-    return AssessedPrint(template, stages.quality(template.dpi))

@@ -1,55 +1,40 @@
-"""Polarity and resolution of folders: images of one sensor share them, so a folder decides both."""
+"""Resolution of folders: images of one sensor share it, so those of a folder decide together."""
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import numpy as np
 
 from fpmatch.errors import FpmatchError
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.image.io.read import GreyImage, read_image
-from fpmatch.image.quality.polarity import background_level
-from fpmatch.image.quality.ridge_scale import (
-    TYPICAL_MM,
-    clear_period_px,
-    common_dpi,
-    is_sound,
-    sensors_of,
-)
-from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI, check_dpi
+from fpmatch.image.quality.ridge_scale import clear_period_px, common_dpi, is_sound
+from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
 
     from fpmatch.image.quality.polarity import Polarity
 
 MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
 FEW_IMAGES: Final = 8  # with fewer, a folder of a place is decided with the others
-LEAST_LEVEL: Final = 1.5  # sum of background levels from which a folder's polarity is certain
-OF_TWO_SENSORS: Final = (
-    "the prints are of two sensors by their ridges, of {:g} and {:g} dpi: each has the nearer one"
-)
 
 Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, slots=True)
 class FolderTraits:
-    """What the images of a folder share; "auto" and no resolution leave it to each image.
-
-    `dpi` has the resolution of images that state none, or two if they are of two sensors.
-    """
+    """What the images of a folder share; "auto" and None leave it to each image."""
 
     polarity: Polarity = "auto"
-    dpi: tuple[float, ...] = ()
+    dpi: float | None = None  # of images that state none
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,20 +51,9 @@ class FolderReader(Generic[Read]):
         content = self.reader(path, polarity=traits.polarity, dpi=self.dpi)
         if self.dpi is not None or not isinstance(content, GreyImage) or content.dpi is not None:
             return content
-        possible = [dpi for dpi in traits.dpi if is_sound(content.pixels.shape, dpi)]
-        notes = content.notes
-        if len(possible) > 1:
-            notes += (OF_TWO_SENSORS.format(*possible),)
-            period = clear_period_px(content.pixels)
-            possible.sort(key=lambda dpi: 0.0 if period is None else _unlike(period, dpi))
-        return replace(content, likely_dpi=possible[0], notes=notes) if possible else content
-
-
-class _Evidence(NamedTuple):
-    """The background of an image, and the distance of its ridges, where these are needed."""
-
-    background: float
-    period_px: float | None
+        if traits.dpi is None or not is_sound(content.pixels.shape, traits.dpi):
+            return content
+        return replace(content, likely_dpi=traits.dpi)
 
 
 def find_traits(
@@ -94,9 +68,8 @@ def find_traits(
 ) -> dict[Path, FolderTraits]:
     """Find the polarity, "dark", "white" or "auto", and the resolution of the folders of images.
 
-    The polarity is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder;
-    else that of the sum of the images' background levels; "auto" leaves the decision to each image.
-    The resolution of those that state none is found from their ridges; see
+    The polarity is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder.
+    The resolution of images that state none is found from their ridges; see
     `fpmatch.image.quality.ridge_scale.common_dpi`.
 
     Of each folder at most `MOST_IMAGES` are looked at, chosen by their places in the list, so that
@@ -125,64 +98,35 @@ def find_traits(
                 polarities[folder] = known(described).polarity
             resolutions[folder] = resolutions[folder] or known(described).dpi
     group = {f: place[f] if len(of) < FEW_IMAGES else f for f, of in folders.items()}
-    open_ = [f for f in folders if polarities[f] == "auto" or resolutions[f] is None]
+    open_ = [folder for folder in folders if resolutions[folder] is None]
     known_dpi = {folder: one for folder, one in (earlier or {}).items() if folder in open_}
+    traits = {folder: FolderTraits(one) for folder, one in polarities.items()}
     if sum(len(folders[f]) for f in open_) < 2 and not known_dpi:  # one decides for itself
-        return {folder: FolderTraits(one) for folder, one in polarities.items()}
+        return traits
     most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
-    samples = [
-        (path, resolutions[folder], polarities[folder])
-        for folder in open_
-        for path in _sample(folders[folder], most)
-    ]
-    evidence: dict[Path, list[_Evidence]] = {group[folder]: [] for folder in open_}
-    for (path, *_), one in zip(samples, each(partial(_evidence, reader), samples), strict=True):
-        if one is not None:
-            evidence[group[path.parent]].append(one)
-    unstated = {f: _resolutions(evidence[group[f]], known_dpi.get(f)) for f in open_}
+    samples: list[Path] = []
     for folder in open_:
-        if polarities[folder] == "auto":
-            polarities[folder] = common_polarity([e.background for e in evidence[group[folder]]])
-    return {f: FolderTraits(one, unstated.get(f, ())) for f, one in polarities.items()}
+        all_of = folders[folder]
+        chosen = np.linspace(0, len(all_of) - 1, min(most, len(all_of))).round().astype(int)
+        samples += [all_of[number] for number in chosen.tolist()]
+    periods: dict[Path, list[float]] = {group[folder]: [] for folder in open_}
+    for path, period in zip(samples, each(partial(_unstated_period, reader), samples), strict=True):
+        if period is not None:
+            periods[group[path.parent]].append(period)
+    for folder in open_:
+        of_group, usual = periods[group[folder]], known_dpi.get(folder)
+        if len(of_group) > 1 or usual is not None:  # one print alone decides for itself
+            dpi = common_dpi(of_group, usual or STANDARD_DPI)
+            traits[folder] = replace(traits[folder], dpi=dpi)
+    return traits
 
 
-def _resolutions(evidence: Sequence[_Evidence], earlier: float | None) -> tuple[float, ...]:
-    """Return the resolutions of images of one place; none where one alone shows clear ridges."""
-    periods = [one.period_px for one in evidence if one.period_px is not None]
-    if len(periods) < 2 and earlier is None:
-        return ()
-    usual = earlier or STANDARD_DPI
-    return tuple(dict.fromkeys(common_dpi(of, usual) for of in sensors_of(periods)))
-
-
-def _unlike(period_px: float, dpi: float) -> float:
-    return abs(math.log(period_px * MM_PER_INCH / dpi / TYPICAL_MM))
-
-
-def _sample(paths: Sequence[Path], most: int) -> list[Path]:
-    """Return some images of a folder, evenly chosen."""
-    places = np.linspace(0, len(paths) - 1, min(most, len(paths)))
-    return [paths[number] for number in places.round().astype(int).tolist()]
-
-
-def _evidence(
-    reader: Callable[..., object], sample: tuple[Path, float | None, Polarity]
-) -> _Evidence | None:
-    """Return the evidence of an image, its resolution and polarity; None if it cannot be read."""
-    path, dpi, polarity = sample
+def _unstated_period(reader: Callable[..., object], path: Path) -> float | None:
+    """Return the distance of the ridges of an image that is read and states no resolution."""
     try:
         image = reader(path, polarity="dark")
     except FpmatchError:
         return None
-    if not isinstance(image, GreyImage):
+    if not isinstance(image, GreyImage) or image.dpi is not None:
         return None
-    level = background_level(image.pixels) if polarity == "auto" else 0.0
-    return _Evidence(level, None if dpi or image.dpi else clear_period_px(image.pixels))
-
-
-def common_polarity(levels: Sequence[float]) -> Polarity:
-    """Return the polarity of images of one sensor by their background levels; "auto" in doubt."""
-    total = math.fsum(levels)
-    if abs(total) < LEAST_LEVEL:
-        return "auto"
-    return "dark" if total > 0 else "white"
+    return clear_period_px(image.pixels)

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
-from functools import lru_cache
+import re
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
 
 MAX_SCORE: Final = 100.0
 CALIBRATION_FOLDER: Final = Path(__file__).with_name("calibration_data")
-SHARED: Final = {"reference": "unit-circle"}  # matchers with the similarities of another
+FILES: Final = {"paper": "paper", "reference": "unit-circle", "unit-circle": "unit-circle"}
+_RHO: Final = re.compile("[:,]rho=[^,]*")  # in the name of a matcher
 _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
-MALFORMED: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,7 @@ class Calibration:
     tail_scale: float
     tail_shape: float = 0.0
     provenance: Provenance = Provenance()
+    _columns: NDArray[np.float64] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         knots = np.array(self.knots, dtype=np.float64)
@@ -107,6 +109,7 @@ class Calibration:
             raise MatcherError("calibration: the tail's scale must be positive")
         if not (math.isfinite(self.tail_shape) and self.tail_shape >= 0):
             raise MatcherError("calibration: the tail's shape must not be negative")
+        object.__setattr__(self, "_columns", np.ascontiguousarray(knots.T))
 
     @property
     def largest_measured_score(self) -> float:
@@ -120,7 +123,7 @@ class Calibration:
     def scores(self, similarities: ArrayLike) -> NDArray[np.float64]:
         """Return the scores of similarities of any shape, as float64."""
         x = np.asarray(similarities, dtype=np.float64)
-        knot_x, knot_score = _knots(self.knots)
+        knot_x, knot_score = self._columns
         inner = np.interp(x, knot_x, knot_score)
         with np.errstate(over="ignore"):  # infinitely far out on a very thin tail is MAX_SCORE
             excess = np.maximum(x - knot_x[-1], 0.0) / self.tail_scale
@@ -131,50 +134,33 @@ class Calibration:
 
     def as_json(self) -> str:
         """Return the calibration as the text of a JSON file."""
-        names = ["matcher", "sets", "fingers", "impostors", "version", "command"]
-        names += ["tail", "tail_from"] * bool(self.provenance.tail)
-        entries = {
-            "provenance": {name: getattr(self.provenance, name) for name in names},
-            "tail_scale": self.tail_scale,
-            "tail_shape": self.tail_shape,
-        }
-        knots = ",\n".join(f"    {json.dumps(knot)}" for knot in self.knots)
-        return f'{json.dumps(entries, indent=2)[:-2]},\n  "knots": [\n{knots}\n  ]\n}}\n'
+        names = "provenance", "tail_scale", "tail_shape", "knots"
+        entries = asdict(self)
+        return json.dumps({name: entries[name] for name in names}, indent=1) + "\n"
 
     @classmethod
     def from_json(cls, text: str, source: str = "calibration") -> Calibration:
         """Read what `as_json` wrote to the file `source`; raise MatcherError if it did not."""
         try:
             entries = parse_json(text)
-            origin = entries["provenance"]
+            origin = Provenance(**entries["provenance"])
+            names = tuple(map(str, origin.sets))
             return cls(
                 knots=tuple((float(x), float(score)) for x, score in entries["knots"]),
                 tail_scale=float(entries["tail_scale"]),
                 tail_shape=float(entries["tail_shape"]),
-                provenance=Provenance(
-                    sets=tuple(map(str, origin["sets"])),
-                    impostors=int(origin["impostors"]),
-                    version=str(origin["version"]),
-                    command=str(origin["command"]),
-                    matcher=str(origin.get("matcher", "")),
-                    fingers=int(origin.get("fingers", 0)),
-                    tail=str(origin.get("tail", "")),
-                    tail_from=float(origin.get("tail_from", 0.0)),
-                ),
+                provenance=replace(origin, sets=names, matcher=str(origin.matcher)),
             )
         except MatcherError as error:
             raise MatcherError(f"{source}: {error}") from error
-        except MALFORMED as error:
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             raise MatcherError(f"{source}: not a calibration file") from error
-
-
-@lru_cache(maxsize=64)
-def _knots(knots: tuple[tuple[float, float], ...]) -> tuple[NDArray[np.float64], ...]:
-    return tuple(np.ascontiguousarray(column) for column in np.array(knots).T)
 
 
 def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = None) -> Calibration:
     """Return the calibration for a matcher: that of a file, else the one in the package.
+
+    The parameter `rho` of a matcher, which alters no similarity, is disregarded.
 
     Parameters
     ----------
@@ -205,45 +191,27 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
         raise MatcherError(f"{file}: not a calibration file") from error
     calibration = Calibration.from_json(text, str(file))
     made_for = calibration.provenance.matcher
-    if made_for and _without_rho(made_for) != _without_rho(matcher_name):
+    if made_for and _RHO.sub("", made_for) != _RHO.sub("", matcher_name):
         raise MatcherError(f"{file}: calibrates matcher {made_for!r}, not {matcher_name!r}")
     return calibration
 
 
-@lru_cache(maxsize=64)
+@cache
 def _calibration_of_package(matcher_name: str) -> Calibration:
-    if not is_calibrated(matcher_name):
+    name = _RHO.sub("", matcher_name)
+    if name not in FILES:
         usual = matcher_name.partition(":")[0]
-        other = f" (that of {usual} is for its usual parameters)" * is_calibrated(usual)
+        other = f" (that of {usual} is for its usual parameters)" * (usual in FILES)
         raise MatcherError(
             f"matcher {matcher_name!r} has no calibration{other}; see fpmatch calibrate"
         )
-    name = _without_rho(matcher_name)
-    file = CALIBRATION_FOLDER / f"{SHARED.get(name, name)}.json"
+    file = CALIBRATION_FOLDER / f"{FILES[name]}.json"
     return Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
-
-
-def calibrated_matchers() -> list[str]:
-    """Return the names of the matchers for which the package has a calibration."""
-    own = {file.stem for file in CALIBRATION_FOLDER.glob("*.json")}
-    return sorted(own | {name for name, other in SHARED.items() if other in own})
 
 
 def is_calibrated(matcher_name: str) -> bool:
     """Return whether the package has a calibration for a matcher, with the parameters it has."""
-    return _without_rho(matcher_name) in calibrated_matchers()
-
-
-def _without_rho(matcher_name: str) -> str:
-    """Return the name of a matcher without the share that decides, which alters no similarity."""
-    name, colon, parameters = matcher_name.partition(":")
-    kept = ",".join(one for one in parameters.split(",") if not one.startswith("rho="))
-    return f"{name}{colon * bool(kept)}{kept}"
-
-
-def score_of(calibration: Calibration | None, similarity: float) -> float:
-    """Return the calibrated score of a similarity; NaN without a calibration."""
-    return math.nan if calibration is None else calibration.score(similarity)
+    return _RHO.sub("", matcher_name) in FILES
 
 
 def score_to_fmr(score: float) -> float:

@@ -1,22 +1,27 @@
-"""The three outcomes of a comparison, and what two prints lack where it is inconclusive.
+"""What is a match, and what two prints lack where a comparison is inconclusive.
 
-A score below the threshold is evidence of different fingers only where genuine comparisons of
-prints with as many minutiae, on as large an area, reach the threshold. The score that half of them
-reach is the reachable score of two prints. It was measured on synthetic prints and parts of them,
-by ``python -m research train score``. Where it is below the threshold, the comparison is
-inconclusive; so it is where a print shows no ridges of a finger, or minutiae that do not lie along
-them, and where a resolution that no file states decides.
+A comparison is a match by its score, or by the share `rho` of paired minutiae. A score below the
+threshold is evidence of different fingers only where genuine comparisons of prints with as many
+minutiae, on as large an area, reach the threshold. The score that half of them reach is the
+reachable score of two prints, measured on synthetic prints by ``python -m research train score``.
+Where it is below the threshold, the comparison is inconclusive; so it is where a print shows no
+ridges of a finger, or minutiae that do not lie along them, and where a resolution that no file
+states decides.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import cv2
 import numpy as np
 
-from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH, Shortage, call_matcher
+from fpmatch.errors import MatcherError, number_text
+from fpmatch.matching.calibration import MAX_SCORE, is_calibrated, load_calibration
+from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.result import Matcher, Shortage, call_matcher
 from fpmatch.printable import count
 from fpmatch.templates.minutiae import MM_PER_INCH, STANDARD_DPI
 from fpmatch.templates.plausibility import OFF_RIDGES
@@ -24,12 +29,11 @@ from fpmatch.templates.plausibility import OFF_RIDGES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Matcher, Side
+    from fpmatch.matching.result import Comparison, Side
     from fpmatch.templates.minutiae import Template
-    from fpmatch.templates.ridge_field import RidgeField
 
 NO_RIDGES: Final = "no ridges"
 NO_FINGER: Final = "no finger"
@@ -39,6 +43,7 @@ THRESHOLD_TOO_HIGH: Final = "threshold too high"
 
 MIN_SOLIDITY: Final = 0.55  # share of the ridges' convex hull; .67 is the least of 1,218 prints
 MAX_UNIFORMITY: Final = 0.97  # of ridges on more than ENOUGH_MM2; .94 is the most of those prints
+DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 LEAST_MINUTIAE: Final = 3  # without an estimate: fewer make no triangle
 ENOUGH_MM2: Final = 77.0  # more skin adds nothing to the reachable score
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
@@ -46,16 +51,45 @@ _CORNERS: Final = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.int32)  # of a c
 NO_EVIDENCE: Final = (0.0,) * 5  # amount of evidence in a print that shows no finger
 
 
-def decide(match: ArrayLike, reachable: ArrayLike, threshold: float) -> NDArray[np.str_]:
-    """Return the outcome of each comparison, by whether it is a match and its reachable score.
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A matcher, its calibration, and what is a match.
 
-    Examples
-    --------
-    >>> decide([True, True, False, False], [60, 20, 60, 20], 40).tolist()
-    ['match', 'match', 'no match', 'inconclusive']
+    `threshold` is the least score of a match; where `rho` decides, the score of that share.
     """
-    lacking = np.asarray(reachable, np.float64) < threshold
-    return np.where(match, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
+
+    matcher: Matcher
+    calibration: Calibration | None
+    threshold: float
+    rho: float | None
+
+    @classmethod
+    def of(
+        cls, matcher: str | Matcher, threshold: float | None, calibration: Calibration | None
+    ) -> Rule:
+        """Return the rule of `fpmatch.verify`, whose parameters and errors these are."""
+        if threshold is not None and not 0 <= threshold <= MAX_SCORE:
+            raise MatcherError(f"threshold must lie in 0..100, not {number_text(threshold)}")
+        chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+        if not isinstance(chosen, Matcher):
+            raise MatcherError(
+                f"matcher {type(chosen).__name__} is no subclass of fpmatch.matching.result.Matcher"
+            )
+        rho = chosen.rho if threshold is None else None
+        if calibration is None and (rho is None or is_calibrated(chosen.name)):
+            calibration = load_calibration(chosen.name)
+        needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
+        rule = cls(chosen, calibration, needed, rho)
+        return rule if rho is None else replace(rule, threshold=rule.score(rho))
+
+    def score(self, similarity: float) -> float:
+        """Return the calibrated score of a similarity; NaN without a calibration."""
+        return math.nan if self.calibration is None else self.calibration.score(similarity)
+
+    def is_match(self, comparison: Comparison, score: float) -> bool:
+        """Return whether a comparison of this score is a match; one that aligns nothing is none."""
+        enough = score >= self.threshold if self.rho is None else comparison.similarity > self.rho
+        return bool(enough) and comparison.transform is not None
 
 
 def evidence_in(matcher: Matcher, template: Template, prepared: object) -> NDArray[np.float64]:
@@ -84,32 +118,17 @@ def lacks_ridges(template: Template) -> str:
     field = template.field
     if field is None or not field.mask.any():
         return "" if len(template.minutiae) else "has no ridges"
-    if solidity(field.mask) < MIN_SOLIDITY:
-        return "has no ridges of a finger: they are scattered"
-    straight = ridge_area_mm2(template) > ENOUGH_MM2 and uniformity(field) > MAX_UNIFORMITY
-    return "has no ridges of a finger: they are straight" if straight else ""
-
-
-def solidity(mask: NDArray[np.bool_]) -> float:
-    """Return the share of their convex hull that the cells of a mask, at least one, fill."""
-    cells = mask.view(np.uint8)
+    cells = field.mask.view(np.uint8)
     corners = cv2.convexHull(cv2.findNonZero(cells)) + _CORNERS
     hull = cv2.contourArea(cv2.convexHull(corners.reshape(-1, 2)))
-    return float(cv2.countNonZero(cells) / hull)
-
-
-def uniformity(field: RidgeField) -> float:
-    """Return how far the ridges run one way: 1 if all are parallel, about 0 if none prevails."""
+    number = cv2.countNonZero(cells)
+    if number / hull < MIN_SOLIDITY:
+        return "has no ridges of a finger: they are scattered"
     twice = 2.0 * field.orientation[field.mask]
-    return math.hypot(np.cos(twice).mean(), np.sin(twice).mean())
-
-
-def ridge_area_mm2(template: Template) -> float:
-    """Return the area of the ridges of a template, in mm²; 0 without a ridge field."""
-    field = template.field
-    if field is None:
-        return 0.0
-    return float(np.count_nonzero(field.mask) * (field.step * MM_PER_INCH / template.dpi) ** 2)
+    uniformity = math.hypot(np.cos(twice).mean(), np.sin(twice).mean())  # 1 if all are parallel
+    area_mm2 = number * (field.step * MM_PER_INCH / template.dpi) ** 2
+    straight = area_mm2 > ENOUGH_MM2 and uniformity > MAX_UNIFORMITY
+    return "has no ridges of a finger: they are straight" if straight else ""
 
 
 def reachable_similarities(
@@ -167,14 +186,13 @@ def find_shortage(
     probe: Side,
     references: Sequence[Side],
     threshold: float,
-    reachable: Reachable | None = None,
 ) -> Shortage | None:
     """Return what a probe and the best of the references lack for a decision; None where nothing.
 
-    `reachable` is what `find_reachable` returns, where it is known.
+    `threshold` is the least score of a match, NaN without a calibration.
     """
-    known = reachable or find_reachable(matcher, calibration, probe, references)
-    if known.score >= (0.0 if math.isnan(threshold) else threshold):  # NaN without a calibration
+    known = find_reachable(matcher, calibration, probe, references)
+    if known.score >= (0.0 if math.isnan(threshold) else threshold):
         return None
     sides = {"probe": probe, "reference": references[known.best]}
     why = {name: lacks_ridges(template) for name, (template, _) in sides.items()}

@@ -7,7 +7,7 @@ of the score are learned, see `fpmatch.matching.pipeline.score_model`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from fpmatch.base.parameters import check_ranges, parameter
@@ -192,37 +192,23 @@ class MatchParameters:
         0.8, "share of the rarity beyond chance that does not count", 0, 1
     )
 
+    # Cosines of the angles above
+    neighbour_cosine: float = field(init=False, repr=False)
+    min_cosine: float = field(init=False, repr=False)
+    min_rotation_cosine: float = field(init=False, repr=False)
+    min_angle_cosine: float = field(init=False, repr=False)
+    apart_cosine: float = field(init=False, repr=False)
+
     def __post_init__(self) -> None:
         check_ranges(self)
-
-    @property
-    def neighbour_cosine(self) -> float:
-        """Cosine of the largest difference in direction of a neighbour and its counterpart."""
-        return _cosine(self.neighbour_turn_deg)
-
-    @property
-    def min_cosine(self) -> float:
-        """Cosine of the largest difference in direction within a pair."""
-        return _cosine(self.max_turn_deg)
-
-    @property
-    def min_rotation_cosine(self) -> float:
-        """Cosine of the largest difference of the rotations of two candidates."""
-        return _cosine(self.max_rotation_deg)
-
-    @property
-    def min_angle_cosine(self) -> float:
-        """Cosine of the largest difference of the directions from one minutia to the other."""
-        return _cosine(self.max_angle_deg)
-
-    @property
-    def apart_cosine(self) -> float:
-        """Cosine of `apart_deg`."""
-        return _cosine(self.apart_deg)
-
-
-def _cosine(degrees: float) -> float:
-    return math.cos(math.radians(degrees))
+        for name, degrees in {
+            "neighbour_cosine": self.neighbour_turn_deg,
+            "min_cosine": self.max_turn_deg,
+            "min_rotation_cosine": self.max_rotation_deg,
+            "min_angle_cosine": self.max_angle_deg,
+            "apart_cosine": self.apart_deg,
+        }.items():
+            object.__setattr__(self, name, math.cos(math.radians(degrees)))
 
 
 USUAL: Final = MatchParameters()

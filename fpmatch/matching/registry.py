@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.parameters import read_parameters
-from fpmatch.errors import MatcherError, did_you_mean
+from fpmatch.errors import MatcherError, unknown_name
 
 if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
@@ -46,21 +46,18 @@ def get_matcher(name: str) -> Matcher:
     >>> get_matcher("unit-circle:reach_px=12,rounds=3").name
     'unit-circle:reach_px=12'
     """
-    plain, parameters = split_name(name)
-    if parameters:
-        return _parametrised(plain, parameters)
     if name in OWN_MATCHERS:
         module = importlib.import_module(f"{_MATCHERS}.{name.replace('-', '_')}")
         own: Matcher = module.MATCHER
         return own
+    plain, parameters = split_name(name)
+    if parameters:
+        return _parametrised(plain, parameters)
     from fpmatch.base.plugins import MATCHERS, PluginError, load_plugin, plugin_names  # noqa: PLC0415
 
     if ":" not in name and name not in plugin_names(MATCHERS):
-        question = did_you_mean(name, matcher_names())
-        raise MatcherError(
-            f"unknown matcher {name!r}; known: {', '.join(matcher_names())}, and any "
-            f"package.module:OBJECT{'.' * bool(question)}{question}"
-        )
+        known = unknown_name("matcher", name, matcher_names())
+        raise MatcherError(f"{known} (or any package.module:OBJECT)")
     try:
         matcher: Matcher = load_plugin(MATCHERS, name)
     except PluginError as error:

@@ -76,8 +76,6 @@ class Comparison:
         Share (0..1) of the smaller print that lies inside the other's region.
     reason : str
         The main reason against one finger, or why nothing was found; "" if the matcher gives none.
-    compared : Compared or None
-        How much was compared, where it was computed.
     detail : object
         The matcher's own record of the comparison.
     """
@@ -89,7 +87,6 @@ class Comparison:
     agreement: float
     overlap: float
     reason: str = ""
-    compared: Compared | None = None
     detail: Any = field(default=None, repr=False)
 
 

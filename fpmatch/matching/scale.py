@@ -9,28 +9,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.calibration import allowance, score_of
+from fpmatch.matching.calibration import allowance
 from fpmatch.matching.result import call_matcher, compare_prepared, prepare_print
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.matching.decision import Rule
     from fpmatch.matching.result import Side
-    from fpmatch.matching.rule import Rule
     from fpmatch.templates.minutiae import Template
 
 MIN_PAIRS: Final = 8  # below which no scale is measured
 MAX_LOG_DIFFERENCE: Final = math.log1p(0.07)  # of scales that count as one
-SMALL_LOG_DIFFERENCE: Final = math.log1p(0.035)  # up to which a scale is not measured again
 CANDIDATE_RATIOS: Final = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)  # where nothing matches
-REFINEMENTS: Final = 2  # times that a scale is measured with the resolutions corrected
 STANDARD_ERRORS: Final = 3.0  # that the ratio must lie beyond `MAX_LOG_DIFFERENCE`
+_COMPLEX: Final = np.array([1, 1j])
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +50,11 @@ def measure_scale(
     """Measure the scale by pairs of shape (K, 2); None where they are few, or all in one place."""
     if len(pairs) < MIN_PAIRS:
         return None
-    a = _positions_in_mm(probe, pairs[:, 0])
-    b = _positions_in_mm(reference, pairs[:, 1])
+    a, b = (
+        (xy - xy.mean(axis=0)) @ _COMPLEX * (MM_PER_INCH / one.dpi)
+        for one, index in zip((probe, reference), pairs.T, strict=True)
+        for xy in [one.minutiae.xy[index].astype(np.float64)]
+    )
     spread_a, spread_b = float((np.abs(a) ** 2).sum()), float((np.abs(b) ** 2).sum())
     together = float(abs(np.vdot(a, b)))
     if not (spread_a > 0 and spread_b > 0 and together > 0):
@@ -61,76 +62,27 @@ def measure_scale(
     # Of the fits of B to A and of A to B, which noise shrinks alike, the one between them.
     ratio = math.sqrt(spread_b / spread_a)
     coherence = min(together / math.sqrt(spread_a * spread_b), 1.0)
-    error = ratio * math.sqrt((1 - coherence**2) / (2 * (len(pairs) - 2)))
-    return assessed(ratio, error)
+    relative = math.sqrt((1 - coherence**2) / (2 * (len(pairs) - 2)))
+    beyond = abs(math.log(ratio)) - STANDARD_ERRORS * relative
+    return ScaleMeasurement(ratio, ratio * relative, differs=beyond > MAX_LOG_DIFFERENCE)
 
 
-def assessed(ratio: float, error: float) -> ScaleMeasurement:
-    """Return a measurement of a ratio with its standard error."""
-    beyond = abs(math.log(ratio)) - STANDARD_ERRORS * error / ratio
-    return ScaleMeasurement(ratio, error, differs=beyond > MAX_LOG_DIFFERENCE)
+def find_scale(rule: Rule, probe: Side, reference: Side) -> ScaleMeasurement | None:
+    """Find the scale at which two prints match that do not match as they are; None without any.
 
-
-def find_scale(
-    rule: Rule, probe: Side, reference: Side, pairs: NDArray[np.int32], *, match: bool
-) -> ScaleMeasurement | None:
-    """Find the scale between two prints, whether they match or not; None if it is unknown.
-
-    Where they match, it is that of their pairs. Where they do not, the probe is compared at the
-    other scales that are possible; one at which the prints match is a reason for the no (never a
-    yes). Where a share of pairs decided, which no scale changes, none is tried. A scale that
-    differs is measured again with the resolutions corrected: otherwise pairs far from the middle
-    are lost. Images are at one scale.
+    It is a reason for the no, never a yes. Where a share of pairs decided, which no scale changes,
+    none is tried; images are at one scale.
     """
-    ours, theirs, fixed = probe[0], reference[1], rule.matcher.wants_image
-    compare = partial(compare_prepared, rule.matcher)
-    if match:
-        measured = measure_scale(ours, reference[0], pairs)
-        near = measured is None or abs(math.log(measured.ratio)) < SMALL_LOG_DIFFERENCE
-        if measured is None or near or fixed:
-            return measured
-        return _refined(rule, ours, reference, measured.ratio) or measured
-    if rule.rho is not None or fixed:
+    if rule.rho is not None or rule.matcher.wants_image:
         return None
-    ratios = [ratio for ratio in CANDIDATE_RATIOS if _is_possible(ours, ratio)]
-    possible = call_matcher(rule.matcher, "possible_scales", probe[1], theirs, ratios)
-    # the reference, which is prepared for many comparisons, goes first: the score is the same
-    tries = [
-        (score_of(rule.calibration, compare(theirs, _at(rule, ours, ratio)).similarity), ratio)
-        for ratio in possible
-    ]
-    score, ratio = max(tries, default=(-math.inf, 1.0))
-    needed = rule.threshold + allowance(1.0, len(CANDIDATE_RATIOS))  # for so many tries
-    return _refined(rule, ours, reference, ratio) if score >= needed else None
-
-
-def _refined(rule: Rule, probe: Template, reference: Side, ratio: float) -> ScaleMeasurement | None:
-    """Measure a scale that is `ratio`, roughly; None where it turns out to be 1."""
-    measured = None
-    for _ in range(REFINEMENTS):
-        if not _is_possible(probe, ratio):
-            return None
-        pairs = compare_prepared(rule.matcher, _at(rule, probe, ratio), reference[1]).pairs
-        refined = measure_scale(replace(probe, dpi=probe.dpi / ratio), reference[0], pairs)
-        if refined is None:
-            return None
-        ratio *= refined.ratio
-        measured = assessed(ratio, ratio / refined.ratio * refined.error)
+    dpi = probe[0].dpi
+    ratios = [ratio for ratio in CANDIDATE_RATIOS if MIN_DPI <= dpi / ratio <= MAX_DPI]
+    best, pairs = rule.threshold + allowance(1.0, len(CANDIDATE_RATIOS)), None  # of so many tries
+    for ratio in call_matcher(rule.matcher, "possible_scales", probe[1], reference[1], ratios):
+        scaled = prepare_print(rule.matcher, replace(probe[0], dpi=dpi / ratio), None)
+        # the reference, which is prepared for many comparisons, goes first: the score is the same
+        comparison = compare_prepared(rule.matcher, reference[1], scaled)
+        if (score := rule.score(comparison.similarity)) >= best:
+            best, pairs = score, comparison.pairs[:, ::-1]
+    measured = None if pairs is None else measure_scale(probe[0], reference[0], pairs)
     return measured if measured is not None and measured.differs else None
-
-
-def _at(rule: Rule, probe: Template, ratio: float) -> Any:
-    """Return a print whose lengths are `ratio` times as long, prepared."""
-    return prepare_print(rule.matcher, replace(probe, dpi=probe.dpi / ratio), None)
-
-
-def _is_possible(probe: Template, ratio: float) -> bool:
-    return MIN_DPI <= probe.dpi / ratio <= MAX_DPI
-
-
-def _positions_in_mm(template: Template, index: NDArray[np.integer]) -> NDArray[np.complex128]:
-    """Return the positions of some minutiae about their mean, as complex numbers."""
-    minutiae = template.minutiae
-    positions = minutiae.x[index].astype(np.float64) + 1j * minutiae.y[index].astype(np.float64)
-    from_mean: NDArray[np.complex128] = positions - positions.mean()
-    return from_mean * (MM_PER_INCH / template.dpi)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.matching.decision import Reachable
     from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.matching.result import Compared, Decision, Identity, Shortage
     from fpmatch.matching.scale import ScaleMeasurement
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
 class Verification:
     """The decision on two templates and the evidence for it; equal to itself alone.
 
-    All is known when it is made, but for the map of the ridges, a picture, which is made when it is
-    first read.
+    All is known when it is made, but for the map of the ridges, a picture, and the reachable score,
+    which are made when they are first read.
 
     Parameters
     ----------
@@ -64,10 +66,8 @@ class Verification:
         What is missing for a decision, or the main reason for a non-match; "" for a match.
     shortage : Shortage or None
         What the prints lack for a decision; None for a match, and where they lack nothing.
-    reachable_score : float or None
-        Score that half of the genuine comparisons of as much skin reach; None if unknown.
     scale : ScaleMeasurement or None
-        Scale between the prints; see `fpmatch.matching.scale.find_scale`.
+        Scale between the prints; see `fpmatch.matching.scale`.
     smallest_measured_fmr : float
         Smallest FMR that the calibration data measure; a lower `fmr` is extrapolated.
     rho : float or None
@@ -80,8 +80,8 @@ class Verification:
         they differ. Else an impression is compared with itself, and `fmr` states no rate.
     images : tuple of ndarray or None
         Pixels of probe and reference; None for a template.
-    map_ridges : callable or None
-        Makes `ridge_map`.
+    map_ridges, find_reachable : callable or None
+        Make `ridge_map` and `reachable_score`.
     """
 
     match: bool
@@ -100,7 +100,6 @@ class Verification:
     compared: Compared | None = field(default=None, repr=False)
     reason: str = field(default="", repr=False)
     shortage: Shortage | None = field(default=None, repr=False)
-    reachable_score: float | None = field(default=None, repr=False)
     scale: ScaleMeasurement | None = field(default=None, repr=False)
     smallest_measured_fmr: float = 0.0
     rho: float | None = None
@@ -108,6 +107,7 @@ class Verification:
     identical: Identity | None = None
     images: tuple[NDArray[np.uint8] | None, ...] = field(default=(None, None), repr=False)
     map_ridges: Callable[[], RidgeMap | None] | None = field(default=None, repr=False)
+    find_reachable: Callable[[], Reachable] | None = field(default=None, repr=False)
 
     @property
     def decision(self) -> Decision:
@@ -126,6 +126,12 @@ class Verification:
     def extrapolated(self) -> bool:
         """Whether the FMR lies beyond what the calibration data could measure."""
         return self.fmr < self.smallest_measured_fmr
+
+    @cached_property
+    def reachable_score(self) -> float | None:
+        """Score that half of the genuine comparisons of as much skin reach; None if unknown."""
+        score = math.inf if self.find_reachable is None else self.find_reachable().score
+        return score if math.isfinite(score) else None
 
     @cached_property
     def ridge_map(self) -> RidgeMap | None:

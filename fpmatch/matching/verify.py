@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.matching.calibration import allowance as allowance_of
-from fpmatch.matching.calibration import score_of, score_to_fmr
-from fpmatch.matching.decision import find_reachable, find_shortage
+from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.matching.decision import (
+    DEFAULT_THRESHOLD,
+    Rule,
+    find_reachable,
+    find_shortage,
+)
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import (
     UNKNOWN_RESOLUTION,
@@ -21,8 +25,7 @@ from fpmatch.matching.result import (
     compare_prepared,
     prepare_print,
 )
-from fpmatch.matching.rule import DEFAULT_THRESHOLD, Rule
-from fpmatch.matching.scale import find_scale
+from fpmatch.matching.scale import find_scale, measure_scale
 from fpmatch.matching.verification import Verification
 from fpmatch.templates.bounds import have_same_minutiae
 
@@ -35,7 +38,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison, Identity, Matcher, Side
     from fpmatch.templates.minutiae import Template
 
-__all__ = ["DEFAULT_THRESHOLD", "Rule", "decide", "find_identity", "verify"]
+__all__ = ["DEFAULT_THRESHOLD", "Rule", "decide", "verify"]
 
 MIRRORED_SHARE: Final = 0.5  # of the false match rate, for the tries of a mirrored probe
 MIRRORED: Final = (
@@ -54,7 +57,6 @@ def verify(
     images: Sequence[NDArray[np.uint8] | None] = (None, None),
     allowance: float = 0.0,
     dpi_assumed: tuple[str, ...] = (),
-    result_type: type[Verification] = Verification,
 ) -> Verification:
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
@@ -67,7 +69,7 @@ def verify(
     ours, theirs = (prepare_print(rule.matcher, *side) for side in sides)
     comparison = compare_prepared(rule.matcher, ours, theirs)
     check_repeats(rule.matcher, ours, theirs, comparison.similarity)
-    score = score_of(rule.calibration, comparison.similarity)
+    score = rule.score(comparison.similarity)
     if allowance and rule.rho is None:
         score = max(0.0, score - allowance)
     return decide(
@@ -78,7 +80,6 @@ def verify(
         score,
         images=images,
         dpi_assumed=dpi_assumed,
-        result_type=result_type,
     )
 
 
@@ -92,7 +93,6 @@ def decide(
     impressions: Sequence[Side] = (),
     images: Sequence[NDArray[np.uint8] | None] = (None, None),
     dpi_assumed: tuple[str, ...] = (),
-    result_type: type[Verification] = Verification,
 ) -> Verification:
     """Return the decision on two prints, or on a probe and a finger, that have this score.
 
@@ -103,16 +103,15 @@ def decide(
     match = rule.is_match(comparison, score)
     both = probe[1], reference[1]
     evidence = comparison if match else call_matcher(matcher, "explain", *both, comparison)
-    if not impressions:
-        compared = call_matcher(matcher, "compared", *both, evidence)
-        evidence = replace(evidence, compared=compared)
+    compared = None if impressions else call_matcher(matcher, "compared", *both, evidence)
     references = impressions or [reference]
-    reachable = find_reachable(matcher, curve, probe, references)
-    scale = find_scale(rule, probe, reference, evidence.pairs, match=match)
     shortage, reason = None, ""
-    if not match:
-        shortage = find_shortage(matcher, curve, probe, references, rule.threshold, reachable)
-        if dpi_assumed and scale is not None and scale.differs:
+    if match:
+        scale = measure_scale(probe[0], reference[0], evidence.pairs)
+    else:
+        scale = find_scale(rule, probe, reference)
+        shortage = find_shortage(matcher, curve, probe, references, rule.threshold)
+        if dpi_assumed and scale is not None:
             sides = " and ".join(f"the {side}" for side in dpi_assumed)
             message = f"the resolution of {sides} is unknown, and at another one the prints match"
             shortage = Shortage(UNKNOWN_RESOLUTION, message)
@@ -122,7 +121,13 @@ def decide(
         reason = (evidence.reason or by_rule) if shortage is None else shortage.message
         if (mirrored := _mirrored_score(rule, probe[0], references)) is not None:
             reason += f"; {MIRRORED.format(mirrored)}"
-    return result_type(
+    identical: Identity | None = None
+    ours, theirs = images
+    if ours is not None and theirs is not None and np.array_equal(ours, theirs):
+        identical = "pixels"
+    elif have_same_minutiae(probe[0], reference[0]):
+        identical = "template"
+    return Verification(
         match=match,
         score=score,
         fmr=math.nan if curve is None else score_to_fmr(score),
@@ -136,17 +141,17 @@ def decide(
         rms_px=evidence.rms_px,
         agreement=evidence.agreement,
         overlap=evidence.overlap,
-        compared=evidence.compared,
+        compared=compared,
         reason=reason,
         shortage=shortage,
-        reachable_score=reachable.score if math.isfinite(reachable.score) else None,
         scale=scale,
-        smallest_measured_fmr=0.0 if curve is None else score_to_fmr(curve.largest_measured_score),
+        smallest_measured_fmr=0.0 if curve is None else score_to_fmr(curve.knots[-1][1]),
         rho=rule.rho,
         dpi_assumed=dpi_assumed,
-        identical=find_identity((probe[0], reference[0]), images),
+        identical=identical,
         images=tuple(images),
         map_ridges=partial(call_matcher, matcher, "ridge_map", *both, evidence),
+        find_reachable=partial(find_reachable, matcher, curve, probe, references),
     )
 
 
@@ -157,26 +162,5 @@ def _mirrored_score(rule: Rule, probe: Template, references: Sequence[Side]) -> 
     mirrored = prepare_print(rule.matcher, probe.mirrored(), None)
     tried = [compare_prepared(rule.matcher, one, mirrored) for _, one in references]
     most = max((one.similarity for one in tried if one.transform is not None), default=0.0)
-    score = score_of(rule.calibration, most) - allowance_of(MIRRORED_SHARE, len(tried))
+    score = rule.score(most) - allowance_of(MIRRORED_SHARE, len(tried))
     return score if score >= rule.threshold else None
-
-
-def find_identity(
-    templates: Sequence[Template], images: Sequence[NDArray[np.uint8] | None] = (None, None)
-) -> Identity | None:
-    """Return what of two prints is the same: "pixels" of their images, or "template".
-
-    Templates are the same where frame and minutiae are, as a gallery stores them. None where
-    neither is the same, or templates have so few minutiae that others may be equal.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> one = Template(Minutiae(x=[1, 9, 4, 7], y=[2, 8, 3, 5], angle=[0, 1, 2, 3]), 300, 300)
-    >>> find_identity((one, one)), find_identity((one, Template(one.minutiae, 400, 300)))
-    ('template', None)
-    """
-    probe, reference = images
-    if probe is not None and reference is not None and np.array_equal(probe, reference):
-        return "pixels"
-    return "template" if have_same_minutiae(*templates) else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,7 +15,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, states_rho
 from fpmatch.matching.result import named
 from fpmatch.matching.scale import CANDIDATE_RATIOS
 from fpmatch.matching.verify import verify
-from fpmatch.prints.reading import GivenPrint, check_one_print
+from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_dict
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class PairOptions:
         """Return the score to decide at; None for the matcher's own rule."""
         if self.fmr is not None and self.threshold is not None:
             raise MatcherError("fmr and threshold exclude each other", code="exclusive")
-        if states_rho(self.matcher) and (self.fmr, self.threshold) != (None, None):
+        if (self.fmr, self.threshold) != (None, None) and states_rho(self.matcher):
             raise MatcherError(
                 "rho decides without a score: give neither fmr nor threshold", code="exclusive"
             )
@@ -59,7 +59,7 @@ class ComparedPair:
     reference: GivenPrint
     verification: Verification
 
-    @cached_property
+    @property
     def quality(self) -> dict[str, PrintQuality | None]:
         """Quality of both images; None for a template."""
         return {"probe": self.probe.quality, "reference": self.reference.quality}
@@ -68,11 +68,11 @@ class ComparedPair:
         """Return the object that ``fpmatch verify --json`` prints."""
         sides = {"probe": self.probe, "reference": self.reference}
         names = self.probe.name, self.reference.name
-        document = as_dict(self.verification, *names, self.quality)
         resolution = {
             side: {"dpi": given.template.dpi, "source": given.dpi_source}
             for side, given in sides.items()
         }
+        document = as_dict(self.verification, *names, self.quality)
         return document | {"resolution": resolution}
 
 
@@ -93,18 +93,13 @@ def verify_given(probe: GivenPrint, reference: GivenPrint, **options: Any) -> Co
 
     Others are tried where the prints do not match, or match at two scales: the usual ones, then
     that by which the scale differs. Each try gets a share of the stated rate, the first one too,
-    which lowers its score; see `allowance`. Raises ImageError or TemplateError where a side shows
-    several prints.
+    which lowers its score; see `allowance`.
     """
-    for given in (probe, reference):
-        check_one_print(given)
     if all(side.dpi_stated or side.image is None for side in (probe, reference)):
         return _verified(probe, reference, options)
     pair = _verified(probe, reference, options, allowance(FIRST_SHARE))
     first = pair.verification
-    if first.rho is not None:
-        return pair
-    if first.match and not _differ_in_scale(pair):
+    if first.rho is not None or (first.match and not _differ_in_scale(pair)):
         return pair
     usual = _other_resolutions(probe, reference)
     at = cache(GivenPrint.at)

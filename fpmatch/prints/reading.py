@@ -7,37 +7,33 @@ prints by these functions.
 from __future__ import annotations
 
 import os
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
 import numpy as np
 
 from fpmatch.base.parsing import HEAD_BYTES, read_head
 from fpmatch.base.plugins import PluginError, agency
-from fpmatch.errors import ImageError, ImageReadError, TemplateError
+from fpmatch.errors import ImageReadError, TemplateError
 from fpmatch.image.dataset_folder import folder_settings
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, extract
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, AssessedPrint, assess
 from fpmatch.image.io.grey import DEFAULT_LIMITS
-from fpmatch.image.io.read import GreyImage, decode_image, read_image
-from fpmatch.image.io.registry import sniff
+from fpmatch.image.io.read import GreyImage, decode_image, read_image, sniff
 from fpmatch.image.quality.ridge_scale import PERIODS_PX, clear_period_px
 from fpmatch.templates.bounds import check_area
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 from fpmatch.templates.plausibility import find_doubts
-from fpmatch.templates.separate_prints import count_prints
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.angles import AngleConvention
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.formats.record import AngleConvention, TemplateRecord
     from fpmatch.image.io.grey import ImageLimits, RawSize
-    from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.templates.minutiae import Template
@@ -64,9 +60,8 @@ class PrintReader:
 
     `angles` is how tables of minutiae measure them, where they do not define it themselves;
     `record` is the number, from 1, of the print that is read of files with several; with `mirror`,
-    left and right of what is read are exchanged. With `quiet`,
-    what C libraries write to stderr about damaged files is suppressed, in programs that read on
-    one thread.
+    left and right of what is read are exchanged. With `quiet`, what C libraries write to stderr
+    about damaged files is suppressed, in programs that read on one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
@@ -102,7 +97,7 @@ class PrintReader:
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
     ) -> GreyImage:
         """Read an image as `fpmatch.image.io.read.read_image` does."""
-        with _silence_c_libraries(active=self.quiet):
+        with _silence_c_libraries() if self.quiet else nullcontext():
             image = read_image(
                 path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi, record=self.record
             )
@@ -128,24 +123,23 @@ def decode_print(
 class GivenPrint:
     """A print that was given for comparison, the name of its file, and notes on it.
 
-    `stages` are those of the extraction from which `quality` is computed; a print that was given
-    as a template has neither these nor an `image`.
+    A print that was given as a template has no `image`, and no extraction, `assessed`.
     """
 
     name: str
     template: Template
     image: GreyImage | None = None
     notes: tuple[str, ...] = ()
-    stages: QualityRecorder | None = None
+    assessed: AssessedPrint | None = None
     dpi_source: DpiSource = "stated"
     enhance: str = DEFAULT_ENHANCEMENT
 
     @cached_property
     def quality(self) -> PrintQuality | None:
         """Quality of the image; None for a template."""
-        if self.stages is None:
+        if self.assessed is None:
             return None
-        quality = self.stages.quality(self.template.dpi)
+        quality = self.assessed.quality
         return quality.at_found_resolution() if self.dpi_source == "found" else quality
 
     @property
@@ -196,23 +190,20 @@ class GivenPrint:
         return np.full((self.template.height, self.template.width), 255, np.uint8)
 
 
-def dpi_source(template: Template, *, given: bool = False) -> DpiSource:
-    """Return where the resolution of a template comes from."""
+def dpi_source(
+    template: Template, *, given: bool = False, among_others: bool = False
+) -> tuple[DpiSource, tuple[str, ...]]:
+    """Return where the resolution of a template comes from, and the note on one not stated.
+
+    The caller has `given` it, or the ridges of the prints `among_others` it was read with show it.
+    """
     if given:
-        return "given"
+        return "given", ()
     if template.dpi_known:
-        return "stated"
-    return "assumed" if template.dpi == STANDARD_DPI else "found"
-
-
-def dpi_notes(
-    content: GreyImage | TemplateRecord, template: Template, source: DpiSource
-) -> tuple[str, ...]:
-    """Return the note on the resolution of a print that states none."""
-    if source == "assumed":
-        return (ASSUMED_DPI,)
-    alone = not isinstance(content, GreyImage) or content.likely_dpi is None
-    return ((FOUND_DPI if alone else COMMON_DPI).format(template.dpi),) * (source == "found")
+        return "stated", ()
+    if template.dpi == STANDARD_DPI:
+        return "assumed", (ASSUMED_DPI,)
+    return "found", ((COMMON_DPI if among_others else FOUND_DPI).format(template.dpi),)
 
 
 def make_given_print(
@@ -221,31 +212,25 @@ def make_given_print(
     *,
     dpi: float | None = None,
     enhance: str = DEFAULT_ENHANCEMENT,
-    recorder: Recorder | None = None,
 ) -> GivenPrint:
     """Return a print that was read, with the template of an image extracted.
 
-    Of several prints in a record the first is taken. The stages go to `recorder`, or without one
-    to the recorder that `GivenPrint.quality` needs.
+    Of several prints in a record the first is taken.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
     if not isinstance(content, GreyImage):
         view, several = content.views[0], len(content.views) > 1
         first = f"the first of its {len(content.views)} prints is used (--record chooses one)"
         notes = (first,) if several else ()
-        template, image, stages = view.at(given_dpi).template, None, None
+        template, image, assessed = view.at(given_dpi).template, None, None
     else:
         notes, image = (), content
-        stages = QualityRecorder() if recorder is None else None
-        template = extract(content, given_dpi, enhance=enhance, recorder=stages or recorder)
-    source = dpi_source(template, given=given_dpi is not None)
-    all_notes = (
-        *content.notes,
-        *notes,
-        *find_doubts(template),
-        *dpi_notes(content, template, source),
-    )
-    return GivenPrint(name, template, image, all_notes, stages, source, enhance)
+        assessed = assess(content, given_dpi, enhance=enhance)
+        template = assessed.template
+    common = image is not None and image.likely_dpi is not None
+    source, on_dpi = dpi_source(template, given=given_dpi is not None, among_others=common)
+    all_notes = (*content.notes, *notes, *find_doubts(template), *on_dpi)
+    return GivenPrint(name, template, image, all_notes, assessed, source, enhance)
 
 
 def read_given_print(
@@ -255,7 +240,6 @@ def read_given_print(
     polarity: Polarity = "auto",
     dpi: float | None = None,
     enhance: str = DEFAULT_ENHANCEMENT,
-    recorder: Recorder | None = None,
 ) -> GivenPrint:
     """Read one print, with `polarity` and `dpi` from its ``dataset.toml`` where not given.
 
@@ -263,16 +247,7 @@ def read_given_print(
     """
     polarity, dpi = folder_settings(path, polarity=polarity, dpi=dpi)
     content = read(path, polarity=polarity, dpi=dpi)
-    return make_given_print(content, str(path), dpi=dpi, enhance=enhance, recorder=recorder)
-
-
-def check_one_print(given: GivenPrint) -> None:
-    """Raise ImageError, of a template TemplateError, if several prints lie apart in a print."""
-    number = count_prints(given.template)
-    if number > 1:
-        kind = ImageError if given.image is not None else TemplateError
-        why = f"shows {number} prints, and one is expected: cut them into one image each"
-        raise kind(why, path=given.name, code="several prints")
+    return make_given_print(content, str(path), dpi=dpi, enhance=enhance)
 
 
 def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
@@ -314,20 +289,17 @@ def content_of(file: str | os.PathLike[str] | bytes) -> Content:
 
 
 @contextmanager
-def _silence_c_libraries(*, active: bool) -> Iterator[None]:
+def _silence_c_libraries() -> Iterator[None]:
     """Redirect file descriptor 2, to which libtiff writes, to nowhere; Python's errors remain."""
     try:
-        kept = os.dup(_STDERR) if active else None
+        kept = os.dup(_STDERR)
     except OSError:  # closed by the caller (2>&-)
-        kept = None
-    if kept is None:
         yield
         return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, _STDERR)
+    with Path(os.devnull).open("wb") as nowhere:
+        os.dup2(nowhere.fileno(), _STDERR)
     try:
         yield
     finally:
         os.dup2(kept, _STDERR)
         os.close(kept)
-        os.close(nowhere)

@@ -28,7 +28,6 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
-from fpmatch.prints.reading import check_one_print
 from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae
@@ -149,7 +148,6 @@ def verify_claim(
     """Return the decision on a claimed subject (None: any finger), and what was compared."""
     threshold = options.decision_score()
     probe = open_upload(upload, reading)
-    check_one_print(probe)
     with open_served_gallery(where) as gallery, _not_found():
         checked = check_claim(
             gallery,

@@ -9,17 +9,16 @@ import numpy as np
 
 from fpmatch.drawing.case_report import CaseFile, CaseMark, case_report, settings_of
 from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
-from fpmatch.drawing.overlay.ridge_page import agreement
+from fpmatch.drawing.overlay.views import agreement
 from fpmatch.drawing.scene.ink import ink_of, ridge_picture, shrunk
 from fpmatch.drawing.scene.items import zoomed
 from fpmatch.drawing.scene.palette import PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes, reduced, webp_bytes
-from fpmatch.drawing.stages.pictures import stage_picture, value_range
+from fpmatch.drawing.stages import stage_picture, value_range
 from fpmatch.errors import GalleryError, ImageError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.record import View as RecordView
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
@@ -92,8 +91,7 @@ def report_pair(
     pair = request.compare()
     uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
     probe, reference = (CaseFile.of(upload.name, upload.data) for upload in uploads)
-    first, second = request.readings
-    settings = settings_of(request.options, pair, (first.dpi, second.dpi), first.enhance)
+    settings = settings_of(request.options, pair, request.readings[0].enhance)
     return case_report(
         pair,
         (probe, reference),
@@ -234,11 +232,10 @@ def extract_template(upload: Upload, reading: PrintOptions, file_format: str) ->
 
 def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
     """Return the stages of an extraction as pictures; by name, range and words."""
-    recorder = StageRecorder()
-    given = open_upload(upload, reading, recorder)
-    if given.image is None:
+    given = open_upload(upload, reading)
+    if given.assessed is None:
         raise ImageError("a template has no stages of extraction", path=given.name)
-    backdrop = recorder.stages["input"]
+    stages = given.assessed.stages()
     return {
         "name": given.name,
         "stages": [
@@ -246,9 +243,9 @@ def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
                 "name": name,
                 "words": STAGE_TEXTS.get(name, ""),
                 "range": value_range(name, array),
-                "picture": _encoded_stage(stage_picture(name, array, backdrop)),
+                "picture": _encoded_stage(stage_picture(name, array, stages["input"])),
             }
-            for name, array in recorder.stages.items()
+            for name, array in stages.items()
         ],
     }
 

@@ -16,7 +16,6 @@ from fpmatch.prints.reading import decode_print, make_given_print
 from fpmatch.templates.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
-    from fpmatch.image.preprocess.arrays import Recorder
     from fpmatch.prints.reading import GivenPrint
     from fpmatch.server.settings import Limits
 
@@ -58,10 +57,8 @@ def shown_name(given: str | None, otherwise: str) -> str:
     return printable
 
 
-def open_upload(
-    upload: Upload, options: PrintOptions, recorder: Recorder | None = None
-) -> GivenPrint:
-    """Return the print in an upload; `recorder` is as for `make_given_print`."""
+def open_upload(upload: Upload, options: PrintOptions) -> GivenPrint:
+    """Return the print in an upload."""
     limits, dpi = options.limits, options.dpi
     if dpi is not None:
         check_dpi(dpi)
@@ -73,9 +70,7 @@ def open_upload(
     else:
         (height, width), own_dpi = content.pixels.shape, content.dpi or likely_dpi(content.pixels)
     _check_size(upload.name, width, height, dpi or own_dpi, limits)
-    return make_given_print(
-        content, upload.name, dpi=dpi, enhance=options.enhance, recorder=recorder
-    )
+    return make_given_print(content, upload.name, dpi=dpi, enhance=options.enhance)
 
 
 def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPrint:

@@ -1,4 +1,4 @@
-"""`Minutiae` and `Template`: the types that the whole package exchanges.
+"""`Minutiae`, `RidgeField` and `Template`: the types that the whole package exchanges.
 
 Conventions, the same everywhere:
 
@@ -12,8 +12,6 @@ Conventions, the same everywhere:
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import math
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -22,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from fpmatch.errors import MinutiaeError, ResolutionError
-from fpmatch.templates.ridge_field import RidgeField, set_read_only
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,13 +32,15 @@ MM_PER_INCH: Final = 25.4
 CM_PER_INCH: Final = MM_PER_INCH / 10
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
-LARGEST: Final = float(np.finfo(np.float32).max)
-"""Largest position or angle, which are kept as float32."""
+COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+LARGEST: Final = 1e37
+"""Largest position or angle; float32, in which they are kept, also holds them at 500 dpi."""
+CELL_BITS: Final = 8
+"""Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
+_MOST_RADIANS: Final = 1e6  # of an orientation: more is no angle, and overflows integers
 WIDEST_PX: Final = 2.0**31  # frame of a mirrored template, whose field may be of any size
 MOST_DRAWN: Final = 300
 """Minutiae in the drawing of a notebook."""
-MOST_SHOWN: Final = 10
-"""Minutiae in the table of a notebook."""
 
 
 class MinutiaKind(IntEnum):
@@ -61,11 +61,6 @@ class Minutia(NamedTuple):
     quality: int
 
 
-_KINDS: Final = {
-    MinutiaKind.ENDING: "ending",
-    MinutiaKind.BIFURCATION: "bifurcation",
-    MinutiaKind.OTHER: "other",
-}
 _FILLS: Final = {
     MinutiaKind.ENDING: "#003e96",
     MinutiaKind.BIFURCATION: "#be3e00",
@@ -135,26 +130,27 @@ class Minutiae:
     def __post_init__(self) -> None:
         x = _real_column("x", self.x)
         n = x.size
-        y = _real_column("y", self.y, n)
-        angle = np.mod(_real_column("angle", self.angle, n), 2 * np.pi)
-        kind = np.zeros(n) if self.kind is None else _real_column("kind", self.kind, n)
-        quality = (
-            np.full(n, 100.0) if self.quality is None else _real_column("quality", self.quality, n)
+        y, angle = _real_column("y", self.y, n), _real_column("angle", self.angle, n)
+        kind = _real_column("kind", np.zeros(n) if self.kind is None else self.kind, n)
+        quality = _real_column(
+            "quality", np.full(n, 100) if self.quality is None else self.quality, n
         )
         if n and (kind.min() < 0 or kind.max() > max(MinutiaKind)):
             raise MinutiaeError("minutia kind must be 0 (other), 1 (ending) or 2 (bifurcation)")
         if n and (quality.min() < 0 or quality.max() > 100):
             raise MinutiaeError("minutia quality must lie in 0..100")
-        angle32 = angle.astype(np.float32)
+        angle32 = np.mod(angle, 2 * np.pi).astype(np.float32)
         angle32[angle32 >= np.float32(2 * np.pi)] = 0.0
-        set_read_only(
-            self,
-            x=x.astype(np.float32),
-            y=y.astype(np.float32),
-            angle=angle32,
-            kind=kind.astype(np.uint8),
-            quality=np.rint(quality).astype(np.uint8),
-        )
+        kept: dict[str, NDArray[Any]] = {
+            "x": x.astype(np.float32),
+            "y": y.astype(np.float32),
+            "angle": angle32,
+            "kind": kind.astype(np.uint8),
+            "quality": np.rint(quality).astype(np.uint8),
+        }
+        for name, column in kept.items():
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
 
     @classmethod
     def empty(cls) -> Minutiae:
@@ -181,47 +177,15 @@ class Minutiae:
         return (self[k] for k in range(len(self)))
 
     def __repr__(self) -> str:
-        kinds = np.bincount(self.kind, minlength=len(MinutiaKind)).tolist()
-        named = [(kinds[kind], name) for kind, name in _KINDS.items() if kinds[kind]]
-        counts = ", ".join(f"{count} {name}{'s' * (count != 1)}" for count, name in named)
-        return f"Minutiae({len(self)}{f': {counts}' if counts else ''})"
-
-    def _repr_html_(self) -> str:
-        """Return a table of the first minutiae, for notebooks."""
-        from fpmatch.base.html import html_table  # noqa: PLC0415  (for notebooks only)
-
-        rows = [
-            (k, f"{x:.1f}", f"{y:.1f}", f"{math.degrees(angle):.1f}°", _KINDS[kind], quality)
-            for k, (x, y, angle, kind, quality) in enumerate(self[:MOST_SHOWN])
-        ]
-        table = html_table([("", "x", "y", "angle", "kind", "quality"), *rows], head=True)
-        return f"<div>{self!r}</div>{table}" + "…" * (len(self) > MOST_SHOWN)
-
-    def to_dataframe(self, library: str | None = None) -> Any:
-        """Return a data frame with the columns x, y, angle, kind and quality, a row a minutia.
-
-        Parameters
-        ----------
-        library : str, optional
-            "pandas" or "polars" (default: pandas where it is installed, else polars).
-
-        Raises
-        ------
-        ImportError
-            If the library is not installed.
-        """
-        columns = {name: getattr(self, name) for name in ("x", "y", "angle", "kind", "quality")}
-        if library is None:
-            library = "pandas" if importlib.util.find_spec("pandas") else "polars"
-        return importlib.import_module(library).DataFrame(columns)
+        order = (MinutiaKind.ENDING, MinutiaKind.BIFURCATION, MinutiaKind.OTHER)
+        kinds = [(int(np.count_nonzero(self.kind == kind)), kind.name.lower()) for kind in order]
+        texts = [count(number, name) for number, name in kinds if number]
+        return f"Minutiae({': '.join([str(len(self)), *filter(None, [', '.join(texts)])])})"
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Minutiae):
             return NotImplemented
-        return all(
-            np.array_equal(getattr(self, c), getattr(other, c))
-            for c in ("x", "y", "angle", "kind", "quality")
-        )
+        return all(np.array_equal(getattr(self, c), getattr(other, c)) for c in COLUMNS)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -229,6 +193,99 @@ class Minutiae:
         """Return the minutiae that `index` (integers or a boolean mask, shape (N,)) selects."""
         i = np.asarray(index)
         return Minutiae(self.x[i], self.y[i], self.angle[i], self.kind[i], self.quality[i])
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RidgeField:
+    """The coarse ridge orientation field of a print, on square cells.
+
+    Cell ``[i, j]`` is centred at pixel ``((j + 0.5) * step, (i + 0.5) * step)``.
+
+    Parameters
+    ----------
+    step : float
+        Side of a cell in pixels of the input image.
+    orientation : ndarray of float32, shape (rows, columns)
+        Ridge orientation in radians in [0, π), counter-clockwise on screen from +x.
+    mask : ndarray of bool, shape (rows, columns)
+        Where the print has ridges; `orientation` means nothing elsewhere.
+    ridges : ndarray of uint64, shape (rows, columns), or None
+        A picture of the ridges in each cell, 8 by 8 bits: bit ``8 * row + column`` is set on a
+        ridge; 0 outside the mask. None where it is not known.
+
+    Raises
+    ------
+    MinutiaeError
+        If the shapes differ or the step is not positive.
+    """
+
+    step: float
+    orientation: NDArray[np.float32]
+    mask: NDArray[np.bool_]
+    ridges: NDArray[np.uint64] | None = None
+
+    def __post_init__(self) -> None:
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
+                ridges = None if self.ridges is None else np.asarray(self.ridges, np.uint64)
+            mask = np.ascontiguousarray(self.mask, dtype=bool)
+        except (OverflowError, ValueError) as error:
+            raise MinutiaeError("ridge field: a number is beyond its range") from error
+        if orientation.ndim != 2 or orientation.shape != mask.shape:
+            raise MinutiaeError("ridge field: orientation and mask must be 2-D and of one shape")
+        if not (np.isfinite(self.step) and self.step > 0):
+            raise MinutiaeError("ridge field: step must be a positive number of pixels")
+        if not (np.abs(orientation[mask]) < _MOST_RADIANS).all():
+            raise MinutiaeError("ridge field: orientation must be finite radians inside the mask")
+        object.__setattr__(self, "step", float(self.step))
+        arrays: dict[str, NDArray[Any]] = {"orientation": orientation, "mask": mask}
+        if ridges is not None:
+            if ridges.shape != mask.shape:
+                raise MinutiaeError("ridge field: ridges and mask must be of one shape")
+            arrays["ridges"] = np.ascontiguousarray(ridges * mask)
+        for name, array in arrays.items():
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def __repr__(self) -> str:
+        rows, columns = self.mask.shape
+        ridges = ", ridges" * (self.ridges is not None)
+        return f"RidgeField({rows} x {columns} cells of {self.step:g} px{ridges})"
+
+    @property
+    def bits(self) -> NDArray[np.bool_]:
+        """The pictures of all cells side by side, (8 * rows, 8 * columns); 0 where not known."""
+        rows, columns = self.mask.shape
+        if self.ridges is None:
+            return np.zeros((rows * CELL_BITS, columns * CELL_BITS), bool)
+        in_bytes = self.ridges.astype("<u8").view(np.uint8).reshape(rows, columns, CELL_BITS)
+        bits = np.unpackbits(in_bytes, axis=2, bitorder="little")
+        cells = bits.reshape(rows, columns, CELL_BITS, CELL_BITS).swapaxes(1, 2)
+        return cells.reshape(rows * CELL_BITS, columns * CELL_BITS).astype(bool)
+
+    def mirrored(self) -> RidgeField:
+        """Return the field seen from behind, left and right exchanged."""
+        ridges = self.ridges
+        if ridges is not None:
+            bits = np.unpackbits(np.ascontiguousarray(ridges[:, ::-1]).view(np.uint8))
+            in_bytes = np.packbits(bits, bitorder="little")  # each in the other order
+            ridges = in_bytes.view(np.uint64).reshape(self.mask.shape)
+        orientation = np.mod(np.pi - self.orientation[:, ::-1] * self.mask[:, ::-1], np.pi)
+        return RidgeField(self.step, orientation, self.mask[:, ::-1], ridges)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, RidgeField):
+            return NotImplemented
+        ours, theirs = (() if f.ridges is None else (f.ridges,) for f in (self, other))
+        return (
+            self.step == other.step
+            and np.array_equal(self.mask, other.mask)
+            and np.array_equal(self.orientation[self.mask], other.orientation[other.mask])
+            and np.array_equal(ours, theirs)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -252,7 +309,7 @@ class Template:
     Raises
     ------
     MinutiaeError
-        If width or height is not positive, or positions at 500 dpi overflow float32.
+        If width or height is not positive.
     ResolutionError
         If `dpi` is outside 100 to 4000.
     """
@@ -268,13 +325,6 @@ class Template:
         if self.width < 1 or self.height < 1:
             raise MinutiaeError(f"template size must be positive, not {self.width} x {self.height}")
         object.__setattr__(self, "dpi", check_dpi(self.dpi))
-        if self.dpi < STANDARD_DPI:  # else no position grows
-            most = LARGEST * self.dpi / STANDARD_DPI
-            farthest = np.abs(self.minutiae.xy).max(initial=0.0)
-            if not farthest <= most:
-                raise MinutiaeError(
-                    f"minutiae: a position of {farthest:g} px is too large at {self.dpi:g} dpi"
-                )
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -311,8 +361,8 @@ class Template:
     def __repr__(self) -> str:
         ridges = "" if self.field is None else ", ridges" * (self.field.ridges is not None)
         size = f"{self.width} x {self.height} px, {self.dpi:g} dpi"
-        count = len(self)
-        return f"Template({size}, {count} minutia{'e' * (count != 1)}{ridges})"
+        minutiae = count(len(self), "minutia", "minutiae")
+        return f"Template({size}, {minutiae}{ridges})"
 
     def _repr_html_(self) -> str:
         """Return a drawing of the minutiae, the best where there are many, for notebooks."""
@@ -338,5 +388,5 @@ def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDA
     if length is not None and column.size != length:
         raise MinutiaeError(f"minutiae: {name} has {column.size} values where x has {length}")
     if not (np.abs(column) <= LARGEST).all():
-        raise MinutiaeError(f"minutiae: {name} has values that are not finite in float32")
+        raise MinutiaeError(f"minutiae: {name} has values that are not finite, or too large")
     return column

@@ -8,6 +8,7 @@ The pairs of the databases are compared once. Then the score is fitted again wit
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -19,7 +20,7 @@ from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.match import Workspace
+from fpmatch.matching.pipeline.match import pipeline_for
 from fpmatch.matching.pipeline.score_model import (
     FEATURES,
     MODELS,
@@ -43,8 +44,7 @@ from research.databases import (
     prints_of,
     without_ridges,
 )
-from research.markdown import markdown_table
-from research.tables import FORMS
+from research.tables import FORMS, format_features
 from research.training.evidence_quantiles import (
     AmountParameters,
     AmountSample,
@@ -111,7 +111,7 @@ def main(
     rows the weights are those of the package, without one of the bounds.
 
     Printed are, for each row, the mean EER / FMR1000 over the databases in percent, the mean d',
-    and the largest loss of a database in genuine pairs, at the EER and at FMR1000.
+    and the largest loss of a database in percentage points, of the EER and of FMR1000.
     """
     measured = [
         {form: pairs_of(one, ridges=form == FORMS[0]) for form in FORMS}
@@ -137,16 +137,15 @@ def main(
         ("without any bound", scores_of(measured, load_weights(), bounded=False)),
     ]
     rows += rows_of([name for name, _ in kept], [scores for _, scores in kept], measured)
-    print_and_write(format_rows(rows), rows, json_file)
+    print_and_write(format_features(rows), rows, json_file)
 
 
 def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
     """Compare the impressions of a database with one another."""
     made = prints_of(extracted)
     prints = [MATCHER.prepare(one if ridges else without_ridges(one)) for _, one in made]
-    workspace = Workspace(max((len(one) for one in prints), default=1))
     rows = [
-        (made[i][0].finger == made[j][0].finger, *_compared(workspace, prints[i], prints[j]))
+        (made[i][0].finger == made[j][0].finger, *_compared(prints[i], prints[j]))
         for i in range(len(prints))
         for j in range(i + 1, len(prints))
     ]
@@ -154,24 +153,23 @@ def pairs_of(extracted: ExtractedSet, *, ridges: bool) -> Pairs:
 
 
 def _compared(
-    workspace: Workspace, probe: PreparedTemplate, reference: PreparedTemplate
+    probe: PreparedTemplate, reference: PreparedTemplate
 ) -> tuple[int, NDArray[np.float64], NDArray[np.float64], float, float]:
     """Return model, features, amounts, limit and estimate of a pair, as `Pairs` has them."""
     nothing = -1, np.zeros(len(FEATURES)), np.zeros(5), 0.0
     if min(len(probe), len(reference)) < MIN_MINUTIAE:
         return *nothing, LEAST
-    workspace.load(probe)
-    first = reference.key < probe.key
-    rejected = workspace.rejected(reference, reference_first=first)
-    matched = None if rejected is not None else workspace.match(reference, reference_first=first)
-    if matched is None:
-        return *nothing, LEAST if rejected is None else rejected
-    e, weights = matched[1], load_weights()
+    compared = MATCHER.compare(probe, reference)
+    if compared.detail is None:
+        rejected = math.log(math.expm1(compared.similarity)) if compared.similarity else LEAST
+        return *nothing, rejected
+    e, weights = compared.detail.evidence, load_weights()
+    scorer = pipeline_for(probe, len(probe)).scorer
     unusual = e.ridges - MATCHER.parameters.usual_correlation
     return (
         weights.models.index(weights.model_of(probe, reference)),
-        e.features,
-        np.array(workspace.scorer.term),
+        np.array(scorer.feature),
+        np.array(scorer.term),
         most_decades(e.pairs, e.chance, unusual, e.cells),
         e.minus_log_fmr,
     )
@@ -241,30 +239,14 @@ def rows_of(
                 "d_prime": float(np.mean([one.d_prime for one in rates])),
                 "lost": {
                     rate: max(
-                        (getattr(after, rate) - getattr(then, rate)) * int(same.sum())
-                        for after, then, same in zip(rates, before, genuine, strict=True)
+                        getattr(after, rate) - getattr(then, rate)
+                        for after, then in zip(rates, before, strict=True)
                     )
                     for rate in ("eer", "fmr1000")
                 },
             }
         rows.append(row)
     return rows
-
-
-def format_rows(rows: Sequence[Row]) -> str:
-    """Return the rows as a table; rates are in percent, losses in genuine pairs."""
-    head = ["score"]
-    for form in FORMS:
-        head += [f"{form}: EER / FMR1000", "d'", "largest loss"]
-    body = []
-    for row in rows:
-        cells = [row["name"]]
-        for form in FORMS:
-            own, lost = row[form], row[form]["lost"]
-            cells += [f"{100 * own['eer']:.2f} / {100 * own['fmr1000']:.2f}"]
-            cells += [f"{own['d_prime']:.2f}", f"{lost['eer']:+.1f} / {lost['fmr1000']:+.0f}"]
-        body.append(cells)
-    return markdown_table([head, *body])
 
 
 if __name__ == "__main__":

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
 import fpmatch
-from fpmatch.drawing.overlay.marks import MarkStyle, marks
-from fpmatch.drawing.overlay.page import frame
-from fpmatch.drawing.overlay.superposed import minutiae_and_pairs
+from fpmatch.drawing.overlay.page import FRAME_PEN, MarkStyle, marks
+from fpmatch.drawing.overlay.views import minutiae_and_pairs
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.fonts import wrapped
 from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
     Box,
@@ -27,6 +25,7 @@ from fpmatch.drawing.scene.items import (
     bounds,
     moved,
     of_transform,
+    wrapped,
     zoomed,
 )
 from fpmatch.drawing.scene.items import Path as Line
@@ -158,12 +157,13 @@ def arrow(start: Point, direction: Point, length: float, pen: Pen, head: float) 
         (base[0] - half * dy, base[1] + half * dx),
         (base[0] + half * dy, base[1] - half * dx),
     )
-    return [Line((start, base), pen), Line(corners, replace(pen, fill=pen.stroke), closed=True)]
+    return [Line((start, base), pen), Line(corners, pen._replace(fill=pen.stroke), closed=True)]
 
 
 def panel(place: Box, items: list[Item]) -> list[Item]:
     """Draw `items` inside `place`, with a frame around it."""
-    return [Group(tuple(items), place), frame(place)]
+    frame = Line(place.grown(0.5).corners, FRAME_PEN, closed=True)
+    return [Group(tuple(items), place), frame]
 
 
 def print_panel(side: Side, place: Box, view: Box) -> list[Item]:
@@ -196,7 +196,7 @@ def mesh_panel(side: Side, place: Box, view: Box, m: DefaultMethod, which: int) 
     strong = Pen(side.mark, width=3.4)
     items: list[Item] = [Line(line, Pen(GREY, width=1.8)) for line in lines]
     items.append(Line(tuple(points), Pen(fill=side.ink, opacity=0.3), closed=True))
-    items += [Line((centre, point), replace(strong, width=2.2)) for point in points]
+    items += [Line((centre, point), strong._replace(width=2.2)) for point in points]
     items.append(Line(tuple(points), strong, closed=True))
     paired = own.z[m.as_pq(*m.paired)[which]]
     spots = moved(matrix, own.shown(paired))

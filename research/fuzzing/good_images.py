@@ -24,8 +24,7 @@ AN2_CODES = {"NONE": 0, "WSQ20": 1, "JPEGB": 2, "JP2": 4, "PNG": 6}  # of compre
 TIFF_WAYS = ("raw", "tiff_lzw", "tiff_deflate", "tiff_adobe_deflate", "packbits")
 BITS_WAYS = ("raw", "packbits", "tiff_ccitt", "group3", "group4")
 IMAGE_KINDS = (
-    *("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "ihead", "wsq"),
-    *("raw", "an2"),
+    *("png", "tiff", "bmp", "jpeg", "gif", "pnm", "webp", "jpeg2000", "wsq", "raw", "an2"),
 )
 MANY_STRIPS = {278: 16}  # rows of each
 
@@ -58,13 +57,12 @@ def image_files() -> dict[str, list[bytes]]:
             *_saved(_some(pictures, "palette"), "GIF", interlace=0, transparency=0),
             *_saved(_some(pictures, "grey"), "GIF", save_all=True, append_images=[grey_turned()]),
         ],
-        "pnm": [*_saved(pictures, "PPM"), _in_digits(grey)],
+        "pnm": _saved(pictures, "PPM"),
         "webp": _saved(_some(pictures, "grey", "clear"), "WEBP"),
         "jpeg2000": [
             *_saved(_some(pictures, "grey", "colour", "deep"), "JPEG2000"),
             *_saved(_some(pictures, "grey"), "JPEG2000", no_jp2=True, irreversible=True),
         ],
-        "ihead": [ihead(grey)],
         "wsq": [path.read_bytes() for path in sorted(IMAGE_DATA.glob("*.wsq"))],
         "raw": [grey.tobytes(), grey[:61, :53].tobytes()],
     }
@@ -118,14 +116,6 @@ def lossless_jpeg(
     )
 
 
-def ihead(pixels: np.ndarray[Any, np.dtype[np.uint8]], compression: int = 0) -> bytes:
-    """Return an IHead file of NIST."""
-    numbers = (*pixels.shape[::-1], 8, 500, compression, 0, 8, 8)
-    texts = [b"%d" % number for number in numbers]
-    head = bytes(106) + b"".join(text.ljust(8, b"\0") for text in texts)
-    return b"288".ljust(8, b"\0") + head.ljust(288, b"\0") + pixels.tobytes()
-
-
 def grey_turned() -> Image.Image:
     """Return a second picture for files of several."""
     return Image.linear_gradient("L").resize((WIDTH, HEIGHT))
@@ -138,13 +128,9 @@ def _tiffs(pictures: dict[str, Image.Image]) -> list[bytes]:
     files += _saved(_some(pictures, "grey", "colour"), "TIFF", compression="jpeg")
     more = {"tiffinfo": MANY_STRIPS, "dpi": (500, 500)}
     files += _saved(_some(pictures, "grey"), "TIFF", compression="tiff_lzw", **more)
-    files += _saved(_some(pictures, "grey"), "TIFF", save_all=True, append_images=[grey_turned()])
-    return files + _saved(_some(pictures, "grey"), "TIFF", big_tiff=True)
-
-
-def _in_digits(grey: np.ndarray[Any, np.dtype[np.uint8]]) -> bytes:
-    small = grey[:50, :50]
-    return f"P2 # digits\n50 50\n255\n{' '.join(map(str, small.ravel()))}\n".encode()
+    return files + _saved(
+        _some(pictures, "grey"), "TIFF", save_all=True, append_images=[grey_turned()]
+    )
 
 
 def _an2_tagged(data: bytes, compression: str) -> bytes:

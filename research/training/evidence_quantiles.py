@@ -26,7 +26,9 @@ import numpy as np
 
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.match import Workspace, evidence_scorer
+from fpmatch.matching.parameters import USUAL
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+from fpmatch.matching.pipeline.match import index_neighbours, view_of
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,
@@ -172,7 +174,7 @@ def amount_samples(
         whole = [without_ridges(one) for one in whole]
     prepared = [MATCHER.prepare(one) for one in whole]
     room = max((len(one) for one in prepared), default=0)
-    workspace = Workspace(max(room, 1), evidence_scorer(max(room, 1), weights))
+    pipeline = Pipeline(max(room, 1), USUAL, weights)
     compared = _genuine if genuine else _impostor
     samples = []
     for number, (make, weight) in enumerate(_kinds(p)):
@@ -186,7 +188,7 @@ def amount_samples(
             count = p.mates if genuine else p.references
             for j in rng.choice(others, count).tolist() if others else ():
                 if weights.model_of(probe, prepared[j]) is weights.models[MODELS.index(model)]:
-                    rows += compared(probe, prepared[j], workspace, weights)
+                    rows += compared(probe, prepared[j], pipeline, weights)
         if rows:
             sums, features, amounts = (np.array(column) for column in zip(*rows, strict=True))
             samples.append(AmountSample(sums, features, amounts, weight))
@@ -214,24 +216,24 @@ def _part(
 def _impostor(
     probe: PreparedTemplate,
     reference: PreparedTemplate,
-    workspace: Workspace,
+    pipeline: Pipeline,
     weights: ScoreWeights,
 ) -> list[Compared]:
     """Return sum and features of the best alignment, and how much was compared."""
-    if _aligned(probe, reference, workspace) is None:
+    if _aligned(probe, reference, pipeline) is None:
         return []
-    features = np.array(workspace.scorer.feature)
+    features = np.array(pipeline.scorer.feature)
     sums = weights.model_of(probe, reference).sums(features)
-    return [(float(sums), features, np.array(workspace.scorer.term))]
+    return [(float(sums), features, np.array(pipeline.scorer.term))]
 
 
 def _genuine(
-    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, _: ScoreWeights
+    probe: PreparedTemplate, reference: PreparedTemplate, pipeline: Pipeline, _: ScoreWeights
 ) -> list[Compared]:
     """Return -ln(FMR), 0 where nothing was found, and how much there was to compare."""
     if min(len(probe), len(reference)) < MIN_MINUTIAE:
         return []
-    found = _aligned(probe, reference, workspace)
+    found = _aligned(probe, reference, pipeline)
     sides = probe, reference
     area = min(side.region.inside * side.region.step**2 for side in sides)
     amounts = amount_terms(min(map(len, sides)), area)
@@ -239,13 +241,14 @@ def _genuine(
 
 
 def _aligned(
-    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace
+    probe: PreparedTemplate, reference: PreparedTemplate, pipeline: Pipeline
 ) -> float | None:
     if len(probe) < MIN_MINUTIAE:
         return None
-    workspace.load(probe)
-    found = workspace.match(reference, reference_first=reference.key < probe.key)
-    return None if found is None else found[1].minus_log_fmr
+    pipeline.load(view_of(probe))
+    index_neighbours(pipeline, probe)
+    estimate: float = pipeline.match(view_of(reference), reference.key < probe.key)
+    return estimate if pipeline.best >= 0 else None
 
 
 def fit_quantile(

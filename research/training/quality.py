@@ -21,7 +21,7 @@ from scipy.optimize import Bounds, minimize
 
 from fpmatch._version import __version__
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.image.extract import QualityRecorder, extract
+from fpmatch.image.extract import assess, extract
 from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.quality.measures import measure_quality
 from fpmatch.image.quality.print_quality import (
@@ -112,12 +112,11 @@ def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], l
             if way in PRESETS
             else spoilt_impression(master, number, way, sensor, rng)
         )
-        stages = QualityRecorder()
-        template = extract(GreyImage(image), dpi, recorder=stages)
-        found = measure_quality(stages.stages)
+        assessed = assess(GreyImage(image), dpi)
+        found = measure_quality(assessed.stages(with_maps=False))
         if found.ridges_mm2 <= 0 or not np.isfinite(quality_features(found)).all():
             continue
-        prepared = MATCHER.prepare(template)
+        prepared = MATCHER.prepare(assessed.template)
         common = [MATCHER.compare(prepared, one).similarity for one in good]
         measures.append(found)
         shares.append(min(float(np.mean(common) / of_good), 1.0))

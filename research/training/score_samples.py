@@ -13,14 +13,12 @@ from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.match import evidence_scorer, make_aligner
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+from fpmatch.matching.pipeline.match import view_of
 from fpmatch.matching.pipeline.score_model import (
     AMOUNTS,
     FEATURES,
     MODELS,
-    SMALL_WITH_RIDGES,
-    WITH_RIDGES,
     ScoreModel,
     ScoreWeights,
 )
@@ -35,7 +33,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.matching.pipeline._kernels._evidence_kernel import EvidenceScorer
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
 SEED: Final = 18
@@ -106,7 +103,7 @@ def sample_of(
         parts = (None if one is None else window(one, window_px, rng) for one in templates)
         probes = [None if one is None else MATCHER.prepare(one) for one in parts]
     room = max((len(one) for one in prints if one is not None), default=0)
-    scorers = tuple(evidence_scorer(room, _no_weights(refine)) for refine in (np.inf, -1.0))
+    pipeline = Pipeline(room, USUAL, _no_weights())
     rows: list[NDArray[np.float64]] = []
     descriptors, strength, genuine, nothing, passed = [], [], [], [0, 0], 0
     for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
@@ -114,7 +111,7 @@ def sample_of(
         if not same and passed % every:
             continue
         a, b = probes[i], prints[j]
-        row = None if a is None or b is None else _features(a, b, scorers)
+        row = None if a is None or b is None else _features(a, b, pipeline)
         if a is None or b is None or row is None:
             nothing[0 if same else 1] += 1
         else:
@@ -156,11 +153,11 @@ def samples_of(
     return with_ridges, alone, windows
 
 
-def _no_weights(refine: float) -> ScoreWeights:
-    """Return weights of 0; the ridges are compared where `refine` is negative."""
+def _no_weights() -> ScoreWeights:
+    """Return weights of 0."""
     standard = np.zeros((4, len(FEATURES)))
     standard[1] = 1.0
-    model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES))
+    model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, np.inf, np.inf, np.array(NO_QUANTILES))
     return ScoreWeights((model,) * len(MODELS), {})
 
 
@@ -172,36 +169,31 @@ def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tup
 
 
 def _features(
-    probe: PreparedTemplate, reference: PreparedTemplate, scorers: tuple[EvidenceScorer, ...]
+    probe: PreparedTemplate, reference: PreparedTemplate, pipeline: Pipeline
 ) -> tuple[NDArray[np.float64], float] | None:
     """Return the features of two prints, coarse and refined, (2, H, 11), and local strength."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    aligner = make_aligner(len(a), len(b))
+    sides = view_of(a), view_of(b)
+    aligner, scorer, search = pipeline.aligner, pipeline.scorer, pipeline.search
     aligner.load(a.points, len(a), b.points, len(b))
-    sides = a.for_kernels(), b.for_kernels()
-    found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     aligner.relax(similarity)
-    steps: tuple[Callable[[int], bool], ...] = (aligner.start_hypothesis, aligner.refine)
-    for step, scorer, rows in zip(steps, scorers, found, strict=True):
+    scorer.choose_model(*sides)
+    found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
+    steps: tuple[Callable[[int], int], ...] = (aligner.start_hypothesis, aligner.refine)
+    for refined, (step, rows) in enumerate(zip(steps, found, strict=True)):
         for k, row in enumerate(rows[:LOCAL_HYPOTHESES]):
             if step(k):
-                scorer.score_alignment(*sides, aligner, similarity)
+                scorer.weigh(*sides, aligner, similarity, bool(refined))
                 row[:] = scorer.feature
-    scorer, search = scorers[1], RidgeSearch(USUAL)
-    shown = [side.region.ridges is not None for side in (a, b)]
-    model = scorer.choose_model(shown[0], shown[1], min(a.region.area, b.region.area))
-    by_ridges = 0
-    if model == MODELS.index(SMALL_WITH_RIDGES):
-        by_ridges = search.search(*sides, scorer.correlator)
-    elif model == MODELS.index(WITH_RIDGES):
-        by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.correlator)
-    for k in range(by_ridges):
-        if aligner.start_from(search.first[k], search.second[k], aligner.hypotheses + k):
-            scorer.score_alignment(*sides, aligner, similarity)
-            found[1, LOCAL_HYPOTHESES + k] = scorer.feature
+    if all(side.region.ridges is not None for side in (a, b)):
+        correlator = scorer.correlator
+        for k in range(search.search(*sides, aligner.relaxation, scorer.is_small, correlator)):
+            if aligner.start_from(search.first[k], search.second[k], LOCAL_HYPOTHESES + k):
+                scorer.weigh(*sides, aligner, similarity, True)
+                found[1, LOCAL_HYPOTHESES + k] = scorer.feature
     if np.isnan(found[1, :, 0]).all():
         return None
     return found, aligner.relaxation.strength

@@ -11,7 +11,7 @@ from PIL import Image
 from fpmatch import load_template, verify
 from fpmatch.cli.options import PRINT
 from fpmatch.image import extract as extraction_of_one
-from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, assess
 from fpmatch.image.io import grey
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.prints import reading
@@ -85,7 +85,7 @@ def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
     assert (wrong.exit_code, "'280'" in wrong.stderr) == (2, True)
 
 
-def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, tmp_path):
+def test_bytes_of_no_known_format_are_answered_with_the_option(run, prints, bare, tmp_path):
     square = tmp_path / "1_2.dat"
     square.write_bytes(bare.read_bytes()[: 280 * 280])
     out = tmp_path / "out"
@@ -97,11 +97,9 @@ def test_a_file_of_a_likely_size_is_answered_with_the_option(run, prints, bare, 
         ("inspect", square),
         ("enrol", tmp_path / "prints.db", square, "--workers", 1),
     ):
-        assert "; if its 78400 bytes are pixels: --raw 280x280" in run(*words).stderr, words
+        assert "; if its 78400 bytes are pixels: --raw WIDTHxHEIGHT" in run(*words).stderr, words
     read = run("convert", square, tmp_path / "t.json", "--raw", "280x280", "--dpi", 500)
     assert (read.exit_code, read.stderr) == (0, "")
-    square.write_bytes(bare.read_bytes()[:78401])
-    assert "; if its 78401 bytes are pixels: --raw WIDTHxHEIGHT" in run("inspect", square).stderr
     square.write_bytes(b"word" * 78400)
     assert "--raw" not in run("inspect", square).stderr
 
@@ -176,10 +174,10 @@ def asked(monkeypatch):
 
     def noted(*arguments, enhance="", **others):
         ways.append(enhance)
-        return extract(*arguments, enhance=enhance, **others)
+        return assess(*arguments, enhance=enhance, **others)
 
-    monkeypatch.setattr(extraction_of_one, "extract", noted)
-    monkeypatch.setattr(reading, "extract", noted)
+    monkeypatch.setattr(extraction_of_one, "assess", noted)
+    monkeypatch.setattr(reading, "assess", noted)
     return ways
 
 

@@ -9,7 +9,7 @@ from PIL import Image
 from fpmatch import assess
 from fpmatch.cli.inspection import extended_kinds
 from fpmatch.formats.files import save_record, save_template
-from fpmatch.formats.record import ExtendedData, TemplateRecord, View
+from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -35,15 +35,15 @@ def test_images_and_templates_are_a_line_each(run, prints, tmp_path, small):
 
 
 def test_prints_of_one_file_stand_between_bars(run, tmp_path, small):
-    path = tmp_path / "hand.iso2011"
+    path = tmp_path / "hand.iso"
     one = replace(small, minutiae=small.minutiae.take([0]))
-    cores = ExtendedData("iso2011", b"\x00\x02\x00\x05\x00")
-    rolled = View(one, finger=7, impression=1, quality_known=False, extended=cores)
-    save_record(path, TemplateRecord("", (View(small, finger=2, quality=80), rolled)))
+    cores = b"\x00\x02\x00\x05\x00"
+    rolled = View(one, finger=7, impression=1, quality=60, quality_known=False, extended=cores)
+    save_record(path, TemplateRecord("iso2005", (View(small, finger=2, quality=80), rolled)))
     assert run("inspect", path).stdout == (
-        f"{path}: ISO/IEC 19794-2:2011, 300 x 400 px, 500 dpi, 2 prints: "
+        f"{path}: ISO/IEC 19794-2:2005, 300 x 400 px, 500 dpi, 2 prints: "
         "right index, 3 minutiae (1 ending, 2 bifurcations), quality 80 | "
-        "left index, live rolled, 1 minutia (1 ending), no quality of minutiae, "
+        "left index, live rolled, 1 minutia (1 ending), quality 60, no quality of minutiae, "
         "cores and deltas\n"
     )
     (document,) = json.loads(run("inspect", path, "--json").stdout)
@@ -106,4 +106,4 @@ def test_folders_are_taken_as_enrol_takes_them(run, prints, tmp_path):
     ],
 )
 def test_extended_data_are_named(data, kinds):
-    assert extended_kinds(ExtendedData("iso2005", data)) == kinds
+    assert extended_kinds(data) == kinds

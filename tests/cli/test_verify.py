@@ -310,22 +310,3 @@ def test_a_mirrored_print_is_no_match_and_is_named(run, flipped, tmp_path, name)
             assert decision(turned)["score"] - paid == pytest.approx(float(score), abs=0.1)
         as_json = decision(run("verify", reference, one, "--json"))
         assert (as_json["match"], "mirrored, the probe" in as_json["reason"]) == (False, True)
-
-
-@pytest.mark.parametrize(("count", "turn"), [(2, 0), (2, 30), (3, 90), (4, 180), (10, 0)])
-def test_several_prints_in_one_image_are_refused(run, tmp_path, count, turn):
-    names = [f"{101 + k % 4}_{1 + k // 4}.tif" for k in range(count)]
-    card = Image.new("L", (440 * min(count, 5), 440 * -(-count // 5)), 255)
-    for k, name in enumerate(names):
-        card.paste(Image.open(SAMPLES / name).convert("L"), (440 * (k % 5), 440 * (k // 5)))
-    card.rotate(turn, expand=True, fillcolor=255).save(tmp_path / "card.png", dpi=(500, 500))
-    seen = run("inspect", tmp_path / "card.png").stdout
-    many = "two" if count == 2 else count
-    assert f"probably {many} prints in one: the ridges have {many} areas" in seen
-    assert "cut them into one image each" in seen
-    run("extract", tmp_path / "card.png", "-o", tmp_path)
-    for one in ("card.png", "card.json"):
-        for sides in ((tmp_path / one, SAMPLES / names[0]), (SAMPLES / names[0], tmp_path / one)):
-            result = run("verify", *sides)
-            reason = f"{one}: shows {count} prints, and one is expected: cut them into one image"
-            assert_refused(result, reason)

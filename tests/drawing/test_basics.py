@@ -7,8 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.fonts import parts, text_width, wrapped
-from fpmatch.drawing.scene.items import directions, moved, of_transform, zoomed
+from fpmatch.drawing.scene.items import (
+    directions,
+    moved,
+    of_transform,
+    parts,
+    text_width,
+    wrapped,
+    zoomed,
+)
 from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 from fpmatch.pointset.geometry.similarity import Similarity
 

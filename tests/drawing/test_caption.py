@@ -2,9 +2,8 @@ import math
 
 import pytest
 
-from fpmatch.drawing.overlay.caption import MARGIN, facts, header
-from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Text
+from fpmatch.drawing.overlay.page import MARGIN, facts, header
+from fpmatch.drawing.scene.items import Text, text_width
 from fpmatch.matching.result import Compared
 from fpmatch.pointset.geometry.similarity import Similarity
 

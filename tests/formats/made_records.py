@@ -10,15 +10,14 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, recognise
 from fpmatch.templates.minutiae import Minutiae, Template
+from research.fuzzing.good_images import an2_text
 
 FORMATS = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
 WRITTEN = [codec.name for codec in CODECS if codec.encode]
-FMR = ["iso2005", "iso2011", "ansi2004", "ansi2009"]
+FMR = ["iso2005", "ansi2004"]
 ANGLE_STEP_DEG = {
-    **dict.fromkeys(["iso2005", "iso2011"], 360 / 256),
-    **dict.fromkeys(["ansi2004", "ansi2009", "xyt-m1"], 2.0),
-    **dict.fromkeys(["csv", "minutiae-csv"], 1e-4),
-    **{"xyt": 1.0, "json": 0.0},
+    **{"iso2005": 360 / 256, "ansi2004": 2.0, "xyt": 1.0, "xyt-m1": 2.0},
+    **{"csv": 1e-4, "minutiae-csv": 1e-4, "json": 0.0},
 }
 
 
@@ -54,10 +53,10 @@ def records(draw, views=1, fewest=0):
     """Return a record of as many views as `views` at most, of one frame."""
     first = draw(templates(fewest=fewest))
     others = draw(st.lists(templates(), max_size=views - 1))
-    found = []
+    drawn = []
     for template in [first, *others]:
         inside = (template.minutiae.x < first.width) & (template.minutiae.y < first.height)
-        found.append(
+        drawn.append(
             View(
                 replace(first, minutiae=template.minutiae.take(inside)),
                 finger=draw(st.integers(0, 10)),
@@ -66,16 +65,11 @@ def records(draw, views=1, fewest=0):
                 quality_known=draw(st.booleans()),
             )
         )
-    return TemplateRecord("", tuple(found))
-
-
-def encoded(name, record):
-    encode = codec_of_name(name).encode
-    return encode(record)
+    return TemplateRecord("", tuple(drawn))
 
 
 def written(name, record):
-    return encoded(name, record).data
+    return codec_of_name(name).encode(record).data
 
 
 def record_of(*templates):
@@ -108,10 +102,29 @@ def sample_record(count=20):
     return TemplateRecord("", (view,))
 
 
+# Records by hand: 300 x 400 pixels at 500 dpi, right index, and one bifurcation at (100, 50), 90
+# degrees, quality 77.
+BY_HAND = {
+    name: bytes.fromhex(text)
+    for name, text in {
+        "iso2005": "464d5200 20323000 00000024 0000 012c 0190 00c5 00c5 01 00"
+        "02 00 50 01 8064 0032 40 4d 0000",
+        "ansi2004": "464d5200 20323000 0026 0000 0000 0000 012c 0190 00c5 00c5 01 00"
+        "02 00 50 01 8064 0032 2d 4d 0000",
+        "ansi2009": "464d5200 30333000 0000002e 0000 0000 00 0000 01 00"
+        "02 00 00 50 0000 0000 012c 0190 00c5 00c5 01 8064 0032 2d 4d 0000",
+        "iso2011": "464d5200 30333000 0000003c 0001 00"
+        "0000002d ffffffffffffffffff 00 0000 0000 01 50 0000 0000"
+        "02 00 00c5 00c5 00 012c 0190 60 01 8064 0032 40 4d 0000",
+    }.items()
+}
+
+
 def sample_files():
-    """Return a file of every format that can be written, by name, and one of AN2."""
+    """Return a file of every format that defines its angles, by name."""
     record = sample_record()
-    return {name: written(name, record) for name in WRITTEN} | {"an2": an2_file()}
+    files = {name: written(name, record) for name in WRITTEN}
+    return {**BY_HAND, **files, "an2": an2_file()}
 
 
 def an2_file(
@@ -138,7 +151,7 @@ def an2_file(
         "none": [(6, "07")],
     }  # fmt: skip
     images = {
-        "13": _text(13, [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"),
+        "13": an2_text(13, [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"),
                          (999, "pixels\x1d13.006:9\x1d")]),
         "4": (36).to_bytes(4, "big") + bytes([1, 1, *[255] * 6, 0, 1, 44, 1, 144, 0]) + bytes(18),
         "none": b"",
@@ -146,13 +159,5 @@ def an2_file(
     kind = {"13": "\x1e13\x1f01", "4": "\x1e4\x1f01", "none": ""}[image]
     count = 2 if image == "none" else 3
     contents = f"1\x1f{count - 1}\x1e9\x1f01{kind}"
-    first = _text(1, [(2, "0400"), (3, contents), (11, resolution), (12, resolution)])
-    return first + _text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]
-
-
-def _text(kind, fields):
-    """Return a record of text that begins with its own length."""
-    rest = "".join(f"\x1d{kind}.{number:03d}:{value}" for number, value in fields) + "\x1c"
-    length = len(rest) + len(f"{kind}.001:")
-    length += len(str(length + len(str(length))))
-    return f"{kind}.001:{length}{rest}".encode("latin-1")
+    first = an2_text(1, [(2, "0400"), (3, contents), (11, resolution), (12, resolution)])
+    return first + an2_text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]

@@ -4,7 +4,7 @@ import pytest
 
 from fpmatch.errors import FpmatchError
 from fpmatch.formats.registry import CODECS
-from fpmatch.image.io.registry import READERS
+from fpmatch.image.io.read import READERS
 from research.fuzzing.good_images import IMAGE_KINDS, image_files
 from research.fuzzing.loop import Limits, run
 from research.fuzzing.targets import all_targets

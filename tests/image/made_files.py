@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fpmatch.image.io.read import decode_image
-from research.fuzzing.good_images import an2_text, ihead, lossless_jpeg
+from research.fuzzing.good_images import an2_text, lossless_jpeg
 
 DATA = Path(__file__).parent / "data"
 
@@ -78,7 +78,6 @@ def one_of_each():
         "PNG, 16 bits": saved(grey.astype(np.uint16) * 257, "PNG", dpi=(500, 500)),
         "PNG, RGBA": saved(np.dstack([grey, grey, grey, grey]), "PNG"),
         "JPEG, lossless": lossless_jpeg(grey, table_class=1),
-        "IHead": ihead(grey),
         "WSQ": wsq(),
         "AN2, type 4": an2(binary_print(grey)),
         "AN2, type 14": an2(tagged_print(rings(61, 53), wsq(), compression=b"WSQ20")),

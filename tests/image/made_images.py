@@ -56,12 +56,6 @@ def correlation(a, b):
     return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
 
 
-def drawn(*rows, margin=0):
-    """Return the picture that text draws: True at each '#', `margin` pixels of nothing around."""
-    picture = np.array([[letter == "#" for letter in row] for row in rows])
-    return np.pad(picture, margin)
-
-
 def parts(binary):
     """Count the eight-connected parts."""
     return int(cv2.connectedComponents(binary.astype(np.uint8), connectivity=8)[0]) - 1

@@ -2,7 +2,6 @@
 
 import math
 from functools import cache
-from itertools import product
 from pathlib import Path
 
 import cv2
@@ -13,14 +12,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch import verify
-from fpmatch.errors import ImageError, ImageReadError, ResolutionError
-from fpmatch.image.extract import QualityRecorder, assess, extract, resample
+from fpmatch.errors import ImageError, ResolutionError
+from fpmatch.image.extract import assess, extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.arrays import StageRecorder
 from fpmatch.image.preprocess.foreground import stretch_contrast
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
-from fpmatch.matching.decision import MATCH
+from fpmatch.matching.result import MATCH
 from fpmatch.templates.minutiae import Minutiae, MinutiaKind
 from tests.image.made_images import (
     as_picture,
@@ -71,18 +70,6 @@ def pairs(a, b, max_px, max_deg=180):
 # --- pictures without a print, and bad input
 
 
-@both_ways
-@pytest.mark.parametrize("shape", [(48, 48), (48, 2000), (180, 240)])
-@pytest.mark.parametrize("name", hostile_pictures())
-def test_a_picture_without_a_print_gives_next_to_nothing(way, name, shape):
-    template = extract(hostile_pictures(shape)[name], dpi=500, enhance=way)
-    assert (template.height, template.width, template.dpi) == (*shape, 500)
-    assert len(template.minutiae) <= 3
-    if name in {"black", "white", "grey"}:
-        assert len(template.minutiae) == 0
-        assert template.field is None
-
-
 @given(
     st.sampled_from(WAYS),
     arrays(np.uint8, st.tuples(st.integers(48, 110), st.integers(48, 110))),
@@ -99,20 +86,22 @@ def test_any_image_gives_minutiae_inside_it(way, noise, dpi, grain):
     assert set(m.kind.tolist()) <= {MinutiaKind.ENDING, MinutiaKind.BIFURCATION}
 
 
-def test_what_is_no_image_of_a_print_is_refused(tmp_path):
-    for array in (np.full((80, 80), np.nan), np.zeros((47, 200), np.uint8), np.zeros((80, 80, 2))):
-        with pytest.raises(ImageError):
-            extract(array)
+@both_ways
+def test_a_picture_without_a_print_gives_next_to_nothing(way):
+    for name, picture in hostile_pictures((180, 240)).items():
+        template = extract(picture, dpi=500, enhance=way)
+        assert len(template.minutiae) <= 3, name
+        if name in {"black", "white", "grey"}:
+            assert (len(template.minutiae), template.field) == (0, None)
+
+
+def test_what_is_no_image_of_a_print_is_refused():
     for dpi in (0, 99, 4001, -500, math.nan, math.inf):
         with pytest.raises(ResolutionError, match="dpi"):
             extract(np.zeros((100, 100), np.uint8), dpi=dpi)
     for side, dpi in ((48, 4000), (200, 4000), (2100, 100)):
         with pytest.raises(ImageError, match=f"{dpi} to 500 dpi"):
             extract(np.zeros((side, side), np.uint8), dpi=dpi)
-    path = tmp_path / "print.tif"
-    path.write_text("not a picture")
-    with pytest.raises(ImageReadError, match=r"print\.tif"):
-        extract(path)
     with pytest.raises(ImageError, match=r"'gabor': .*learned, filters"):
         extract(pixels_of("102_2"), enhance="gabor")
 
@@ -123,7 +112,7 @@ def test_what_is_no_image_of_a_print_is_refused(tmp_path):
 @both_ways
 @pytest.mark.parametrize(
     ("angle", "period"),
-    [*((angle, 9) for angle in range(0, 360, 30)), *product((0, 90, 210), (7, 11))],
+    [*((angle, 9) for angle in range(0, 360, 45)), (90, 7), (210, 11)],
 )
 @pytest.mark.parametrize("kind", ["ending", "bifurcation"])
 def test_a_wave_with_one_dislocation_has_one_minutia(way, kind, angle, period):
@@ -193,11 +182,6 @@ def turned(pixels, m, turns):
     return np.rot90(pixels, turns), 500, Minutiae(x, y, angle, m.kind, m.quality)
 
 
-def framed(pixels, m, left, top):
-    picture = np.pad(pixels, ((top, 24), (left, 40)), constant_values=255)
-    return picture, 500, Minutiae(m.x + left, m.y + top, m.angle, m.kind, m.quality)
-
-
 def resampled(pixels, m, dpi):
     size = tuple(round(side * dpi / 500) for side in pixels.shape[::-1])
     method = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
@@ -207,16 +191,10 @@ def resampled(pixels, m, dpi):
     return picture, dpi, Minutiae(x, y, m.angle, m.kind, m.quality)
 
 
-def lit(pixels, m, scale, offset, gamma):
-    return (offset + scale * pixels.astype(float) ** gamma).astype(np.uint8), 500, m
-
-
 CHANGES = [
-    *((turned, (turns,), 4, None) for turns in (1, 2, 3)),
-    *((framed, at, 3, None) for at in ((16, 32), (64, 16), (13, 7), (40, 5), (3, 30))),
+    (turned, (1,), 4, None),
     (resampled, (250,), 1.5, 0.75),
-    *((resampled, (dpi,), 3 * dpi / 500, 0.85) for dpi in (400, 569, 1000)),
-    *((lit, light, 3, 0.8) for light in ((0.5, 0, 1), (0.5, 128, 1), (1, 0, 0.8))),
+    (resampled, (1000,), 6, 0.85),
 ]
 
 
@@ -244,10 +222,10 @@ def test_on_a_larger_page_minutiae_and_quality_are_the_same(name, way):
     for top, left in ((48, 48), (160, 96)):
         page = np.full((height + 240, width + 180), pixels[0, 0], np.uint8)
         page[top : top + height, left : left + width] = pixels
-        recorder = QualityRecorder()
-        minutiae = extract(page, 500, enhance=way, recorder=recorder).minutiae
+        assessed = assess(page, 500, enhance=way)
+        minutiae = assessed.template.minutiae
         found.append((minutiae.x - left, minutiae.y - top, minutiae.angle, minutiae.quality))
-        scores.append(recorder.quality(500.0).score)
+        scores.append(assessed.quality.score)
     assert len(found[0][0]) > 10
     for one, other in zip(*found, strict=True):
         assert (one == other).all()
@@ -268,34 +246,12 @@ def test_a_file_a_read_image_and_its_pixels_are_one():
 
 
 @both_ways
-def test_the_same_picture_gives_the_same_template_and_is_not_changed(way):
-    pixels = pixels_of("102_1")[100:260, 100:280].copy()
-    kept = pixels.copy()
-    first = extract(pixels, dpi=500, enhance=way)
-    assert len(first.minutiae) > 3
-    assert np.array_equal(pixels, kept)
-    wide = np.repeat(pixels, 2, axis=1)
-    wide.setflags(write=False)
-    for other in (pixels, np.asfortranarray(pixels), wide[:, ::2], pixels[::-1][::-1]):
-        assert extract(other, dpi=500, enhance=way) == first
-
-
-def page():
-    """Return a part of a print on a larger white page."""
-    white = np.full((500, 620), 255, np.uint8)
-    white[96:296, 208:408] = pixels_of("101_1")[60:260, 60:260]
-    return white
-
-
-@both_ways
-@pytest.mark.parametrize("dpi", [400, 500, 640])
-@pytest.mark.parametrize("pixels", [pixels_of("103_1"), page()], ids=["print", "page"])
-def test_the_recorder_sees_every_stage_in_order_and_they_fit_together(way, dpi, pixels):
-    recorder, some = StageRecorder(), StageRecorder()
+@pytest.mark.parametrize("dpi", [500, 640])
+def test_the_recorder_sees_every_stage_in_order_and_they_fit_together(way, dpi):
+    pixels = np.full((500, 620), 255, np.uint8)  # a part of a print on a larger page
+    pixels[96:296, 208:408] = pixels_of("101_1")[60:260, 60:260]
+    recorder = StageRecorder()
     template = extract(pixels, dpi=dpi, recorder=recorder, enhance=way)
-    some.wanted = {"mask", "orientation"}
-    extract(pixels, dpi=dpi, recorder=some, enhance=way)
-    assert list(some.stages) == ["mask", "orientation"]
     assert template == extract(pixels, dpi=dpi, enhance=way)
     stages = recorder.stages
     names = ["input", "normalised", "enhanced", "mask", "orientation", "coherence"]
@@ -355,16 +311,12 @@ def faint(name, share, kind):
             shown -= 100 * np.arange(columns) / columns
         case "noise":
             shown += rng.normal(0, 1.0, shown.shape)
-        case "gamma":
-            shown = 255 * (shown / 255) ** 2.2
     shown = np.clip(np.rint(shown), 0, 255).astype(np.uint8)
     match kind:
         case "text":
             cv2.putText(shown, "Right index", (10, 60), cv2.FONT_HERSHEY_SIMPLEX, 1.2, 0, 3)
         case "blot":
             cv2.circle(shown, (60, rows - 60), 30, 0, -1)
-        case "frame":
-            cv2.rectangle(shown, (8, 8), (columns - 9, rows - 9), 0, 4)
         case "JPEG":
             shown = cv2.imdecode(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, 75])[1], 0)
     return shown
@@ -373,9 +325,8 @@ def faint(name, share, kind):
 @pytest.mark.parametrize(
     ("kind", "share"),
     [
-        *product(("light", "dark", "text", "frame", "uneven light", "JPEG"), (0.1, 0.06)),
-        *(("light", share) for share in (0.04, 0.15, 0.2)),
-        *(("noise", 0.1), ("blot", 0.1), ("gamma", 0.06)),
+        *((kind, 0.06) for kind in ("light", "dark", "text", "uneven light", "JPEG")),
+        *(("light", 0.04), ("light", 0.2), ("noise", 0.1), ("blot", 0.1)),
     ],
 )
 def test_a_faint_print_matches_as_any_other(kind, share):
@@ -402,8 +353,7 @@ def gradients():
             yield np.rint(shown).astype(np.uint8)
 
 
-@pytest.mark.parametrize("dpi", [363, 500, 1000])
-@pytest.mark.parametrize("quality", [20, 30, 50])
+@pytest.mark.parametrize(("dpi", "quality"), [(363, 20), (500, 30), (1000, 50)])
 def test_a_gradient_saved_as_jpeg_is_no_print(dpi, quality):
     for gradient in gradients():
         data = cv2.imencode(".jpg", gradient, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]

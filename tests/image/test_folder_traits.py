@@ -1,5 +1,4 @@
 import cv2
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -8,9 +7,8 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image import folder_traits
 from fpmatch.image.dataset_folder import DatasetInfo, read_dataset_info
 from fpmatch.image.extract import extract
-from fpmatch.image.folder_traits import OF_TWO_SENSORS, FolderReader, FolderTraits, find_traits
+from fpmatch.image.folder_traits import FolderReader, FolderTraits, find_traits
 from fpmatch.image.io.read import read_image
-from fpmatch.image.quality.polarity import INVERTED
 from tests.conftest import ROOT
 
 SAMPLES = [read_image(path).pixels for path in sorted((ROOT / "sample_data").glob("*.tif"))]
@@ -32,83 +30,57 @@ def resized(images, dpi):
     return [cv2.resize(image, None, **by, interpolation=how) for image in images]
 
 
-def polarities(*args, **how):
-    return {folder: one.polarity for folder, one in find_traits(*args, **how).items()}
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", DatasetInfo()),
+        ('dpi = 569\nname = "A"\nsensor = "optical"', DatasetInfo("A", 569.0, "optical")),
+        ('polarity = "white"', DatasetInfo(polarity="white")),
+        ("dpi = 50", "50 dpi"),
+        ("dpi = true", "dpi must be a number"),
+        ("dpi = ", "not a readable TOML file"),
+        ("#" * 2**20 + "#", "not a readable TOML file: more than 1048576 bytes"),
+        ('name = "a\\nb"', "name must be text of one line"),
+        ('name = " "', "name is empty"),
+        ('polarity = "grey"', "no polarity 'grey'"),
+    ],
+    ids=lambda value: str(value)[:20],
+)
+def test_a_description_is_read_or_refused_in_one_line(tmp_path, text, expected):
+    assert read_dataset_info(tmp_path) == DatasetInfo()
+    (tmp_path / "dataset.toml").write_text(text)
+    if isinstance(expected, DatasetInfo):
+        assert read_dataset_info(tmp_path) == expected
+        return
+    with pytest.raises(DatasetError, match=rf"dataset\.toml: .*{expected}") as caught:
+        read_dataset_info(tmp_path)
+    assert "\n" not in str(caught.value)
 
 
-def test_folders_decide_each_for_itself(tmp_path, pressed):
-    dark = folder_of(tmp_path, "dark", pressed)
-    white = folder_of(tmp_path, "white", [255 - image for image in pressed])
-    found = find_traits([*dark, *white, dark[0].parent / "gone.png"])
-    assert found == {
-        tmp_path / "dark": FolderTraits("dark"),
-        tmp_path / "white": FolderTraits("white"),
-    }
-    reader = FolderReader(read_image, found)
-    assert reader(white[0]).notes == (INVERTED,)
-    assert np.array_equal(reader(white[0]).pixels, pressed[0])
-    assert reader(dark[0]).notes == ()
-
-
-def test_a_doubtful_image_follows_its_folder(tmp_path, pressed):
-    middle = pressed[0][120:270, 110:270]
-    paths = folder_of(tmp_path, "white", [255 - image for image in (*pressed, middle)])
-    assert read_image(paths[-1]).notes == ()
-    reader = FolderReader(read_image, find_traits(paths))
-    assert np.array_equal(reader(paths[-1]).pixels, middle)
-
-
-def test_folders_with_few_images_of_one_place_decide_together(tmp_path, pressed):
-    doubtful = folder_of(tmp_path, "one", [255 - pressed[0][120:270, 110:270]])
-    others = folder_of(tmp_path, "other", [255 - image for image in pressed])
-    places = dict.fromkeys([tmp_path / "one", tmp_path / "other"], tmp_path)
-    assert polarities([*doubtful, *others])[tmp_path / "one"] == "auto"
-    found = polarities([*doubtful, *others], places=places)
-    assert found == {tmp_path / "one": "white", tmp_path / "other": "white"}
-    (tmp_path / "dataset.toml").write_text('polarity = "dark"\n')
-    assert set(polarities(others, places=places).values()) == {"dark"}
-    assert set(polarities(others).values()) == {"white"}
-    manifest = dict.fromkeys(places, tmp_path / "manifest.csv")
-    assert set(polarities(others, places=manifest).values()) == {"dark"}
-
-
-def test_what_is_known_is_not_looked_for(tmp_path, pressed, monkeypatch):
-    monkeypatch.setattr(folder_traits, "background_level", None)
-    paths = folder_of(tmp_path, "dark", pressed[:2])
-    assert polarities(paths, polarity="white") == {tmp_path / "dark": "white"}
-    description = tmp_path / "dark" / "dataset.toml"
-    description.write_text('polarity = "dark"\n')
-    assert polarities(paths) == {tmp_path / "dark": "dark"}
-    description.write_text('polarity = "grey"\n')
-    with pytest.raises(DatasetError, match=r"dataset\.toml: no polarity 'grey'"):
-        find_traits(paths)
-
-
-def test_of_large_folders_a_few_images_are_looked_at(tmp_path, monkeypatch, pressed):
+def test_small_folders_of_one_place_decide_together_unless_a_description_does(
+    tmp_path, monkeypatch
+):
+    one = folder_of(tmp_path, "one", resized(SAMPLES[:1], 330), dpi=None)
+    other = folder_of(tmp_path, "other", resized(SAMPLES[1:6], 330), dpi=None)
     looked = []
 
     def reader(path, **how):
         looked.append(path)
-        assert how == {"polarity": "dark"}
-        return read_image(tmp_path / "small" / "0_1.png")
+        return read_image(path, **how)
 
-    folder_of(tmp_path, "small", pressed[:1])
-    monkeypatch.setattr(folder_traits, "background_level", lambda _: 1.0)
-    paths = [tmp_path / f"{number}.png" for number in range(1000)]
-    assert polarities(paths, reader=reader) == {tmp_path: "dark"}
-    assert len(looked) == len(set(looked)) == folder_traits.MOST_IMAGES
-    assert {paths[0], paths[-1]} <= set(looked)
-
-
-def test_a_description_says_what_it_says(tmp_path):
-    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "")
-    (tmp_path / "dataset.toml").write_text("dpi = 569\n")
-    assert read_dataset_info(tmp_path) == DatasetInfo(None, 569.0, "")
-    (tmp_path / "dataset.toml").write_text('polarity = "white"\n')
-    assert read_dataset_info(tmp_path) == DatasetInfo(None, None, "", "white")
-    (tmp_path / "dataset.toml").write_text("dpi = 50\n")
-    with pytest.raises(DatasetError, match=r"dataset\.toml: .*50 dpi"):
-        read_dataset_info(tmp_path)
+    assert find_traits([*one, *other])[other[0].parent].dpi == pytest.approx(330, rel=0.1)
+    monkeypatch.setattr(folder_traits, "MOST_IMAGES", 2)
+    places = {path.parent: tmp_path for path in (*one, *other)}
+    together = find_traits([*one, *other, tmp_path / "gone.png"], places=places, reader=reader)
+    assert together[one[0].parent] == together[other[0].parent]
+    assert looked == [*one, other[0], other[-1], tmp_path / "gone.png"]
+    (tmp_path / "dataset.toml").write_text('polarity = "white"\ndpi = 260\n')
+    for place in (tmp_path, tmp_path / "manifest.csv"):
+        described = find_traits(one, places={one[0].parent: place})
+        assert described == {one[0].parent: FolderTraits("white")}
+    white = FolderReader(read_image, find_traits(one, polarity="white"))(one[0])
+    assert (white.pixels == 255 - read_image(one[0]).pixels).all()
+    assert FolderReader(read_image, {}, 260)(one[0]).dpi is None
 
 
 def of_folder(paths, **how):
@@ -117,29 +89,11 @@ def of_folder(paths, **how):
     return [(image.likely_dpi, extract(image).dpi) for image in map(reader, paths)]
 
 
-@pytest.mark.parametrize("dpi", [330, 350, 360])
-def test_a_folder_without_resolutions_has_one(tmp_path, dpi):
+@pytest.mark.parametrize(("dpi", "expected"), [(330, 330), (360, 360), (500, 500), (569, 500)])
+def test_a_folder_without_resolutions_has_one(tmp_path, dpi, expected):
     found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
     assert len(set(found)) == 1
-    assert found[0][0] == found[0][1] == pytest.approx(dpi, rel=0.1)
-
-
-@pytest.mark.parametrize("dpi", [500, 569])
-def test_a_folder_of_usual_prints_is_of_500_dpi(tmp_path, dpi):
-    found = of_folder(folder_of(tmp_path, "a", resized(SAMPLES, dpi), dpi=None))
-    assert set(found) == {(500, 500)}
-
-
-def test_each_image_of_two_sensors_has_the_resolution_of_its_group(tmp_path):
-    half = len(SAMPLES) // 2
-    images = [*SAMPLES[:half], *resized(SAMPLES[half:], 1000)]
-    paths = folder_of(tmp_path, "a", images, dpi=None)
-    expected = [(500, 500)] * half + [(1000, 1000)] * half
-    assert of_folder(paths) == expected
-    assert of_folder(paths[::-1]) == expected[::-1]
-    reader = FolderReader(read_image, find_traits(paths))
-    assert {reader(path).notes for path in paths} == {(OF_TWO_SENSORS.format(500, 1000),)}
-    assert of_folder([paths[0], paths[-1]]) == [(500, 500), (1000, 1000)]
+    assert found[0][0] == found[0][1] == pytest.approx(expected, rel=0.1)
 
 
 def test_prints_alone_or_with_a_resolution_have_no_likely_one(tmp_path):
@@ -176,12 +130,3 @@ def test_prints_enrolled_later_have_the_resolution_of_their_folder(run, tmp_path
     assert len(templates) == len(images)
     assert not any(template.dpi_known for template in templates)
     assert f"{dpi:g} dpi by the ridges of the prints with it" in done.stderr
-
-
-def test_evaluate_and_enrol_name_it_once(run, tmp_path):
-    paths = folder_of(tmp_path, "a", resized(SAMPLES, 350), dpi=None)
-    for words in (("evaluate",), ("enrol", tmp_path / "a.db")):
-        lines = run(*words, tmp_path / "a", "--workers", 1).stderr.splitlines()
-        (line,) = [line for line in lines if "resolution" in line]
-        assert f"{paths[0]} and {len(paths) - 1} others: resolution unknown; " in line
-        assert line.endswith(" dpi by the ridges of the prints with it (--dpi sets it)")

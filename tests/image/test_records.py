@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.formats.agency.an2 import Record
 from fpmatch.image.io.read import decode_image
 from fpmatch.prints.reading import PrintReader
 from tests.formats.made_records import an2_file
@@ -117,25 +116,13 @@ def test_without_the_formats_of_agencies_a_file_of_theirs_is_named(monkeypatch, 
             PrintReader()(path)
 
 
-@pytest.mark.parametrize("separator", [b"\x1d", b"\x1c"])
-def test_pixels_may_look_like_a_field(separator):
-    odd = GREY.copy()
-    odd[3, :8] = np.frombuffer(separator + b"14.999:", np.uint8)
-    image = decoded(an2(tagged_print(odd)))
-    assert np.array_equal(image.pixels, odd)
-    assert image.notes == ()
-
-
-def test_a_field_999_ends_only_records_of_images():
-    assert Record(9, 0, b"9.999:xy\x1d9.012:abc\x1c").fields() == {999: b"xy", 12: b"abc"}
-    record = Record(14, 0, b"14.999:x\x1d14.012:abc\x1c")
-    assert record.fields() == {999: b"x\x1d14.012:abc"}
-
-
-def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside():
+def test_an_unknown_scale_and_pixels_like_a_field_leave_it_to_the_file_inside():
     inside = saved(GREY, "PNG", dpi=(569, 569))
     record = tagged_print(GREY, inside, compression=b"PNG", scale=(0, 0, 0))
     assert decoded(an2(record)).dpi == 569
+    odd = GREY.copy()
+    odd[3, :8] = np.frombuffer(b"\x1d14.999:", np.uint8)  # pixels may look like a field
+    assert np.array_equal(decoded(an2(tagged_print(odd))).pixels, odd)
 
 
 @pytest.mark.parametrize(

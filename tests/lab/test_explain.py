@@ -18,6 +18,7 @@ from fpmatch.lab.explain import default_steps, paper_steps
 from fpmatch.lab.explain.default import DefaultMethod
 from fpmatch.lab.explain.paper import PaperMethod
 from fpmatch.lab.points.match import match_points
+from fpmatch.matching import reference
 from fpmatch.matching.matchers.reference import MATCHER
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.reference.neighbourhood import local_similarity
@@ -76,14 +77,13 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     check(steps, numbers)
     oracle = verify(prints[p].template, prints[q].template, matcher="reference")
     both = [MATCHER.prepare(prints[k].template) for k in (p, q)]
-    pairing, evidence = MATCHER.explain(*both, MATCHER.compare(*both)).detail
+    swapped = numbers["first"] == "q"
+    first, second = both[::-1] if swapped else both
+    pairing, (*_, evidence, _) = reference.match(first, second)
     pairs = [[row["p"], row["q"]] for row in numbers["pairs"]]
     assert pairs == oracle.pairs.tolist() == pair.verification.pairs.tolist()
     for name in ("pairs", "relaxed", "places", "weights", "total", "minus_log_fmr"):
         assert numbers["evidence"][name] == pytest.approx(getattr(evidence, name), abs=1e-9)
-    ours, theirs = (MATCHER.prepare(prints[k].template) for k in (p, q))
-    swapped = numbers["first"] == "q"
-    first, second = (theirs, ours) if swapped else (ours, theirs)
     similarity = local_similarity(first.neighbourhoods, second.neighbourhoods)
     own = np.transpose(numbers["similarity"]) if swapped else numbers["similarity"]
     np.testing.assert_allclose(own, similarity, atol=1e-6)

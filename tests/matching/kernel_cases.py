@@ -3,30 +3,51 @@
 import numpy as np
 
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline.match import Workspace, make_aligner
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+from fpmatch.matching.pipeline.evidence import Evidence, load_weights
+from fpmatch.matching.pipeline.match import index_neighbours, view_of
+from fpmatch.matching.reference.neighbourhood import local_similarity
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 
-def aligner_of(a, b):
-    """Return an aligner that holds two prints, minutiae (4, N) and (4, M)."""
-    aligner = make_aligner(a.shape[1], b.shape[1])
-    aligner.load(a, a.shape[1], b, b.shape[1])
-    return aligner
+def pipeline_for(*prints, weights=None, parameters=USUAL):
+    """Return a pipeline of its own for these prints."""
+    return Pipeline(max(1, *map(len, prints)), parameters, weights or load_weights())
 
 
-def impose(aligner, partner, transform):
-    """Let given pairs under a given transform be the alignment at hand, measured."""
+def match(a, b, pipeline):
+    """Match print A with print B, in the order of their content; return -ln(FMR), or None."""
+    pipeline.load(view_of(a))
+    index_neighbours(pipeline, a)
+    estimate = pipeline.match(view_of(b), False)
+    return None if pipeline.best < 0 else estimate
+
+
+def impose(aligner, a, b, partner, transform):
+    """Let given pairs under a given transform be the current ones of an aligner, measured."""
     listed = np.flatnonzero(partner >= 0)
+    aligner.load(a.points, len(a), b.points, len(b))
     np.asarray(aligner.partner)[: len(partner)] = partner
     np.asarray(aligner.weight)[: len(partner)] = partner >= 0
     np.asarray(aligner.paired)[: len(listed)] = listed
     aligner.pairs = len(listed)
     aligner.c, aligner.s, aligner.x, aligner.y = map(float, transform)
-    aligner.measure()
+    with np.errstate(over="ignore", invalid="ignore"):
+        aligner.predict(True)
     return aligner
 
 
-def match(a, b, scorer=None, parameters=USUAL):
-    """Match print A with print B, in the order of their content; None if nothing is paired."""
-    workspace = Workspace(max(len(a), len(b)), scorer, parameters)
-    workspace.load(a)
-    return workspace.match(b, reference_first=False)
+def overlay(a, b, partner, transform=IDENTITY, *, weights=None, pipeline=None):
+    """Return the evidence of an alignment that is given, the ridges compared."""
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    pipeline = pipeline or pipeline_for(a, b, weights=weights)
+    aligner = impose(pipeline.aligner, a, b, partner, transform)
+    aligner.relax(similarity)
+    sides, scorer = (view_of(a), view_of(b)), pipeline.scorer
+    scorer.choose_model(*sides)
+    scorer.weigh(*sides, aligner, similarity, True)
+    aligner.keep(0)
+    entries = np.array([scorer.evidence])
+    estimate = scorer.estimate(*sides, aligner, entries, 0)
+    return Evidence(*entries[0].tolist(), scorer.total, estimate)

@@ -1,4 +1,4 @@
-"""Evidence of an alignment: the kernel against the reference, and known alignments."""
+"""Evidence and score of an alignment: the kernel against the reference, models, and bounds."""
 
 import math
 from dataclasses import replace
@@ -7,47 +7,88 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from kernel_cases import overlay, pipeline_for
 from matching_prints import (
-    COMPILED,
-    alignments,
     even_field,
+    jittered,
+    moved,
     seeds,
     spread_points,
+    striped_field,
     template_of,
-    templates,
 )
-from matching_weights import all_with, scored_by, some_weights
-from score_cases import ENTRIES, SHOWN, entries_of, overlay, some_case, with_itself
+from matching_weights import REJECTING, all_with, scored_by, some_model, some_weights
+from scipy.stats import poisson
 
-from fpmatch.matching.pipeline.match import evidence_scorer
+from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
+from fpmatch.matching.parameters import USUAL
+from fpmatch.matching.pipeline.evidence import Evidence, load_weights
+from fpmatch.matching.pipeline.match import view_of
+from fpmatch.matching.pipeline.score_model import MODELS, amount_terms
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
-from fpmatch.matching.reference.evidence import weigh
+from fpmatch.matching.reference.evidence import (
+    decades_beyond_chance,
+    features_of,
+    most_decades,
+    weigh,
+)
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.relaxation import relax
 
-FEW = 20 if COMPILED else 6
-FRAME = 8  # frame points of the mesh
+SHOWN = striped_field(side=25)
+NOTHING = dict.fromkeys(Evidence._fields, 0.0)
+
+
+def with_itself(print_, unpaired=0):
+    """Return the evidence of a print aligned with itself, all minutiae paired but the first."""
+    partner = np.arange(len(print_), dtype=np.int32)
+    partner[:unpaired] = -1
+    return overlay(print_, print_, partner)
+
+
+def some_case(seed):
+    """Return two prints, pairs of their minutiae, and a transform; some are dense."""
+    rng = np.random.default_rng(seed)
+    count, spacing, size = (60, 5.0, 100.0) if seed % 5 == 0 else (rng.integers(0, 14), 14.0, 150.0)
+    points = spread_points(rng, int(count), spacing, size)
+    n = points.shape[1]
+    turn, scale = rng.uniform(-0.5, 0.5), rng.uniform(0.94, 1.06)
+    shift = complex(*rng.uniform(-30, 30, 2))
+    sides = []
+    for side in (points, jittered(rng, moved(points, turn, shift, scale), 3.0, 0.1)):
+        field = striped_field(side=int(rng.integers(2, 10)), step=rng.choice([12.0, 16.0, 21.7]))
+        mask = rng.random(field.mask.shape) < rng.choice([0.6, 0.9, 1.0])
+        ridges = field.ridges if rng.random() < 0.7 else None
+        quality = rng.integers(0, 101, n)
+        chosen = replace(field, mask=mask, ridges=ridges) if rng.random() < 0.85 else None
+        sides.append(prepare(template_of(side, quality=quality, field=chosen)))
+    likely = np.arange(n) if rng.random() < 0.5 else rng.permutation(n)
+    partner = np.where(rng.random(n) < 0.7, likely, -1).astype(np.int32)
+    linear = scale * np.exp(1j * turn)
+    return *sides, partner, (linear.real, linear.imag, shift.real, shift.imag)
 
 
 @given(seeds, st.floats(-20, 20), st.floats(-4, 4))
+@settings(max_examples=100)
 def test_evidence_and_score_agree_with_the_reference(seed, bias, level):
     a, b, partner, transform = some_case(seed)
     assume(len(a))
     weights = some_weights(bias=bias, apart=5.0)
     quantiles = weights.models[0].quantiles + np.array([[level], [1.5 * level]])
     weights = all_with(weights, quantiles=quantiles)
-    found = overlay(a, b, partner, transform, weights)
+    found = overlay(a, b, partner, transform, weights=weights)
     move = complex(*transform[:2]), complex(*transform[2:])
     pairing = Pairing(a.points, b.points, partner, (partner >= 0).astype(float), move)
     candidates = relax(a.points, b.points, local_similarity(a.neighbourhoods, b.neighbourhoods))
     with scored_by(weights):
         _, expected = weigh(a, b, candidates, pairing)
-    for name in (*ENTRIES, "total", "minus_log_fmr"):
+    for name in Evidence._fields:
         value = pytest.approx(getattr(expected, name), rel=1e-6, abs=1e-5)
         assert getattr(found, name) == value, name
-    assert found.features == pytest.approx(expected.features, abs=1e-5)
     assert found.similarity == pytest.approx(np.logaddexp(0.0, found.minus_log_fmr), rel=1e-9)
+    most = found.common**2 / 4 * 75.0 / found.area if found.area else 0.0
+    assert 0 <= found.chance <= most * (1 + 1e-12)
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind():
@@ -55,7 +96,7 @@ def test_the_cases_that_are_drawn_are_of_every_kind():
     found = [overlay(*some_case(seed)) for seed in range(40)]
     kinds = [
         (
-            *(one.cells > 0, one.cells == 0, one.unpaired > 0),
+            *(one.cells > 0, one.cells == 0, one.unpaired > 0, one.chance > 3),
             *(0 < one.overlap < 1, one.relaxed > 0),
             *(one.common > 2 * one.pairs, 0 < one.places < one.pairs - 0.1),
         )
@@ -66,31 +107,13 @@ def test_the_cases_that_are_drawn_are_of_every_kind():
 
 
 @given(seeds)
-def test_expected_pairs_are_those_of_minutiae_that_lie_anywhere(seed):
-    """Of M minutiae each has so many of N others within 12 px and 30 degrees in the mean."""
-    a, b, partner, transform = some_case(seed)
-    found = overlay(a, b, partner, transform)
-    if not found.area:
-        assert found.chance == 0
-        return
-    most = found.common**2 / 4 * 75.0 / found.area
-    assert 0 <= found.chance <= most * (1 + 1e-12)
-    one_for_one = with_itself(a)
-    assert one_for_one.chance == pytest.approx(len(a) ** 2 * 75.0 / one_for_one.area)
-
-
-@given(seeds)
-@settings(max_examples=FEW)
-def test_a_scorer_used_before_gives_the_same_and_leaves_what_it_gave(seed):
+@settings(max_examples=20)
+def test_a_scorer_used_before_gives_the_same(seed):
     """Whatever it scored before: a print of more minutiae, with or without ridges."""
-    scorer = evidence_scorer(14, some_weights(apart=3.0))
-    kept = []
-    for case in map(some_case, (seed, seed + 1, seed + 2, seed)):
-        again = overlay(*case, scorer=scorer)
-        fresh = overlay(*case, some_weights(apart=3.0))
-        assert (entries_of(again), again.total) == (entries_of(fresh), fresh.total)
-        kept.append((again.features, again.features.tolist()))
-    assert all(features.tolist() == before for features, before in kept)
+    cases = [some_case(seed + k) for k in (0, 1, 2, 0)]
+    used = pipeline_for(*(case[0] for case in cases))
+    for case in cases:
+        assert overlay(*case, pipeline=used) == overlay(*case)
 
 
 def test_a_print_aligned_with_itself_and_with_one_beside_it():
@@ -101,9 +124,8 @@ def test_a_print_aligned_with_itself_and_with_one_beside_it():
     assert (found.agreement, found.overlap, found.ridges) == (1.0, 1.0, 1.0)
     assert found.local >= 25 - 1e-3
     assert found.relaxed > 0
-    beside = np.array([1.0, 0.0, 900.0, 0.0])
-    found = overlay(print_, print_, np.full(25, -1, np.int32), beside)
-    assert entries_of(replace(found, fewest=0)) == [0] * len(ENTRIES)
+    found = overlay(print_, print_, np.full(25, -1, np.int32), (1.0, 0.0, 900.0, 0.0))
+    assert found._replace(fewest=0)[:-2] == (0,) * (len(found) - 2)
     assert found.agreement == 0.0
 
 
@@ -126,26 +148,94 @@ def test_unpaired_minutiae_count_by_the_square_of_their_quality(quality, unpaire
     assert (found.pairs, found.common) == (8, 24)
 
 
-@given(templates(), templates())
-def test_evidence_is_within_its_bounds(probe, reference):
-    a, b = prepare(probe), prepare(reference)
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    scorer = evidence_scorer(max(len(a), len(b)), some_weights())
-    # none where the local matches lead to no pair, as with minutiae that coincide
-    found = alignments(a.points, b.points, similarity) if len(a) and len(b) else []
-    for pairing in found:
-        linear, shift = pairing.move
-        transform = linear.real, linear.imag, shift.real, shift.imag
-        one = overlay(a, b, pairing.partner, transform, scorer=scorer)
-        assert 0 < one.pairs <= min(len(a), len(b))
-        assert 2 * one.pairs <= one.common <= len(a) + len(b)
-        # where all minutiae of a print are poor, the best of them count for more than one
-        assert 0 <= one.unpaired <= len(a) + len(b)
-        assert 0 < one.agreement <= 1
-        assert 0 <= one.overlap <= 1
-        assert -1 <= one.ridges <= 1
-        assert 0 <= one.cells <= a.region.inside
-        assert min(one.local, one.relaxed, one.places, one.weights, one.fullness) >= 0
-        assert max(one.places, one.weights, one.fullness) <= one.pairs + 1e-9
-        assert np.isfinite(one.features).all()
-        assert 0 <= one.similarity < math.inf
+@pytest.mark.parametrize(
+    ("side", "ridges", "model"), [(25, True, 0), (25, False, 1), (10, True, 2), (10, False, 1)]
+)
+def test_the_model_is_that_of_the_ridges_and_of_the_area(side, ridges, model):
+    points = spread_points(np.random.default_rng(6), 20)
+    field = striped_field(side=side)
+    fields = field, field if ridges else replace(field, ridges=None)
+    a, b = (prepare(template_of(points, field=one)) for one in fields)
+    assert (a.region.area <= SMALL_AREA_PX2) == (side == 10)
+    weights = some_weights(prefilter=REJECTING, apart=100.0)
+    scorer = pipeline_for(a, b, weights=weights).scorer
+    for pair in ((a, b), (b, a)):
+        assert scorer.choose_model(*map(view_of, pair)) == model
+        assert weights.model_of(*pair) is weights.models[model]
+
+
+@given(st.integers(0, 80), st.floats(0, 60), st.floats(-1, 1), st.integers(0, 900))
+def test_pairs_and_ridges_bound_the_rarity(pairs, chance, unusual, cells):
+    """Of dense prints by a bound of the Poisson distribution; up to 3 pairs by chance as usual."""
+    decades = 1.2 * max(pairs - 1, 0)
+    mean = chance * float(np.clip((chance - 3) / 2, 0, 1))
+    if mean > 0:
+        n = max(pairs, mean)
+        decades = min(decades, (n * math.log(n / mean) - n + mean) / math.log(10))
+    agreeing = float(np.clip(unusual / 0.2, 0, 1))
+    found = most_decades(pairs, chance, unusual, cells)
+    assert found == pytest.approx(decades + agreeing * cells / 12, abs=1e-9)
+    if chance >= 5:
+        by_chance = poisson.logsf(pairs - 1, chance) / math.log(10)
+        assert by_chance <= -most_decades(pairs, chance, 0.0, 0) + 1e-9
+
+
+@given(
+    st.integers(0, 80), st.floats(0, 60), st.floats(-20, 30), st.floats(-1, 1), st.floats(0, 900)
+)
+def test_decades_beyond_chance(pairs, by_chance, nearness, ridges, cells):
+    mean = max(by_chance, 0.05)
+    decades = 0.5 * nearness
+    if pairs > mean:
+        decades += (pairs * math.log(pairs / mean) - pairs + mean) / math.log(10)
+    agreeing = float(np.clip((ridges - 0.115) / 0.2, 0, 1))
+    decades += agreeing * (min(cells, 24) / 12 + max(cells - 24, 0) / 48)
+    measured = decades_beyond_chance(pairs, by_chance, nearness, ridges, cells)
+    assert measured == pytest.approx(decades, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_same_sum_is_worth_less_where_less_was_compared(name):
+    """By the weights of the package: less of both minutiae and area."""
+    model = load_weights().models[MODELS.index(name)]
+
+    def worth(minutiae, area):
+        low, high = model.quantiles @ amount_terms(minutiae, area)
+        return (8.0 - low) / (high - low)
+
+    found = [worth(*part) for part in ((4, 5000.0), (6, 8000.0), (8, 12000.0), (12, 25000.0))]
+    assert found == sorted(found)
+    assert worth(60, 90000.0) == pytest.approx(worth(200, 120000.0), rel=0.02)
+
+
+def sum_of(**entries):
+    """Return the weighted sum of evidence of which all that is not given is 0."""
+    model = some_model()
+    return float(model.sums(features_of(model, NOTHING | entries, USUAL)))
+
+
+GENUINE = {
+    **{"pairs": 20, "local": 9.0, "unpaired": 6.0, "common": 52, "overlap": 0.7, "relaxed": 0.6},
+    **{"places": 18.0, "weights": 15.0, "fullness": 14.0},
+    **{"fewest": 30, "ridges": 0.45, "cells": 130},
+}
+
+
+@given(
+    st.sampled_from(sorted({*GENUINE} - {"pairs", "common"})),
+    st.floats(0.01, 1),
+    st.floats(0.01, 1),
+)
+def test_what_agrees_raises_the_sum_and_what_does_not_lowers_it(name, low, more):
+    scale = 100 if name == "cells" else 1
+    less, greater = (sum_of(**GENUINE | {name: scale * value}) for value in (low, low + more))
+    assert (less > greater) if name in {"unpaired", "fewest"} else (less < greater)
+
+
+@given(st.floats(0.5, 1), st.floats(0, 1), st.integers(2, 40))
+def test_a_good_pair_that_is_lost_lowers_the_sum(each, quality, pairs):
+    sums = []
+    for n, unpaired in ((pairs, 3.0), (pairs - 1, 3.0 + 2 * quality**2)):
+        agreeing = dict.fromkeys(("local", "relaxed", "places", "weights", "fullness"), n * each)
+        sums.append(sum_of(pairs=n, unpaired=unpaired, overlap=0.7, **agreeing))
+    assert sums[1] < sums[0]

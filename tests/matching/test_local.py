@@ -18,7 +18,7 @@ TOLERANCE = MatchParameters(tolerance_px=9.0, tolerance_per_px=0.08)
 MOST = 20
 """Minutiae a side; the work of the kernel grows with their square."""
 
-NARROWEST_PX, WIDEST_PX = 5.0, 15.0
+NARROWEST_PX, WIDEST_PX = 7.5, 15.0
 
 
 def similarity_from_the_definition(count_a, frame_a, count_b, frame_b, min_cosine):
@@ -54,30 +54,28 @@ def one_neighbourhood(places):
     return Neighbourhoods(np.array([n], np.int32), np.zeros((1, n), np.int32), frame)
 
 
-def indexed_similarity(a, b, min_cosine, *, by_a, side=8.0):
+def indexed_similarity(a, b, p, *, by_a):
     """Return what the kernel finds by an index of A's neighbours, or of B's."""
     similarity = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
-    # the widest tolerance of `some_frames` over the narrowest makes up for any of the other side
-    slack = 1.0 if by_a else WIDEST_PX / NARROWEST_PX
-    cells = (side, 12, math.acos(min_cosine), slack, a[1].shape[2])
-    index = kernel.NeighbourIndex(*(a if by_a else b), *cells)
+    index = kernel.NeighbourIndex(*(a if by_a else b), p)
     other = b if by_a else a
-    index.to_prints(*other, len(other[0]), min_cosine, similarity, not by_a)
+    index.to_prints(*other, len(other[0]), similarity, not by_a)
     return similarity
 
 
-@given(seeds, st.sampled_from([5.0, 20.0, 100.0]), st.floats(-0.9, 0.95))
-def test_kernel_agrees_with_its_definition(seed, reach, min_cosine):
+@given(seeds, st.sampled_from([5.0, 20.0, 200.0]), st.floats(1, 90), st.integers(1, 9))
+def test_kernel_agrees_with_its_definition(seed, reach, degrees, fewest):
+    """Whichever print is indexed, to the last bit; of which neighbours lie beyond the cells."""
     rng = np.random.default_rng(seed)
-    a = some_frames(rng, int(rng.integers(0, 8)), 6, reach)
-    b = some_frames(rng, int(rng.integers(0, 8)), 9, reach)
-    expected = similarity_from_the_definition(*a, *b, min_cosine)
-    found = indexed_similarity(a, b, min_cosine, by_a=True)
+    # with the slack of this growth the widest tolerance suffices where the narrowest is indexed
+    p = MatchParameters(tolerance_per_px=0.5, neighbour_turn_deg=degrees, fewest_neighbours=fewest)
+    a, b = (some_frames(rng, int(rng.integers(0, 8)), 9, reach) for _ in range(2))
+    expected = similarity_from_the_definition(*a, *b, p.neighbour_cosine)
+    sizes = (np.maximum(side[0], fewest) for side in (a, b))
+    expected /= np.sqrt(np.multiply.outer(*sizes))
+    found = indexed_similarity(a, b, p, by_a=True)
     assert found == pytest.approx(expected, abs=1e-5)
-    for side in (8.0, 3.0, 40.0):  # of which the last reach beyond the neighbours, the others not
-        for by_a in (True, False):
-            again = indexed_similarity(a, b, min_cosine, by_a=by_a, side=side)
-            assert again.tolist() == found.tolist()
+    assert indexed_similarity(a, b, p, by_a=False).tolist() == found.tolist()
 
 
 @given(seeds)

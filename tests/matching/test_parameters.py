@@ -11,11 +11,9 @@ from matching_prints import COMPILED
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import MatcherError
 from fpmatch.image.extract import extract
-from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers.paper import PaperMatcher
 from fpmatch.matching.matchers.reference import ReferenceMatcher
 from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
-from fpmatch.matching.registry import get_matcher
+from fpmatch.matching.registry import OWN_MATCHERS, get_matcher, matcher_names
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 KNOWN = parameters_of(MATCHER.parameters)
@@ -65,36 +63,30 @@ def test_a_name_makes_the_same_matcher(given_):
     assert get_matcher(made.name) is again
 
 
-@pytest.mark.parametrize("name", sorted(KNOWN))
-def test_every_parameter_has_a_meaning_and_a_default_in_its_range(name):
-    one = KNOWN[name]
-    assert one.least <= one.value <= one.most
-    assert one.meaning
-    assert name.endswith("_px") == ("px" in one.unit)
+WRONG = {
+    "unit-circle:round=3": "no parameter 'round'. Did you mean 'rounds'?",
+    "unit-circle:rounds=three": "rounds is a whole number, not 'three'",
+    "unit-circle:rounds=2.5": "rounds is a whole number, not '2.5'",
+    "unit-circle:reach_px=nan": "reach_px is a number, not 'nan'",
+    "unit-circle:reach_px=inf": "reach_px lies from 0.1 to 100, not inf",
+    "unit-circle:rounds=-1": "rounds lies from 1 to 20, not -1",
+    "unit-circle:rounds": "parameters are NAME=VALUE, not 'rounds'",
+    "unit-circle:rounds=1,rounds=2": "rounds is given twice",
+    "unit-circle:rounds=1,": "parameters are NAME=VALUE, not ''",
+    "paper:rho=1.5": "rho lies from 0 to 1, not 1.5",
+    "paper:area_tolerance=0": "area_tolerance lies from",
+    "paper:rounds=3": "matcher paper has no parameter 'rounds'",
+    "unit-circl:rounds=3": "unknown matcher 'unit-circl'",
+    "unit_circle": "known: paper, reference, unit-circle. Did you mean 'unit-circle'?",
+    "": "unknown matcher ''",
+}
 
 
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("unit-circle:round=3", "no parameter 'round'. Did you mean 'rounds'?"),
-        ("unit-circle:rounds=three", "rounds is a whole number, not 'three'"),
-        ("unit-circle:rounds=2.5", "rounds is a whole number, not '2.5'"),
-        ("unit-circle:reach_px=nan", "reach_px is a number, not 'nan'"),
-        ("unit-circle:reach_px=inf", "reach_px lies from 0.1 to 100, not inf"),
-        ("unit-circle:rounds=-1", "rounds lies from 1 to 20, not -1"),
-        ("unit-circle:rounds", "parameters are NAME=VALUE, not 'rounds'"),
-        ("unit-circle:rounds=1,rounds=2", "rounds is given twice"),
-        ("unit-circle:rounds=1,", "parameters are NAME=VALUE, not ''"),
-        ("paper:rho=1.5", "rho lies from 0 to 1, not 1.5"),
-        ("paper:area_tolerance=0", "area_tolerance lies from"),
-        ("paper:rounds=3", "matcher paper has no parameter 'rounds'"),
-        ("unit-circl:rounds=3", "unknown matcher 'unit-circl'"),
-    ],
-)
-def test_a_wrong_parameter_is_named(name, why):
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_name_or_parameter_is_named(name):
     with pytest.raises(MatcherError) as error:
         get_matcher(name)
-    assert why in str(error.value)
+    assert WRONG[name] in str(error.value)
     assert "\n" not in str(error.value)
 
 
@@ -104,9 +96,7 @@ def test_an_argument_of_another_kind_is_refused(value):
         UnitCircleMatcher(rounds=value)
 
 
-def test_a_calibration_is_not_used_for_other_parameters():
-    usual = load_calibration("paper")
-    assert load_calibration(PaperMatcher(rho=0.9).name) == usual
-    for name in ("unit-circle:rounds=5", "paper:rho=0.9,area_tolerance=0.2", "reference:rounds=5"):
-        with pytest.raises(MatcherError, match="is for its usual parameters"):
-            load_calibration(name)
+def test_matchers_are_found_by_their_names():
+    names = matcher_names()
+    assert [get_matcher(name).name for name in names] == names == sorted(names)
+    assert set(OWN_MATCHERS) <= set(names)

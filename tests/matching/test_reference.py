@@ -36,9 +36,9 @@ from fpmatch.matching.matchers.reference import ReferenceMatcher
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
+from fpmatch.matching.pipeline.evidence import Evidence
 from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.reference import pair_mesh
-from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 
@@ -70,14 +70,11 @@ def hold_equal(probe, reference):
         assert getattr(plain, name) == pytest.approx(getattr(compiled, name), rel=1e-9, abs=1e-9)
     assert (plain.detail is None) == (compiled.detail is None)
     if compiled.detail is not None:
-        (alignment, evidence), (own_alignment, own_evidence) = compiled.detail, plain.detail
-        for entry in fields(evidence):
-            ours, theirs = (getattr(side, entry.name) for side in (own_evidence, evidence))
-            relative = 1e-9 if entry.name in AREAS else 0.0
-            assert ours == pytest.approx(theirs, rel=relative, abs=1e-9), entry.name
-        if not isinstance(alignment, Pairing):
-            assert alignment.partner.tolist() == own_alignment.partner.tolist()
-            np.testing.assert_allclose(alignment.weight, own_alignment.weight, atol=1e-6)
+        for name in Evidence._fields:
+            ours, theirs = (getattr(one.detail.evidence, name) for one in (plain, compiled))
+            relative = 1e-9 if name in AREAS else 0.0
+            assert ours == pytest.approx(theirs, rel=relative, abs=1e-9), name
+        assert plain.detail.competing == compiled.detail.competing
         matrices = plain.transform.matrix, compiled.transform.matrix
         np.testing.assert_allclose(*matrices, rtol=1e-9, atol=1e-6)
     return compiled
@@ -187,8 +184,8 @@ def test_eq_3_enters_by_the_places_on_the_circle():
     prints = [method.prepare(extract(path)) for path in SAMPLES[:3:2]]
     _, before = method.match(*prints)
     _, after = method.match(*prints, ReferenceMatcher(place_tolerance=0.15).parameters)
-    assert after.places < before.places
-    assert after.total != before.total
+    assert after.evidence.places < before.evidence.places
+    assert after.evidence.total != before.evidence.total
 
 
 def test_the_reference_imports_no_kernel_of_the_matcher():

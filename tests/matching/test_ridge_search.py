@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import example, given
-from kernel_cases import aligner_of
 from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
 
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL, MatchParameters
+from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.pipeline.match import view_of
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.ridges import search_by_ridges
@@ -23,17 +24,15 @@ ROOM = 40
 P = USUAL
 
 
-def pairs_of(search, found):
-    return [(search.first[k], search.second[k], search.value[k]) for k in range(found)]
-
-
-def searched(a, b, parameters=P):
-    """Return the pairs that the kernel finds, and their values."""
-    search = RidgeSearch(parameters)
-    return pairs_of(
-        search,
-        search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM)),
-    )
+def searched(a, b, parameters=P, *, every=True, search=None):
+    """Return the pairs that the kernel finds among all, or among the candidates; and these."""
+    search = search or RidgeSearch(parameters)
+    relaxation = Relaxation(parameters, len(a), len(b))
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    count = relaxation.load(a.points, len(a), b.points, len(b), similarity)
+    found = search.search(view_of(a), view_of(b), relaxation, every, RidgeCorrelator(ROOM))
+    candidates = np.array(relaxation.first[:count]), np.array(relaxation.second[:count])
+    return [(search.first[k], search.second[k]) for k in range(found)], candidates
 
 
 def pair_transform(small, i, large, j):
@@ -72,17 +71,17 @@ def test_search_agrees_with_the_reference(seed):
         ridge_starts=int(rng.integers(1, 4)),
         least_flow=float(rng.choice([-1.0, 0.3, 0.8])),
     )
-    found = searched(a, b, p)
-    assert [pair[:2] for pair in found] == search_by_ridges(a, b, None, p)
+    found, _ = searched(a, b, p)
+    assert found == search_by_ridges(a, b, None, p)
     if a.region.area != b.region.area:  # of equal ones, the first is looked for
-        assert [(j, i, value) for i, j, value in searched(b, a, p)] == found
+        assert [(j, i) for i, j in searched(b, a, p)[0]] == found
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_part_is_found_where_it_was_cut_out(whole, seed):
     """The pair found first maps the part, turned and moved, to where it was."""
     a, b = prepare(window(whole, 110.0, np.random.default_rng(seed))), prepare(whole)
-    pairs = searched(a, b)
+    pairs, _ = searched(a, b)
     if not len(a):
         assert pairs == []
         return
@@ -104,12 +103,6 @@ def test_single_minutia_and_the_ridges_round_it_are_a_match(whole):
     assert abs(found.transform.tx) + abs(found.transform.ty) < 1e-6
 
 
-def relaxed(a, b):
-    """Return an aligner whose local matches are relaxed, and the number of candidates."""
-    aligner = aligner_of(a.points, b.points)
-    return aligner, aligner.relax(local_similarity(a.neighbourhoods, b.neighbourhoods))
-
-
 @given(seeds)
 def test_larger_prints_are_looked_for_among_the_candidates(seed):
     """The one pair under which the ridges agree best, as the search of all pairs would find it."""
@@ -120,13 +113,8 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed):
         candidate_flow=float(rng.choice([-1.0, 0.5])),
         candidate_value=float(rng.choice([0.0, 1.0, 3.0])),
     )
-    aligner, count = relaxed(a, b)
-    found = aligner.relaxation
-    candidates = np.array(found.first[:count]), np.array(found.second[:count])
-    search, correlator = RidgeSearch(p), RidgeCorrelator(ROOM)
-    sides = a.for_kernels(), b.for_kernels()
-    count = search.search_candidates(*sides, aligner.relaxation, correlator)
-    expected = search_by_ridges(a, b, candidates, p)
-    assert [pair[:2] for pair in pairs_of(search, count)] == expected
+    search = RidgeSearch(p)
+    found, candidates = searched(a, b, p, every=False, search=search)
+    assert found == search_by_ridges(a, b, candidates, p)
     # and what was searched before leaves no trace
-    assert pairs_of(search, search.search(*sides, correlator)) == searched(a, b, p)
+    assert searched(a, b, p, search=search)[0] == searched(a, b, p)[0]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from kernel_cases import aligner_of, impose
+from kernel_cases import IDENTITY, impose
 from matching_prints import (
     NO_POINTS,
     moved,
@@ -21,7 +21,9 @@ from matching_prints import (
 )
 
 from fpmatch import extract, verify
-from fpmatch.matching.pipeline._kernels import _ridge_kernel
+from fpmatch.matching.parameters import USUAL
+from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
+from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.prints import prepared as preparation
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
@@ -31,13 +33,6 @@ from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 MOST_CELLS = 16384
 ROOM = 20  # for pairs
-IDENTITY = (1.0, 0.0, 0.0, 0.0)
-
-
-def mesh_of(a, b, partner, transform):
-    """Return the measured mesh of given pairs under a given transform."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return impose(aligner_of(a.points, b.points), partner, transform).mesh
 
 
 def compared_by_reference(a, b, partner, transform):
@@ -52,8 +47,8 @@ def compared_by_reference(a, b, partner, transform):
 def compared(a, b, transform=IDENTITY, partner=None):
     """Return correlation and cells as the kernel finds them; no minutiae paired if not given."""
     pairs = np.full(len(a), -1, np.int32) if partner is None else partner
-    correlator = _ridge_kernel.RidgeCorrelator(len(b))
-    mesh = mesh_of(a, b, pairs, transform)
+    correlator = RidgeCorrelator(len(b))
+    mesh = impose(Aligner(len(a), len(b), USUAL), a, b, pairs, transform).mesh
     cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
     return correlator.correlation, cells
 

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from fpmatch import Minutiae, Template, extract, verify
 from fpmatch.matching.scale import MIN_PAIRS, measure_scale
 
+PAIRS = np.column_stack([np.arange(30)] * 2)
+
 
 @pytest.fixture(scope="module")
 def scattered():
@@ -27,48 +29,6 @@ def moved(template, scale, noise_px=0.0, seed=1):
     return replace(template, minutiae=Minutiae(places.real, places.imag, m.angle), field=None)
 
 
-def all_pairs(template):
-    return np.column_stack([np.arange(len(template.minutiae))] * 2)
-
-
-@given(st.floats(0.5, 2), st.floats(150, 1200), st.floats(150, 1200))
-def test_lengths_are_compared_in_millimetres(scattered, scale, probe_dpi, reference_dpi):
-    probe = replace(scattered, dpi=probe_dpi)
-    reference = replace(moved(scattered, scale), dpi=reference_dpi)
-    measured = measure_scale(probe, reference, all_pairs(probe))
-    assert measured.ratio == pytest.approx(scale * probe_dpi / reference_dpi, rel=1e-5)
-    assert measured.error < 1e-3 * measured.ratio
-
-
-@given(st.floats(0.8, 1.25), st.integers(0, 1000))
-def test_both_ways_are_the_same(scattered, scale, seed):
-    other = moved(scattered, scale, noise_px=4.0, seed=seed)
-    there = measure_scale(scattered, other, all_pairs(scattered))
-    back = measure_scale(other, scattered, all_pairs(scattered))
-    assert there.ratio * back.ratio == pytest.approx(1, abs=1e-9)
-    assert there.differs == back.differs
-
-
-def test_the_error_is_as_large_as_the_scatter(scattered):
-    pairs = all_pairs(scattered)
-    found = [measure_scale(scattered, moved(scattered, 1.0, 5.0, k), pairs) for k in range(200)]
-    found = [one for one in found if one is not None]
-    expected = np.mean([one.error for one in found])
-    assert np.std([one.ratio for one in found]) == pytest.approx(expected, rel=0.25)
-
-
-def test_skin_is_let_be_and_a_wrong_resolution_is_not(scattered):
-    pairs = all_pairs(scattered)
-    for scale, differs in ((1.0, False), (1.05, False), (0.95, False), (1.138, True), (0.88, True)):
-        measured = measure_scale(scattered, moved(scattered, scale, 2.0), pairs)
-        assert measured.differs is differs, scale
-    vague = moved(scattered, 1.0, 60.0, seed=1), moved(scattered, 1.1, 60.0, seed=2)
-    assert not measure_scale(*vague, pairs).differs
-    assert measure_scale(scattered, scattered, pairs[: MIN_PAIRS - 1]) is None
-    heap = replace(scattered, minutiae=Minutiae(np.ones(30), np.ones(30), np.ones(30)))
-    assert measure_scale(heap, heap, all_pairs(heap)) is None
-
-
 @pytest.mark.parametrize("factor", [1.0, 0.88, 1.138, 0.5, 2.0])
 def test_a_wrong_resolution_is_found_match_or_not(print_, factor):
     decision = verify(replace(print_, dpi=print_.dpi * factor), print_)
@@ -84,3 +44,30 @@ def test_different_fingers_have_no_scale(fingers):
     assert verify(a, b).scale is None
     at_the_edge = replace(a, dpi=110.0)
     assert verify(at_the_edge, b).scale is None
+
+
+@given(st.floats(0.5, 2), st.floats(150, 1200), st.floats(150, 1200), st.integers(0, 1000))
+def test_lengths_are_compared_in_millimetres_and_both_ways_alike(scattered, scale, p, q, seed):
+    probe = replace(scattered, dpi=p)
+    for noise_px, within in ((0.0, 1e-5), (4.0, 0.1)):
+        reference = replace(moved(scattered, scale, noise_px, seed), dpi=q)
+        there = measure_scale(probe, reference, PAIRS)
+        assert there.ratio == pytest.approx(scale * p / q, rel=within)
+        assert there.error < within * there.ratio
+        back = measure_scale(reference, probe, PAIRS)
+        assert there.ratio * back.ratio == pytest.approx(1, abs=1e-9)
+        assert there.differs == back.differs
+
+
+def test_skin_is_let_be_and_a_wrong_resolution_is_not(scattered):
+    for scale, differs in ((1.0, False), (1.05, False), (0.95, False), (1.138, True), (0.88, True)):
+        measured = measure_scale(scattered, moved(scattered, scale, 2.0), PAIRS)
+        assert measured.differs is differs, scale
+    vague = moved(scattered, 1.0, 60.0, seed=1), moved(scattered, 1.1, 60.0, seed=2)
+    assert not measure_scale(*vague, PAIRS).differs
+    assert measure_scale(scattered, scattered, PAIRS[: MIN_PAIRS - 1]) is None
+    heap = replace(scattered, minutiae=Minutiae(np.ones(30), np.ones(30), np.ones(30)))
+    assert measure_scale(heap, heap, PAIRS) is None
+    found = [measure_scale(scattered, moved(scattered, 1.0, 5.0, k), PAIRS) for k in range(200)]
+    expected = np.mean([one.error for one in found])  # as large as the scatter
+    assert np.std([one.ratio for one in found]) == pytest.approx(expected, rel=0.25)

@@ -1,6 +1,5 @@
 import math
 import pickle
-import re
 from pathlib import Path
 
 import numpy as np
@@ -51,31 +50,6 @@ def test_a_match_needs_no_reason_and_a_no_has_one(matcher):
         assert "\n" not in other.reason
 
 
-@pytest.mark.parametrize("minutiae", [2, 3, 4])
-def test_few_minutiae_are_too_little_to_decide(minutiae):
-    few = template_of(POINTS[:, :minutiae].copy())
-    found = verify(few, IMPOSTOR)
-    assert not found.match
-    form = (
-        r"(\d+) minutiae on (\d+) mm² in the smaller print, where about (\d+) on (\d+) mm² are "
-        r"usually needed for a score of 40\.0"
-    )
-    assert found.decision == "inconclusive"
-    there, area, needed, needed_area = map(int, re.fullmatch(form, found.reason).groups())
-    assert there == minutiae < needed
-    assert area < needed_area
-    assert verify(few, IMPOSTOR, threshold=0).shortage is None
-
-
-def test_a_verification_says_how_much_was_compared():
-    found = verify(PROBE, PROBE).compared
-    assert found.minutiae == 36
-    assert found.area_mm2 > 0
-    assert (found.ridge_agreement, found.ridge_area_mm2) == (None, 0.0)
-    assert verify(PROBE, EMPTY).compared is None
-    assert verify(PROBE, PROBE, matcher="paper").compared is None
-
-
 def test_the_score_decides_from_the_threshold_on():
     # As little of the print as can be told from nothing, so that the score is not at an end.
     parts = (template_of(POINTS[:, :n].copy()) for n in range(3, 18))
@@ -83,20 +57,6 @@ def test_the_score_decides_from_the_threshold_on():
     assert score < 100
     assert verify(PROBE, part, threshold=score).match
     assert not verify(PROBE, part, threshold=math.nextafter(score, 100)).match
-
-
-def test_nothing_found_is_no_match_at_any_threshold():
-    found = verify(PROBE, EMPTY, threshold=0)
-    assert not found.match
-    assert (found.score, found.fmr, found.transform) == (0.0, 1.0, None)
-    assert found.pairs.shape == (0, 2)
-
-
-@pytest.mark.parametrize("threshold", [-0.1, 100.1, math.inf, -math.inf, math.nan])
-def test_threshold_outside_the_scale(threshold):
-    with pytest.raises(MatcherError, match=r"threshold .*0\.\.100") as caught:
-        verify(EMPTY, EMPTY, threshold=threshold)
-    assert f"{threshold:g}" in str(caught.value)
 
 
 class _Halves(Matcher):
@@ -158,25 +118,6 @@ def test_only_a_no_is_explained():
     assert len(explained) == 1
 
 
-def test_a_verification_equals_itself_alone_and_has_a_hash():
-    found, again = verify(PROBE, IMPOSTOR), verify(PROBE, IMPOSTOR)
-    assert found != again
-    assert len({found, found, again}) == 2
-
-
-@pytest.mark.parametrize("matcher", [3, None, object()])
-def test_what_is_no_matcher_is_refused(matcher):
-    with pytest.raises(MatcherError, match=r"is no subclass of fpmatch\.matching\.result\.Matcher"):
-        verify(PROBE, PROBE, matcher=matcher)
-
-
-def test_a_verification_can_be_pickled():
-    found = verify(PROBE, IMPOSTOR)
-    copy = pickle.loads(pickle.dumps(found))
-    assert (copy.reason, copy.transform) == (found.reason, found.transform)
-    assert copy.pairs.tolist() == found.pairs.tolist()
-
-
 @pytest.mark.parametrize("second", ["101_3", "101_2"])
 def test_the_map_of_ridges_is_of_the_number_that_the_score_used(second):
     """Both ways round: the cells are of either print."""
@@ -190,8 +131,37 @@ def test_the_map_of_ridges_is_of_the_number_that_the_score_used(second):
     document = found.ridge_map.as_dict()
     values = [value for _, _, value in document["cells"]]
     assert np.mean(values) == pytest.approx(document["mean"], abs=1e-4)
+    for matcher in ("unit-circle", "paper"):  # ridges were not compared
+        assert verify(PROBE, PROBE, matcher=matcher).ridge_map is None
 
 
-def test_there_is_no_map_where_ridges_are_not_compared():
-    assert verify(PROBE, PROBE).ridge_map is None
-    assert verify(PROBE, PROBE, matcher="paper").ridge_map is None
+def test_without_ridges_a_verification_contains_what_was_compared():
+    found = verify(PROBE, PROBE).compared
+    assert found.minutiae == 36
+    assert found.area_mm2 > 0
+    assert (found.ridge_agreement, found.ridge_area_mm2) == (None, 0.0)
+    nothing = verify(PROBE, EMPTY, threshold=0)  # no match at any threshold
+    assert (nothing.match, nothing.score, nothing.fmr) == (False, 0.0, 1.0)
+    assert (nothing.transform, nothing.pairs.shape, nothing.compared) == (None, (0, 2), None)
+    assert verify(PROBE, PROBE, matcher="paper").compared is None
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [({"threshold": one}, "threshold must lie in 0..100, not") for one in (-0.1, 100.1, math.nan)]
+    + [({"matcher": one}, "is no subclass of fpmatch.matching.result.") for one in (3, None)],
+)
+def test_what_is_no_threshold_or_matcher_is_refused(options, reason):
+    with pytest.raises(MatcherError) as caught:
+        verify(EMPTY, EMPTY, **options)
+    assert reason in str(caught.value)
+
+
+def test_a_verification_equals_itself_alone_and_can_be_sent():
+    found, again = verify(PROBE, IMPOSTOR), verify(PROBE, IMPOSTOR)
+    assert found != again
+    assert len({found, found, again}) == 2
+    copy = pickle.loads(pickle.dumps(found))
+    assert (copy.reason, copy.transform) == (found.reason, found.transform)
+    assert copy.pairs.tolist() == found.pairs.tolist()
+    assert copy.reachable_score == found.reachable_score

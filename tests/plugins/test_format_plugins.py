@@ -1,12 +1,15 @@
 """Template formats of other packages: read and written wherever ours are."""
 
+import importlib.util
+
 import numpy as np
 import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
 from fpmatch import load_template, save_template
 from fpmatch.base.plugins import FORMATS, forget_plugins
-from fpmatch.errors import TemplateError
+from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name, known_codecs
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.prints.reading import content_of
@@ -14,7 +17,7 @@ from fpmatch.prints.reading import content_of
 GUIDE = "add_a_format.md"
 PRINTS = [ROOT / "sample_data" / f"101_{n}.tif" for n in (1, 3)]
 CARELESS = """
-from fpmatch.formats.codec import Codec
+from fpmatch.formats.record import Codec
 
 def fail(*given):
     raise KeyError("fault")
@@ -53,43 +56,6 @@ def test_a_template_is_written_and_read(template, tmp_path):
     assert np.allclose(read.minutiae.xy, template.minutiae.xy)
     assert np.allclose(read.minutiae.angle, template.minutiae.angle)
     assert find_prints([tmp_path])[0].path == path
-
-
-@pytest.mark.usefixtures("deg")
-def test_the_commands_of_the_guide_work(run):
-    commands = shown_commands(GUIDE)
-    assert [words[0] for words in commands] == ["convert", "verify"]
-    for words in commands:
-        result = run(*(ROOT / word if word.startswith("sample_data") else word for word in words))
-        assert result.exit_code == 0, result.stderr
-
-
-@pytest.mark.usefixtures("deg")
-def test_every_command_takes_it(run, tmp_path):
-    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
-    assert "Minutiae in degrees" in run("inspect", "templates/101_1.deg").stdout
-    assert run("convert", "templates/101_1.deg", "a.json", "--from", "deg").exit_code == 0
-    assert run("enrol", "prints.db", "templates").exit_code == 0
-    assert run("extract", "--gallery", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
-    assert sorted(path.name for path in (tmp_path / "work/out").iterdir()) == [
-        "101_1.deg",
-        "101_3.deg",
-    ]
-    score = ("score", "--references", "out", "--probes", "templates", "-o", "scores.csv")
-    assert run(*score).exit_code == 0
-    for command in ("convert", "extract"):
-        assert "|deg]" in "".join(run(command, "--help-all").stdout.split())
-    wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
-    assert wrong.exit_code == 2
-    assert "'deg'" in wrong.stderr
-
-
-def test_processes_find_it(site, deg, run, tmp_path):
-    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
-    words = ("--references", "templates", "--probes", "templates", "-o", "s.csv", "--workers", 2)
-    done = fpmatch("score", *words, cwd=tmp_path / "work", path=site)
-    assert done.returncode == 0, done.stderr
-    assert len((tmp_path / "work/s.csv").read_text().splitlines()) == 1 + 4
 
 
 @pytest.mark.usefixtures("deg")
@@ -134,7 +100,7 @@ def test_a_format_that_cannot_be_loaded_is_named_and_the_others_work(template, t
 @pytest.mark.usefixtures("deg")
 def test_what_is_no_record_is_an_error_of_the_format(site, template, tmp_path):
     (site / "idle.py").write_text(
-        "from fpmatch.formats.codec import Codec\n"
+        "from fpmatch.formats.record import Codec\n"
         "same = lambda *given: 3\n"
         'CODEC = Codec("idle", "Idle", (".idle",), lambda head: head == b"idle", same, same)\n'
     )
@@ -146,3 +112,39 @@ def test_what_is_no_record_is_an_error_of_the_format(site, template, tmp_path):
     path.write_bytes(b"idle")
     with pytest.raises(TemplateError, match="idle: TypeError: returned int, not TemplateRecord"):
         load_template(path)
+
+
+def test_every_command_takes_it(site, deg, run, tmp_path):
+    commands = shown_commands(GUIDE)
+    assert [words[0] for words in commands] == ["convert", "verify"]
+    for words in commands:
+        result = run(*(ROOT / word if word.startswith("sample_data") else word for word in words))
+        assert result.exit_code == 0, result.stderr
+    assert run("extract", *PRINTS, "-o", "templates", "--format", "deg").exit_code == 0
+    assert "Minutiae in degrees" in run("inspect", "templates/101_1.deg").stdout
+    assert run("convert", "templates/101_1.deg", "a.json", "--from", "deg").exit_code == 0
+    assert run("enrol", "prints.db", "templates").exit_code == 0
+    assert run("extract", "--gallery", "prints.db", "-o", "out", "--format", "deg").exit_code == 0
+    words = ("--references", "out", "--probes", "templates", "-o", "s.csv", "--workers", 2)
+    done = fpmatch("score", *words, cwd=tmp_path / "work", path=site)
+    assert done.returncode == 0, done.stderr
+    assert len((tmp_path / "work/s.csv").read_text().splitlines()) == 1 + 4
+    assert "|deg]" in "".join(run("extract", "--help-all").stdout.split())
+    wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
+    assert wrong.exit_code == 2
+    assert "'deg'" in wrong.stderr
+
+
+def test_the_format_of_one_file_reads_what_it_writes_and_refuses_the_rest(template):
+    path = ROOT / "docs" / "how-to" / "one_file" / "tab_format.py"
+    spec = importlib.util.spec_from_file_location("tab_format", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    codec = module.CODEC
+    data = codec.encode(TemplateRecord("", (View(template),))).data
+    assert codec.recognises(data)
+    assert codec.decode(data, ReadingOptions()).single().template.minutiae == template.minutiae
+    head = b"#tab\t9\t9\t"
+    for broken in (b"", b"#tab\t1\n", head + b"x\n", head + b"500\n1\t2\t3\t4\n", b"\xff"):
+        with pytest.raises(FpmatchError):
+            codec.decode(broken, ReadingOptions())

@@ -29,23 +29,6 @@ def sift(monkeypatch):
     return get_matcher("sift:MATCHER")
 
 
-class Recording(Matcher):
-    """Keep the images that are given, by the size of their templates."""
-
-    name = "recording"
-    wants_image = True
-
-    def __init__(self):
-        self.given = []
-
-    def prepare(self, template, image):
-        self.given.append((template, image))
-        return len(template.minutiae)
-
-    def compare(self, probe, reference):
-        return nothing_found("recorded", float(min(probe, reference)))
-
-
 def test_sift_tells_fingers_apart_and_is_symmetric(sift):
     prints = [sift.prepare(extract(path), read_image(path).pixels) for path in FILES]
     first, *others = prints
@@ -68,25 +51,6 @@ def test_evaluate_measures_it_with_its_parameters(sift):
     assert usual.sets[0].genuine == 24
     assert usual.sets[0].rates.eer < 0.2
     assert (narrow.sets[0].outcomes["similarity"] != usual.sets[0].outcomes["similarity"]).any()
-
-
-def test_the_image_is_that_of_the_file_with_dark_ridges(tmp_path):
-    for path in FILES[:2]:
-        cv2.imwrite(str(tmp_path / f"{path.stem}.png"), 255 - read_image(path).pixels)
-    (tmp_path / "dataset.toml").write_text("dpi = 500\n")
-    matcher = Recording()
-    evaluate([tmp_path], matcher=matcher, workers=1)
-    assert len(matcher.given) == 2
-    for path, (template, image) in zip(FILES, matcher.given, strict=False):
-        assert image.shape == (template.height, template.width)
-        assert (image == read_image(path).pixels).all()
-
-
-def test_verify_gives_it_images_of_any_kind(sift):
-    options = {"matcher": sift, "calibration": CURVE}
-    from_files = api.verify(*map(str, FILES[:2]), **options)
-    arrays = [read_image(path).pixels for path in FILES[:2]]
-    assert api.verify(*arrays, dpi=500, **options).score == from_files.score > 0
 
 
 def test_without_images_it_is_refused_in_one_line(sift, tmp_path, run, gallery):
@@ -112,3 +76,27 @@ def test_without_images_it_is_refused_in_one_line(sift, tmp_path, run, gallery):
     claim = run("verify", "--gallery", gallery, "--subject", 1, *words)
     assert claim.exit_code == 2
     assert "sift compares images: " in claim.stderr
+
+
+def test_the_image_is_that_of_the_file_with_dark_ridges(tmp_path):
+    for path in FILES[:2]:
+        cv2.imwrite(str(tmp_path / f"{path.stem}.png"), 255 - read_image(path).pixels)
+    (tmp_path / "dataset.toml").write_text("dpi = 500\n")
+    seen = []
+
+    class Recording(Matcher):
+        name, wants_image = "recording", True
+
+        def prepare(self, template, image):
+            seen.append((template, image))
+
+        def compare(self, probe, reference):
+            return nothing_found("recorded")
+
+    evaluate([tmp_path], matcher=Recording(), workers=1)
+    arrays = [read_image(path).pixels for path in FILES[:2]]
+    api.verify(*arrays, matcher=Recording(), calibration=CURVE, dpi=500)
+    for (template, image), pixels in zip(seen, arrays * 2, strict=False):
+        assert image.shape == (template.height, template.width)
+        assert (image == pixels).all()
+    assert len(seen) >= 4

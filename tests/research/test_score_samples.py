@@ -6,7 +6,8 @@ import pytest
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline.match import Workspace, evidence_scorer
+from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+from fpmatch.matching.pipeline.match import index_neighbours, view_of
 from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
@@ -124,12 +125,13 @@ def test_features_are_those_that_the_matcher_weighs(two_fingers, ridges, refine)
     weights = some_weights(refine)
     shown = two_fingers if ridges else of_templates(two_fingers, without_field)
     pairs = ordered_pairs(shown)
-    aligned = []
+    totals = []
     for a, b in pairs:
-        workspace = Workspace(max(len(a), len(b)), evidence_scorer(len(b), weights))
-        workspace.load(a)
-        aligned.append(workspace.match(b, reference_first=False))
-    totals = [one[1].total for one in aligned if one]
+        pipeline = Pipeline(max(len(a), len(b)), USUAL, weights)
+        pipeline.load(view_of(a))
+        index_neighbours(pipeline, a)
+        pipeline.match(view_of(b), False)
+        totals += [pipeline.scorer.total] if pipeline.best >= 0 else []
     assert len(totals) > 6
     features = np.where(OF_RIDGES, 0.0, found.coarse) if refine == np.inf else found.features
     by_ridges = found.features[:, OF_MATCHES:]

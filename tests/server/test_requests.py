@@ -194,16 +194,12 @@ def test_a_matcher_by_place_is_not_offered(server, image):
         assert not re.search(r"package\.module|OBJECT|\^\[\^:\]", server.get(path).text), path
 
 
-def test_several_prints_in_one_image_are_refused_and_a_mirrored_one_is_named(server, prints):
-    one, other = (np.asarray(Image.open(io.BytesIO(prints[f"{k}_1.png"]))) for k in (1, 2))
-    gap = np.full((300, 90), 255, np.uint8)
-    card, mirrored = io.BytesIO(), io.BytesIO()
-    for pixels, file in ((np.hstack([one, gap, other]), card), (one[:, ::-1], mirrored)):
-        Image.fromarray(pixels).save(file, "PNG", dpi=(500, 500))
-    files = {"probe": ("card.png", card.getvalue()), "reference": ("1_1.png", prints["1_1.png"])}
-    several = "card.png: shows 2 prints, and one is expected: cut them into one image each"
-    for path in ("/verify", "/overlay"):
-        assert refusal(server.post(path, files=files), 422) == several
-    files["probe"] = ("mirrored.png", mirrored.getvalue())
+def test_a_mirrored_print_is_named(server, prints):
+    one, mirrored = np.asarray(Image.open(io.BytesIO(prints["1_1.png"]))), io.BytesIO()
+    Image.fromarray(one[:, ::-1]).save(mirrored, "PNG", dpi=(500, 500))
+    files = {
+        "probe": ("mirrored.png", mirrored.getvalue()),
+        "reference": ("1_1.png", prints["1_1.png"]),
+    }
     answer = server.post("/verify", files=files).json()
     assert (answer["match"], "mirrored, the probe matches" in answer["reason"]) == (False, True)

@@ -15,8 +15,14 @@ from typing import Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.record import (
+    Codec,
+    Encoded,
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+)
 from fpmatch.templates.minutiae import Minutiae, Template
 
 MAGIC: Final = "#tab\t"
@@ -41,8 +47,7 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
         frame = int(width), int(height), float(dpi)
     except ValueError as error:
         raise TemplateError("line 1: expected #tab, width, height and dpi") from error
-    options.limits.check_size(*frame[:2])
-    options.limits.check_minutiae(len(lines))
+    check_minutiae(len(lines))
     rows = np.empty((len(lines), 5))
     for number, line in enumerate(lines):
         try:

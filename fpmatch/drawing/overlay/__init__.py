@@ -1,5 +1,4 @@
 """The overlay of two prints, one over the other or side by side, with the decision in words.
 
-`draw` chooses the page, a `Scene`: `caption` above, `superposed`, `side_by_side` or `ridge_page`
-below it, and the legend of `page`.
+`draw` chooses one of the `views`, each a `Scene` with the caption and the legend of `page`.
 """

@@ -8,21 +8,18 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from fpmatch.base.output import atomic_write_bytes, check_writable
-from fpmatch.drawing.overlay.superposed import superposed_page
+from fpmatch.drawing.overlay.views import ridge_page, side_by_side_page, superposed_page
 from fpmatch.drawing.scene.raster import paint, png_bytes
-from fpmatch.errors import ImageError, OutputError, check_type
-from fpmatch.matching.verification import Verification
+from fpmatch.errors import ImageError, OutputError
 
-# The pages that few calls draw are imported where they are drawn.
 if TYPE_CHECKING:
     import os
 
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Scene
+    from fpmatch.matching.verification import Verification
 
-NO_TRANSFORM: Final = "no transform was found: the prints are drawn beside each other"
-NO_RIDGES: Final = "the ridges were not compared: the overlay is drawn instead"
 SUFFIXES: Final = (".png", ".svg")
 
 
@@ -34,15 +31,6 @@ def view_of(*, side_by_side: bool, ridges: bool) -> View:
     if side_by_side and ridges:
         raise OutputError("side by side and ridges exclude each other")
     return "side-by-side" if side_by_side else "ridges" if ridges else "superposed"
-
-
-def missing(view: View, verification: Verification) -> str:
-    """Return why another picture is drawn instead of a view, in one line; "" where it is not."""
-    if view == "side-by-side":
-        return ""
-    if verification.transform is None:
-        return NO_TRANSFORM
-    return NO_RIDGES if view == "ridges" and verification.ridge_map is None else ""
 
 
 def draw(
@@ -96,38 +84,8 @@ def draw(
     return paint(overlay_scene(probe_image, reference_image, verification, view))
 
 
-def save_overlay(
-    path: str | os.PathLike[str],
-    probe_image: Any,
-    reference_image: Any,
-    verification: Verification,
-    *,
-    side_by_side: bool = False,
-    ridges: bool = False,
-) -> None:
-    """Write the picture of `draw` as a PNG, or as an SVG with vector marks and text.
-
-    Parameters
-    ----------
-    path : path
-        The file; its ending is ``.png`` or ``.svg``.
-    probe_image, reference_image, verification, side_by_side, ridges
-        As for `draw`.
-
-    Raises
-    ------
-    ImageError
-        As for `draw`.
-    OutputError
-        If the ending is another, or the file cannot be written.
-    """
-    check_writable(path, what="an overlay", suffixes=SUFFIXES)  # before the picture is drawn
-    view = view_of(side_by_side=side_by_side, ridges=ridges)
-    save_scene(path, overlay_scene(probe_image, reference_image, verification, view))
-
-
 def save_scene(path: str | os.PathLike[str], scene: Scene) -> None:
-    """Write a scene as `save_overlay` does."""
+    """Write a scene as PNG or SVG, by the ending of its file; raises OutputError."""
     check_writable(path, what="an overlay", suffixes=SUFFIXES)
     atomic_write_bytes(path, scene_bytes(Path(path).suffix.lower(), scene))
 
@@ -146,7 +104,6 @@ def overlay_scene(
 ) -> Scene:
     """Return what `draw` paints, which can also be written as SVG; its errors are raised."""
     v = verification
-    check_type(v, Verification, "what is drawn is a Verification", ImageError)
     images = []
     for side, image, t in (("probe", probe, v.probe), ("reference", reference, v.reference)):
         pixels = np.asarray(getattr(image, "pixels", image))
@@ -163,11 +120,7 @@ def overlay_scene(
         images.append(pixels)
     ours, theirs = images
     if view == "side-by-side" or v.transform is None:
-        from fpmatch.drawing.overlay.side_by_side import side_by_side_page  # noqa: PLC0415
-
         return side_by_side_page((ours, theirs), v)
     if view == "ridges" and v.ridge_map is not None:
-        from fpmatch.drawing.overlay.ridge_page import ridge_page  # noqa: PLC0415
-
         return ridge_page(theirs, v, v.ridge_map)
     return superposed_page((ours, theirs), v, v.transform)

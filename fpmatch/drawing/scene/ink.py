@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 from fpmatch.drawing.scene.items import Ink, zoomed
 from fpmatch.templates.bounds import check_area
-from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.ridge_field import CELL_BITS
+from fpmatch.templates.minutiae import CELL_BITS, STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +32,7 @@ _LEAST_CONTRAST: Final = 3.0  # grey levels; less is noise of the sensor
 _RIDGE, _PAPER = 40, 255  # grey values of a template's ridges
 _OFF_PRINT: Final = 0.2  # share of the ink that is left outside the print's own mask
 _LARGEST_SIDE: Final = 4000  # pixels of a print; a larger one is shrunk first
+_SAMPLE: Final = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP  # of a grid of cells at pixels
 _MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pixel: not drawn
 
 
@@ -89,7 +89,11 @@ def ink_of(
         cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
         start = (0.5 / factor - 0.5) / field.step - 0.5
         scale = 1 / (factor * field.step)
-        on_print = at_pixels(cells, scale, start, coverage.shape, cv2.BORDER_REPLICATE)
+        to_cells = np.array([[scale, 0, start], [0, scale, start]])
+        size = coverage.shape[::-1]
+        on_print = cv2.warpAffine(
+            cells, to_cells, size, flags=_SAMPLE, borderMode=cv2.BORDER_REPLICATE
+        )
         thinned = coverage * (_OFF_PRINT + (1 - _OFF_PRINT) * on_print)
         coverage = np.rint(thinned).astype(np.uint8)
     to_print = zoomed(1 / factor, (-0.5, -0.5), (-0.5, -0.5))
@@ -108,18 +112,10 @@ def ridge_picture(template: Template) -> Pixels:
     bits = field.bits.astype(np.float32)
     # Bit k of a row of cells covers the pixels from k * step / 8 on.
     scale = CELL_BITS / field.step
-    ridges = at_pixels(bits, scale, 0.5 * scale - 0.5, shape, cv2.BORDER_CONSTANT)
+    start = 0.5 * scale - 0.5
+    to_bits = np.array([[scale, 0, start], [0, scale, start]])
+    ridges = cv2.warpAffine(bits, to_bits, shape[::-1], flags=_SAMPLE)
     return np.rint(_PAPER - (_PAPER - _RIDGE) * ridges).astype(np.uint8)
-
-
-def at_pixels(
-    cells: NDArray[Any], scale: float, start: float, shape: tuple[int, ...], beyond: int
-) -> NDArray[np.float32]:
-    """Interpolate a grid of cells at pixels: pixel k lies at the cell `start` + k * `scale`."""
-    to_cells = np.array([[scale, 0, start], [0, scale, start]])
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    sampled = cv2.warpAffine(cells, to_cells, shape[::-1], flags=flags, borderMode=beyond)
-    return np.asarray(sampled, dtype=np.float32)
 
 
 def shrunk(pixels: Pixels, factor: float) -> Pixels:

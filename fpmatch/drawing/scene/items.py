@@ -1,22 +1,28 @@
 """The items of a page, before they become pixels or vectors, and their places on it.
 
 Page coordinates are continuous: x to the right, y down, the first pixel of the page covers 0 to 1,
-so that its centre is at 0.5. Lengths are in page pixels. An item's `role` becomes its SVG class,
-its `title` the text that a viewer shows on hovering.
+so that its centre is at 0.5. Lengths are in page pixels. An item's `role` becomes its SVG class.
 
 A matrix, 3 x 3, maps the pixels of a print, counted at their centres from (0, 0), to page
 coordinates.
+
+Texts have one font, the scalable one that comes inside Pillow.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+import re
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
+from PIL import ImageFont
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
+    from PIL.ImageFont import FreeTypeFont
 
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.pointset.geometry.similarity import Similarity
@@ -26,6 +32,12 @@ if TYPE_CHECKING:
 Point: TypeAlias = tuple[float, float]
 Anchor: TypeAlias = Literal["start", "middle", "end"]
 _FAR: Final = 1e7  # page pixels; beyond it nothing is drawn, and integers must not overflow
+_font = cast("Callable[[float], FreeTypeFont]", lru_cache(maxsize=32)(ImageFont.load_default))
+_SPELLINGS: Final = str.maketrans(
+    {"−": "-", "–": "-", "—": "-", "×": "x", "≥": ">=", "≤": "<=", "→": "->", "≈": "~"}
+    | {"θ": "theta"}
+)
+_SQUARED_SIZE, _SQUARED_RISE = 0.6, 0.36  # of the size of the text
 
 
 class Box(NamedTuple):
@@ -64,8 +76,7 @@ class Box(NamedTuple):
         return max(width, 0.0) * max(height, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Pen:
+class Pen(NamedTuple):
     """The line and the fill of a shape."""
 
     stroke: Colour | None = None  # of the line
@@ -83,7 +94,6 @@ class Path(NamedTuple):
     pen: Pen
     closed: bool = False
     role: str = ""
-    title: str = ""
 
 
 class Circle(NamedTuple):
@@ -93,7 +103,6 @@ class Circle(NamedTuple):
     radius: float
     pen: Pen
     role: str = ""
-    title: str = ""
 
 
 class Text(NamedTuple):
@@ -135,21 +144,18 @@ class Group(NamedTuple):
 Item: TypeAlias = Path | Circle | Text | Ink | Group
 
 
-Placed: TypeAlias = "tuple[str, Matrix, Matrix | None, Box]"
-"""A print on a page: its side, the matrix of its pixels, that of the other side's, its panel."""
-
-
 class Scene(NamedTuple):
     """A whole page: its size in pixels, its items in the order of drawing, its description.
 
-    Pixels have the texts over everything else. `placed` states where prints are.
+    Pixels have the texts over everything else. `placed` has matrix and panel of probe and
+    reference where a page shows them as they were taken.
     """
 
     width: int
     height: int
     items: tuple[Item, ...]
     description: str = ""
-    placed: tuple[Placed, ...] = ()
+    placed: tuple[tuple[Matrix, Box], ...] = ()
 
 
 def zoomed(zoom: float, origin: Point, to: Point) -> Matrix:
@@ -183,3 +189,33 @@ def bounds(points: list[Point]) -> Box:
     """Return the smallest box around `points`."""
     xs, ys = zip(*points, strict=True)
     return Box(min(xs), min(ys), max(xs) - min(xs), max(ys) - min(ys))
+
+
+@lru_cache(maxsize=256)
+def parts(text: str, size: float) -> list[tuple[str, FreeTypeFont, float, float]]:
+    """Return `text` on one line in parts, as (letters, font, rise and width in pixels).
+
+    Characters that the font lacks are spelled out where possible; ² is a raised 2.
+    """
+    line = " ".join(text.translate(_SPELLINGS).split())
+    squared = ("2", _font(_SQUARED_SIZE * size), _SQUARED_RISE * size)
+    pieces = filter(None, re.split("(²)", line))
+    fonts = [squared if letters == "²" else (letters, _font(size), 0.0) for letters in pieces]
+    return [(*part, float(part[1].getlength(part[0]))) for part in fonts]
+
+
+def text_width(text: str, size: float) -> float:
+    """Return the width of `text` in pixels at `size`."""
+    return sum(width for *_, width in parts(text, size))
+
+
+def wrapped(text: str, size: float, width: float) -> list[str]:
+    """Break `text` between words into lines no wider than `width` where its words allow it."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer, size) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines

@@ -7,25 +7,23 @@ the canvas is shrunk to the page. Texts are then written over everything else.
 from __future__ import annotations
 
 import base64
-import io
 import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
+from PIL import Image, ImageDraw
 
-from fpmatch.drawing.scene.fonts import parts
 from fpmatch.drawing.scene.ink import shrunk
-from fpmatch.drawing.scene.items import Circle, Group, Ink, Text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Path, Text, parts, text_width
 from fpmatch.drawing.scene.palette import PAPER
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene.items import Anchor, Item, Path, Scene
-    from fpmatch.drawing.scene.palette import Colour
+    from fpmatch.drawing.scene.items import Anchor, Scene
 
     Picture = NDArray[np.uint8]
     Outlines = NDArray[np.complex128]
@@ -59,41 +57,30 @@ def paint(scene: Scene, beneath: Picture | None = None) -> Picture:
         canvas = np.full((scene.height * _ZOOM, scene.width * _ZOOM, 3), PAPER[0], np.uint8)
     else:
         canvas = beneath.repeat(_ZOOM, axis=0).repeat(_ZOOM, axis=1)
-    texts = _draw(canvas, scene.items, 0j)
+    texts: list[Text] = []
+    whole = Box(0, 0, scene.width, scene.height)
+    for entry in scene.items:
+        items, clip = (entry.items, entry.clip) if isinstance(entry, Group) else ((entry,), whole)
+        # a group is drawn inside its clip, which is extended to whole pixels
+        left, top = math.floor(clip.x), math.floor(clip.y)
+        right, bottom = math.ceil(clip.right), math.ceil(clip.bottom)
+        window = canvas[top * _ZOOM : bottom * _ZOOM, left * _ZOOM : right * _ZOOM]
+        for item in items:
+            if isinstance(item, Text):
+                texts.append(item)
+            elif isinstance(item, Ink):
+                _print(window, item, complex(left, top))
+            elif isinstance(item, Path | Circle):
+                _draw_shape(window, item, complex(left, top))
     size = (scene.width, scene.height)
     page = np.asarray(cv2.resize(canvas, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     for text in texts:
-        if text.halo:
-            _write(page, text, PAPER, text.bold + text.halo)
-        _write(page, text, text.colour, text.bold)
+        _write(page, text)
     return page
 
 
-def _draw(canvas: Picture, items: tuple[Item, ...], origin: complex) -> list[Text]:
-    """Draw inks and shapes on a canvas whose corner is at `origin`, x + iy; return the texts.
-
-    A group is drawn on the part of the canvas inside its clip, which is extended to whole pixels.
-    """
-    texts: list[Text] = []
-    for item in items:
-        if isinstance(item, Text):
-            texts.append(item)
-        elif isinstance(item, Ink):
-            _print(canvas, item, origin)
-        elif isinstance(item, Group):
-            clip, x, y = item.clip, origin.real, origin.imag
-            left, top = max(math.floor(clip.x - x), 0), max(math.floor(clip.y - y), 0)
-            right, bottom = max(math.ceil(clip.right - x), 0), max(math.ceil(clip.bottom - y), 0)
-            window = canvas[top * _ZOOM : bottom * _ZOOM, left * _ZOOM : right * _ZOOM]
-            if window.size:
-                texts += _draw(window, item.items, origin + complex(left, top))
-        else:
-            _draw_shape(canvas, item, origin)
-    return texts
-
-
 def _print(canvas: Picture, ink: Ink, origin: complex) -> None:
-    """Multiply the canvas by the colour of an ink where it covers."""
+    """Multiply a canvas, whose corner is at `origin`, by the colour of an ink where it covers."""
     size = (canvas.shape[1] // _ZOOM, canvas.shape[0] // _ZOOM)
     to_window = ink.matrix[:2] - ((0, 0, origin.real + 0.5), (0, 0, origin.imag + 0.5))
     coverage = cv2.warpAffine(ink.coverage, to_window, size)
@@ -118,13 +105,10 @@ def _draw_shape(canvas: Picture, shape: Path | Circle, origin: complex) -> None:
         points = centre + max(shape.radius * _ZOOM - _SPREAD, 0.0) * _CIRCLE
     else:
         points = np.array([complex(*point) for point in shape.points]) * _ZOOM - corner
-    layers: list[tuple[Outlines, Colour]] = []
-    if pen.halo and pen.stroke:
-        layers.append((_stroke(canvas, shape, points, pen.width + 2 * pen.halo), PAPER))
-    if pen.fill:
-        layers.append((points[None, None], pen.fill))
+    layers = [(points[None, None], pen.fill)] if pen.fill else []
     if pen.stroke:
-        layers.append((_stroke(canvas, shape, points, pen.width), pen.stroke))
+        wide, line = _strokes(canvas, shape, points)
+        layers = [(wide, PAPER)] * (pen.halo > 0) + [*layers, (line, pen.stroke)]
     fixed = [np.rint(outlines.view(np.float64) * _UNIT).astype(np.int32) for outlines, _ in layers]
     polygons = [f.reshape(*o.shape, 2) for f, (o, _) in zip(fixed, layers, strict=True)]
     window = before = canvas
@@ -141,61 +125,63 @@ def _draw_shape(canvas: Picture, shape: Path | Circle, origin: complex) -> None:
         cv2.addWeighted(window, pen.opacity, before, 1 - pen.opacity, 0, dst=window)
 
 
-def _stroke(canvas: Picture, shape: Path | Circle, points: Outlines, width: float) -> Outlines:
-    """Return the outlines of the line of `width` page pixels around a shape.
+def _strokes(canvas: Picture, shape: Path | Circle, points: Outlines) -> list[Outlines]:
+    """Return the outlines of the line around a shape, with its halo and without.
 
-    Its corners, or the points around its inside, are at `points`. Outlines are x + iy in canvas
-    pixels, of shape (polygons, contours of each, points): a ring, or each side with round ends.
+    The corners of a path are at `points`. Outlines are x + iy in canvas pixels, of shape
+    (polygons, contours of each, points): the ring of a circle, or each side with round ends.
     """
-    half = max(width * _ZOOM / 2 - _SPREAD, 0.0)
+    pen = shape.pen
+    widths = pen.width + 2 * pen.halo, pen.width
+    halves = [max(width * _ZOOM / 2 - _SPREAD, 0.0) for width in widths]
     if isinstance(shape, Circle):
-        radii = np.maximum(shape.radius * _ZOOM + np.array([[half], [-half]]), 0.0)
-        return np.asarray((points.mean() + radii * _CIRCLE)[None])
-    ends = _visible(canvas, shape, points, math.ceil(width))
+        radii = [np.maximum(shape.radius * _ZOOM + np.array([[h], [-h]]), 0.0) for h in halves]
+        return [(points.mean() + r * _CIRCLE)[None] for r in radii]
+    ends = _visible(canvas, shape, points)
     along = np.exp(1j * np.angle(ends[:, 1:] - ends[:, :1]))
     corners = np.repeat(ends, len(_ROUND_ENDS) // 2, axis=1)
-    return np.asarray((corners + half * along * _ROUND_ENDS)[:, None])
+    return [(corners + half * along * _ROUND_ENDS)[:, None] for half in halves]
 
 
-def _visible(canvas: Picture, path: Path, points: Outlines, margin: int) -> Outlines:
+def _visible(canvas: Picture, path: Path, points: Outlines) -> Outlines:
     """Return the ends, (N, 2), of a path's sides on the canvas, cut into dashes if it has any."""
-    dash = path.pen.dash
+    pen = path.pen
     height, width = (length * _UNIT for length in canvas.shape[:2])
-    margin *= _ZOOM * _UNIT
+    margin = math.ceil(pen.width + 2 * pen.halo) * _ZOOM * _UNIT
     box = (-margin, -margin, width + 2 * margin, height + 2 * margin)
     corners = np.rint(points.view(np.float64).reshape(-1, 2) * _UNIT).astype(int).tolist()
     visible: list[tuple[complex, complex]] = []
     for side in pairwise(corners + corners[:1] if path.closed else corners):
         inside, *ends = cv2.clipLine(box, *side)
         start, end = (complex(*point) / _UNIT for point in ends)
-        if inside and dash is None:
+        if inside and pen.dash is None:
             visible.append((start, end))
-        elif inside and dash is not None:
+        elif inside and pen.dash is not None:
             length = abs(end - start)
-            begins = np.arange(0.0, length, sum(dash) * _ZOOM)
-            shares = np.stack([begins, np.minimum(begins + dash[0] * _ZOOM, length)]) / length
+            begins = np.arange(0.0, length, sum(pen.dash) * _ZOOM)
+            shares = np.stack([begins, np.minimum(begins + pen.dash[0] * _ZOOM, length)]) / length
             visible += zip(*(start + shares * (end - start)).tolist(), strict=True)
     return np.array(visible, dtype=np.complex128).reshape(-1, 2)
 
 
-def _write(page: Picture, text: Text, colour: Colour, stroke: float) -> None:
-    """Write a text, in the parts that the font needs, with an outline of width `stroke`."""
-    from PIL import Image, ImageDraw  # noqa: PLC0415
-
-    written = parts(text.text, text.size)
-    lengths = [typeface.getlength(letters) for letters, typeface, _ in written]
-    x, margin = text.x - _BEFORE[text.anchor] * sum(lengths), text.size / 2 + stroke
-    left, right = (max(math.floor(v), 0) for v in (x - margin, x + sum(lengths) + margin))
+def _write(page: Picture, text: Text) -> None:
+    """Write a text, in the parts that the font needs, over the white around it."""
+    width, margin = text_width(text.text, text.size), text.size / 2 + text.bold + text.halo
+    x = text.x - _BEFORE[text.anchor] * width
+    left, right = (max(math.floor(v), 0) for v in (x - margin, x + width + margin))
     top, bottom = (max(math.floor(text.y + v), 0) for v in (-text.size - margin, margin))
     window = page[top:bottom, left:right]
     if not window.size:
         return
     image = Image.fromarray(window)
     pencil = ImageDraw.Draw(image)
-    for (letters, typeface, rise), length in zip(written, lengths, strict=True):
-        place = (x - left, text.y - rise - top)
-        pencil.text(place, letters, colour, typeface, "ls", stroke_width=stroke)
-        x += length
+    layers = [(PAPER, text.bold + text.halo)] * (text.halo > 0) + [(text.colour, text.bold)]
+    for colour, stroke in layers:
+        start = x - left
+        for letters, typeface, rise, length in parts(text.text, text.size):
+            place = (start, text.y - rise - top)
+            pencil.text(place, letters, colour, typeface, "ls", stroke_width=stroke)
+            start += length
     window[:] = np.asarray(image)
 
 
@@ -213,11 +199,8 @@ def png_bytes(picture: Picture) -> bytes:
 
 def webp_bytes(picture: Picture, quality: int = 80) -> bytes:
     """Encode a picture as WebP, which is lossy and much smaller, at a quality from 1 to 100."""
-    from PIL import Image  # noqa: PLC0415
-
-    content = io.BytesIO()
-    Image.fromarray(picture).save(content, "WEBP", quality=quality)
-    return content.getvalue()
+    stored = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR) if picture.ndim == 3 else picture
+    return cv2.imencode(".webp", stored, (cv2.IMWRITE_WEBP_QUALITY, quality))[1].tobytes()
 
 
 def data_url(content: bytes, kind: str) -> str:

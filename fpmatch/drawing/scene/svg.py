@@ -7,11 +7,9 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 from xml.etree import ElementTree
 
-import cv2
 import numpy as np
 
-from fpmatch.drawing.scene.fonts import text_width
-from fpmatch.drawing.scene.items import Circle, Group, Ink, Text
+from fpmatch.drawing.scene.items import Circle, Group, Ink, Text, text_width
 from fpmatch.drawing.scene.palette import PAPER, hexadecimal
 from fpmatch.drawing.scene.raster import data_url, png_bytes
 
@@ -26,32 +24,16 @@ _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U001
 
 
 def svg_text(scene: Scene) -> str:
-    """Write `scene` as the text of an SVG file.
-
-    Not every viewer can multiply colours, so the area that two successive inks share becomes a
-    third picture above them.
-    """
+    """Write `scene` as the text of an SVG file, in which the viewer multiplies the inks."""
     size = {"width": str(scene.width), "height": str(scene.height)}
     view = {"viewBox": f"0 0 {scene.width} {scene.height}", "role": "img"}
     root = ElementTree.Element("svg", {"xmlns": "http://www.w3.org/2000/svg"} | size | view)
     ElementTree.SubElement(root, "title").text = _legal(scene.description)
-    ElementTree.SubElement(root, "style").text = f"text{{font-family:{_FONTS}}}"
+    style = f"text{{font-family:{_FONTS}}}image{{mix-blend-mode:multiply}}"
+    ElementTree.SubElement(root, "style").text = style
     _add(root, "rect", width="100%", height="100%", fill=hexadecimal(PAPER))
     _add_items(root, scene.items, count(1))
     return ElementTree.tostring(root, encoding="unicode") + "\n"
-
-
-def shared_ink(lower: Ink, upper: Ink) -> Ink:
-    """Return the area where two inks cover, in their mixed colour.
-
-    Its coverage, in the pixels of the upper ink, is the product of both coverages.
-    """
-    lower_to_upper = (np.linalg.inv(upper.matrix) @ lower.matrix)[:2]
-    size = upper.coverage.shape[::-1]
-    beneath = cv2.warpAffine(lower.coverage, lower_to_upper, size, flags=cv2.INTER_CUBIC)
-    both = np.rint(beneath.astype(np.float32) * upper.coverage / 255).astype(np.uint8)
-    red, green, blue = (round(a * b / 255) for a, b in zip(lower.colour, upper.colour, strict=True))
-    return Ink(both, (red, green, blue), upper.matrix, "agreement")
 
 
 def _add(parent: Element, tag: str, **attributes: Any) -> Element:
@@ -65,7 +47,6 @@ def _add(parent: Element, tag: str, **attributes: Any) -> Element:
 
 
 def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int]) -> None:
-    beneath: Item | None = None
     for item in items:
         if isinstance(item, Group):
             name, box = f"clip-{next(numbers)}", item.clip
@@ -75,13 +56,10 @@ def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int])
             _add_items(group, item.items, numbers)
         elif isinstance(item, Ink):
             _add_ink(parent, item)
-            if isinstance(beneath, Ink):
-                _add_ink(parent, shared_ink(beneath, item))
         elif isinstance(item, Text):
             _add_text(parent, item)
         else:
             _add_shape(parent, item)
-        beneath = item
 
 
 def _add_ink(parent: Element, ink: Ink) -> None:
@@ -125,9 +103,7 @@ def _add_shape(parent: Element, shape: Path | Circle) -> None:
         style |= {"stroke": hexadecimal(pen.stroke), "stroke_width": pen.width}
     if pen.dash:
         style["stroke_dasharray"] = " ".join(map(_number, pen.dash))
-    element = _add(parent, tag, **geometry, **style)
-    if shape.title:
-        ElementTree.SubElement(element, "title").text = _legal(shape.title)
+    _add(parent, tag, **geometry, **style)
 
 
 def _geometry(shape: Path | Circle) -> tuple[str, dict[str, Any]]:

@@ -28,13 +28,18 @@ import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, ImageReadError, TemplateError
-from fpmatch.formats.codec import LARGEST
-from fpmatch.formats.fmr_reader import span
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.image.io.registry import UNCOMPRESSED, StoredImage, decode_stored
-from fpmatch.image.io.resolution import dpi_in_units, usable_dpi
+from fpmatch.formats.record import (
+    ReadingOptions,
+    TemplateRecord,
+    View,
+    check_minutiae,
+    check_views,
+    span,
+)
+from fpmatch.image.io.grey import dpi_in_units, usable_dpi
+from fpmatch.image.io.read import UNCOMPRESSED, StoredImage, decode_stored
 from fpmatch.printable import count
-from fpmatch.templates.minutiae import MM_PER_INCH, Minutiae, MinutiaKind, Template
+from fpmatch.templates.minutiae import LARGEST, MM_PER_INCH, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,6 +51,7 @@ IMAGE_FIELD: Final = 999  # the last field of a text record; its image may conta
 _WITHOUT_IMAGE: Final = frozenset({1, 2, 9})  # text records without an image, whatever the field
 BINARY_TYPES: Final = frozenset(range(3, 9))
 GREY_FINGER: Final = 4  # the binary type of a print of 8 bits
+HEADER_BYTES: Final = 18  # of that type
 PRINT_TYPES: Final = (GREY_FINGER, 13, 14, 15)  # of text: latent, finger, palm
 MAX_RECORDS: Final = 2000
 MAX_FIELDS: Final = 1000  # of one record
@@ -94,6 +100,12 @@ class Record(NamedTuple):
             at = end + 1
         return by_number
 
+    def has_image(self) -> bool:
+        """Return whether the record of a print has one, not that of a missing finger."""
+        if self.type == GREY_FINGER:
+            return len(self.data) > HEADER_BYTES
+        return bool(self.fields().get(IMAGE_FIELD))
+
 
 def table(value: bytes) -> list[list[bytes]]:
     """Return the items of the subfields of a field."""
@@ -136,23 +148,17 @@ def read_records(data: bytes, error: Callable[[str], FpmatchError]) -> list[Reco
     reader = ByteReader(data, error)
     records = [Record(1, 0, reader.take(int(start[1])))]
     for kind, idc in contents(data, error):
-        length = _length(reader, kind, error)
+        if kind in BINARY_TYPES:
+            length = int.from_bytes(data[reader.at : reader.at + 4], "big")
+        else:
+            start = _RECORD_START.match(data, reader.at)
+            if start is None or int(start[1]) != kind:
+                raise error(f"no record of type {kind} at byte {reader.at}, where one is listed")
+            length = int(start[2])
+        if length < 1:
+            raise error(f"the record of type {kind} at byte {reader.at} declares no length")
         records.append(Record(kind, idc, reader.take(length)))
     return records
-
-
-def _length(reader: ByteReader, kind: int, error: Callable[[str], FpmatchError]) -> int:
-    """Return the length that the record of type `kind` which begins here declares."""
-    if kind in BINARY_TYPES:
-        length = int.from_bytes(reader.data[reader.at : reader.at + 4], "big")
-    else:
-        start = _RECORD_START.match(reader.data, reader.at)
-        if start is None or int(start[1]) != kind:
-            raise error(f"no record of type {kind} at byte {reader.at}, where one is listed")
-        length = int(start[2])
-    if length < 1:
-        raise error(f"the record of type {kind} at byte {reader.at} declares no length")
-    return length
 
 
 def native_dpi(first: Record) -> float | None:
@@ -174,7 +180,7 @@ def decode_image(data: bytes, limits: ImageLimits, number: int | None = None) ->
     if not prints:
         types = ", ".join(str(record.type) for record in records)
         raise ImageReadError(f"ANSI/NIST file without a grey print (its records: type {types})")
-    with_image = [record for record in prints if _has_image(record)]
+    with_image = [record for record in prints if record.has_image()]
     if not with_image:
         raise ImageReadError(f"ANSI/NIST file that {NO_PRINT}")
     if number is not None and number > len(with_image):
@@ -190,12 +196,6 @@ def decode_image(data: bytes, limits: ImageLimits, number: int | None = None) ->
 
 def _damaged(reason: str) -> ImageReadError:
     return ImageReadError(f"damaged ANSI/NIST file ({reason})")
-
-
-def _has_image(record: Record) -> bool:
-    if record.type == GREY_FINGER:
-        return len(record.data) > 18  # bytes of the header
-    return bool(record.fields().get(IMAGE_FIELD))
 
 
 def _binary_image(record: Record, first: Record) -> StoredImage:
@@ -225,14 +225,8 @@ def _whole(text: bytes) -> int:
     return int(digits)
 
 
-class _Row(NamedTuple):
-    """A minutia: position in the unit of its block, ISO angle in degrees, kind, quality or NaN."""
-
-    x: float
-    y: float
-    degrees: float
-    kind: int
-    quality: float = nan
+_Row = tuple[float, float, float, int, float]
+"""A minutia: x, y in the unit of its block, ISO angle in degrees or NaN, kind, quality or NaN."""
 
 
 class _Block(NamedTuple):
@@ -260,8 +254,8 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
             continue
         is_m1 = _BLOCKS[number].pixels
         size, dpi = _frame(record, M1_FRAME) if is_m1 else _frame(images.get(record.idc))
-        views.append(_view(fields, number, (size, dpi or native_dpi(first)), options, notes))
-        options.limits.check_views(len(views))
+        views.append(_view(fields, number, size, dpi or native_dpi(first), options, notes))
+        check_views(len(views))
     if not views:
         raise TemplateError("no minutiae in the file (no record of type 9 that has some)")
     return TemplateRecord("an2", tuple(views), tuple(notes))
@@ -270,37 +264,36 @@ def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
 def _view(
     fields: dict[int, bytes],
     number: int,
-    frame: tuple[tuple[int, int] | None, float | None],
+    known_size: tuple[int, int] | None,
+    known_dpi: float | None,
     options: ReadingOptions,
     notes: list[str],
 ) -> View:
     """Return the minutiae in the block of a field, in a frame whose parts may be unknown."""
-    block, (known_size, known_dpi) = _BLOCKS[number], frame
-    dpi = known_dpi or options.assumed_dpi
+    block = _BLOCKS[number]
+    dpi = known_dpi or options.dpi
     scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
-    options.limits.check_minutiae(fields[number].count(RS) + 1)
+    check_minutiae(fields[number].count(RS) + 1)
     try:
         all_rows = [block.row([*items, *_ABSENT]) for items in table(fields[number])]
     except (IndexError, ValueError) as error:
         raise TemplateError(f"field 9.{number:03d} is malformed") from error
-    rows = [row for row in all_rows if not isnan(row.degrees)]
+    rows = [row for row in all_rows if not isnan(row[2])]
     if undirected := len(all_rows) - len(rows):
         notes.append(f"{count(undirected, 'minutia', 'minutiae')} without a direction passed over")
-    columns: Any = np.array(rows, np.float64).reshape(-1, len(_Row._fields))
-    x, y, degrees, kind, quality = columns.T
+    columns: Any = np.array(rows, np.float64).reshape(-1, 5).T
+    x, y, degrees, kind, quality = columns
     if REGION in fields and block.name == EFS:
-        left, top, right, bottom = _region(fields)
+        width, height, left, top = _region(fields[REGION])
         x, y = x + left, y + top
-        spanned = round(right * scale), round(bottom * scale)
-        known_size = known_size or (spanned if min(spanned) > 0 else None)
+        if known_size is None and width > 0 and height > 0:
+            known_size = round((left + width) * scale), round((top + height) * scale)
     x, y, size = x * scale, y * scale, known_size or options.size
     if block.y_up:
         y = (size[1] if size else np.ceil(y.max(initial=1.0))) - y
     known = ~np.isnan(quality)
-    grades = np.where(known, quality, 100.0)
-    minutiae = Minutiae(x, y, np.radians(degrees), kind, grades)
-    width, height = size or span(minutiae)
-    options.limits.check_size(width, height)
+    minutiae = Minutiae(x, y, np.radians(degrees), kind, np.where(known, quality, 100.0))
+    width, height = size or span(minutiae.x, minutiae.y)
     return View(
         Template(minutiae, width, height, dpi, dpi_known=known_dpi is not None),
         finger=_code(fields, block.finger),
@@ -311,26 +304,25 @@ def _view(
     )
 
 
-def _region(fields: dict[int, bytes]) -> tuple[float, float, float, float]:
-    """Return the edges of the region of an extended feature set: left, top, right, bottom."""
-    items = [*table(fields[REGION])[0], *_ABSENT][:4]
+def _region(field: bytes) -> list[float]:
+    """Return width, height and offsets of the region of an extended feature set, 0 if unknown."""
     try:
-        width, height, left, top = (_decimal(item) if item.strip() else 0.0 for item in items)
+        items = [*table(field)[0], *_ABSENT][:4]
+        return [_decimal(item) if item.strip() else 0.0 for item in items]
     except ValueError as error:
         raise TemplateError(f"field 9.{REGION} is malformed") from error
-    return left, top, left + width if width else 0.0, top + height if height else 0.0
 
 
 def _m1(items: list[bytes]) -> _Row:
     x, y, angle, quality = (_decimal(items[k]) for k in (1, 2, 3, 5))
     known = min(100.0, quality) if quality > 0 else nan
-    return _Row(x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known)
+    return x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known
 
 
 def _efs(items: list[bytes]) -> _Row:
     degrees = _decimal(items[2]) if items[2].strip() else nan
     kind = KINDS.get(items[3], MinutiaKind.OTHER)
-    return _Row(_decimal(items[0]), _decimal(items[1]), degrees, kind)
+    return _decimal(items[0]), _decimal(items[1]), degrees, kind, nan
 
 
 def _packed(items: list[bytes], turn: float) -> _Row:
@@ -339,7 +331,7 @@ def _packed(items: list[bytes], turn: float) -> _Row:
     quality = nan
     if items[2].strip() and (grade := _decimal(items[2])) >= BEST_QUALITY:
         quality = 100 * max(0.0, WORST_QUALITY - grade) / (WORST_QUALITY - BEST_QUALITY)
-    return _Row(x, y, degrees + turn, KINDS.get(items[3], MinutiaKind.OTHER), quality)
+    return x, y, degrees + turn, KINDS.get(items[3], MinutiaKind.OTHER), quality
 
 
 EFS: Final = "extended feature set"
@@ -378,8 +370,6 @@ def _code(fields: dict[int, bytes], number: int) -> int:
     return int(first) if first.isdigit() and len(first) < 7 else 0
 
 
-def _recognises(data: bytes) -> bool:
+def holds_minutiae(data: bytes) -> bool:
+    """Return whether a file lists a record of minutiae."""
     return MINUTIAE_TYPE in types_of(data)
-
-
-CODECS: Final = {"an2": (_recognises, decode, None)}

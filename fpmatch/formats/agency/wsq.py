@@ -16,8 +16,7 @@ import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.grey import GreyImage
-from fpmatch.image.io.resolution import usable_dpi
+from fpmatch.image.io.grey import GreyImage, usable_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.io.grey import ImageLimits
@@ -189,16 +188,17 @@ def _read_tables(body: ByteReader) -> dict[int, tuple[bytes, bytes]]:
         if not body.left:
             return tables
         number, counts = body.number(), body.take(LONGEST_CODE)
-        symbols, lengths = bytearray(), bytearray()
-        for length, count in enumerate(counts, start=1):
-            span = 1 << (LONGEST_CODE - length)
-            for value in body.take(count):
-                symbols += bytes([value]) * span
-                lengths += bytes([length]) * span
-                if len(symbols) > 1 << LONGEST_CODE:
-                    raise _damaged("a Huffman table has too many codes")
-        missing = bytes((1 << LONGEST_CODE) - len(symbols))
-        tables[number] = bytes(symbols) + missing, bytes(lengths) + missing
+        lengths = np.repeat(np.arange(1, LONGEST_CODE + 1), list(counts))
+        values = np.frombuffer(body.take(len(lengths)), np.uint8)
+        words = 1 << (LONGEST_CODE - lengths)  # that begin with each code
+        missing = (1 << LONGEST_CODE) - int(words.sum())
+        if missing < 0:
+            raise _damaged("a Huffman table has too many codes")
+        symbols = np.repeat(values, words).tobytes() + bytes(missing)
+        tables[number] = (
+            symbols,
+            np.repeat(lengths, words).astype(np.uint8).tobytes() + bytes(missing),
+        )
     raise _damaged("too many Huffman tables")
 
 

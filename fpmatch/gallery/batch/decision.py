@@ -8,9 +8,9 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import is_calibrated, load_calibration
-from fpmatch.matching.decision import decide, reachable_scores
+from fpmatch.matching.decision import DEFAULT_THRESHOLD, reachable_scores
 from fpmatch.matching.registry import get_matcher, matcher_names, split_name
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.result import INCONCLUSIVE, MATCH, NO_MATCH
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -41,7 +41,8 @@ def outcomes(
         return np.full(similarity.shape, "")
     matched = score >= threshold if rho is None else similarity > rho
     lowest = np.where(np.isnan(reachable), -np.inf, reachable)
-    return decide(matched, reachable_scores(calibration, lowest), threshold)
+    lacking = reachable_scores(calibration, lowest) < threshold
+    return np.where(matched, MATCH, np.where(lacking, INCONCLUSIVE, NO_MATCH))
 
 
 def matches(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:

@@ -29,8 +29,7 @@ from fpmatch.gallery.store.stored_template import (
 )
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.prints.reading import ASSUMED_DPI
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os

@@ -17,7 +17,6 @@ from fpmatch.matching.registry import matcher_name, states_rho
 from fpmatch.matching.result import named
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import json_text
-from fpmatch.prints.reading import check_one_print
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 
 if TYPE_CHECKING:
@@ -35,7 +34,6 @@ def verify_claim(
     calibration = load_calibration(matcher_name(options.matcher), options.calibration)
     with open_gallery(gallery) as opened:
         probe = open_side(values, "probe")
-        check_one_print(probe)
         try:
             checked = check_claim(
                 opened,

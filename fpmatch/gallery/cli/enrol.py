@@ -38,7 +38,7 @@ _WORKERS_NEED: Final = (
     "fpmatch.gallery.engine.workers",
     "fpmatch.gallery.listing.entry",
     "fpmatch.gallery.listing.prints",
-    "fpmatch.image.io.registry",
+    "fpmatch.image.io.read",
     "fpmatch.image.folder_traits",
     "fpmatch.prints.reading",
 )

@@ -14,8 +14,14 @@ import cv2
 import numpy as np
 
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
-from fpmatch.templates.ridge_field import CELL_BITS, RidgeField
+from fpmatch.templates.minutiae import (
+    CELL_BITS,
+    STANDARD_DPI,
+    Minutiae,
+    MinutiaKind,
+    RidgeField,
+    Template,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -11,16 +11,20 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.gallery.listing.separate_prints import (
+    coarse,
+    count_loops,
+    count_prints,
+    doubled_orientation,
+)
 from fpmatch.templates import plausibility
 from fpmatch.templates.minutiae import STANDARD_DPI
 from fpmatch.templates.plausibility import best_minutiae, dpi_meant
-from fpmatch.templates.separate_prints import coarse, count_loops, count_prints, doubled_orientation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.minutiae import Minutiae, Template
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
     Floats = NDArray[np.float64]
 

@@ -48,8 +48,7 @@ from fpmatch.templates.bounds import (
     rounded_dpi,
     rounded_minutiae,
 )
-from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -110,7 +110,7 @@ def check_claim(
         raise gallery.error(f"no impression of {claim} is enrolled", "unknown")
     given = probe
     if isinstance(given, Template):
-        given = GivenPrint("probe", given, dpi_source=dpi_source(given))
+        given = GivenPrint("probe", given, dpi_source=dpi_source(given)[0])
     options: dict[str, Any] = {
         "matcher": matcher,
         "threshold": threshold,

@@ -22,9 +22,8 @@ from fpmatch.image.preprocess.arrays import (
     OrientationField,
     block_mean_product,
     blocks_to_pixels,
-    blur_blocks,
 )
-from fpmatch.image.preprocess.foreground import mask_at_pixels, segment, segment_enhanced
+from fpmatch.image.preprocess.foreground import segment, segment_enhanced
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -67,22 +66,19 @@ def smoothed_orientation(stacked: Floats) -> OrientationField:
     The average is taken over a narrow neighbourhood where the orientations in it agree, and a wider
     one where they do not (Kass, Witkin, "Analyzing oriented patterns", CVGIP 37, 1987).
     """
-    fine, coherence = _unit(blur_blocks(stacked, FINE_SIGMA_BLOCKS))
-    coarse, _ = _unit(blur_blocks(stacked, COARSE_SIGMA_BLOCKS))
+    units, lengths, least = [], [], np.float32(1e-9)
+    for sigma in (FINE_SIGMA_BLOCKS, COARSE_SIGMA_BLOCKS):
+        blurred = cv2.GaussianBlur(stacked, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+        cosine, sine, weight = np.ascontiguousarray(blurred.transpose(2, 0, 1))
+        length = np.sqrt(cosine * cosine + sine * sine)
+        units.append(np.stack([cosine, sine]) / np.maximum(length, least))
+        lengths.append(length / np.maximum(weight, least))
+    (fine, coarse), coherence = units, np.asarray(lengths[0], np.float32)
     trust = np.square(np.minimum(coherence / np.float32(TRUSTED_COHERENCE), 1))
     cosine, sine = trust * fine + (1 - trust) * coarse
     orientation = np.mod(0.5 * np.arctan2(sine, cosine), np.float32(np.pi))
     orientation[orientation >= np.float32(np.pi)] = 0.0
     return OrientationField(orientation, coherence)
-
-
-def _unit(stacked: Floats) -> tuple[Floats, Floats]:
-    """Return the unit vectors, (2, rows, columns), and their length relative to the weight."""
-    least = np.float32(1e-9)
-    cosine, sine, weight = np.ascontiguousarray(stacked.transpose(2, 0, 1))
-    length = np.sqrt(cosine * cosine + sine * sine)
-    unit = np.stack([cosine, sine]) / np.maximum(length, least)
-    return unit, np.asarray(length / np.maximum(weight, least), np.float32)
 
 
 def orientation_at_pixels(orientation: Floats, shape: tuple[int, ...]) -> Floats:
@@ -117,7 +113,7 @@ def enhance_learned(image: NormalizedImage) -> EnhancedPrint:
     shape = image.pixels.shape
     ridges = enhance_by_network(image.pixels)
     blocks = segment_enhanced(image, ridges)
-    mask = mask_at_pixels(blocks, shape)
+    mask = blocks_to_pixels(blocks.astype(np.float32), shape) > 0.5
     field = enhanced_orientation(ridges, blocks)
     enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
     return EnhancedPrint(blocks, mask, field, enhanced)
@@ -136,7 +132,7 @@ def enhance_gabor(image: NormalizedImage) -> EnhancedPrint:
     pixels, shape = image.pixels, image.pixels.shape
     spectrum = ridge_spectrum(pixels)
     blocks = segment(image, spectrum)
-    mask = mask_at_pixels(blocks, shape)
+    mask = blocks_to_pixels(blocks.astype(np.float32), shape) > 0.5
     for last in (False, True):
         field = smoothed_orientation(doubled_angles(spectrum, blocks))
         orientation = orientation_at_pixels(field.orientation, shape)

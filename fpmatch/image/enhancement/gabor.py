@@ -9,9 +9,9 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
+import cv2
 import numpy as np
 
-from fpmatch.image.preprocess.arrays import blur_blocks
 from fpmatch.image.preprocess.spectrum import ANGLES, PERIODS_PX
 
 if TYPE_CHECKING:
@@ -55,7 +55,9 @@ def ridge_period(spectrum: RidgeSpectrum, field: OrientationField, mask: Mask) -
     along = np.exp(ANGLE_SHARPNESS * (np.cos(turn) - 1.0)) * mask[..., None]
     weight = along / (spectrum.total + 1e-3)[..., None]
     by_period = np.einsum("ijaf,ija->ijf", spectrum.energy, weight)
-    blurred = blur_blocks(by_period, PERIOD_SMOOTHING_BLOCKS)
+    blurred = cv2.GaussianBlur(
+        by_period, (0, 0), PERIOD_SMOOTHING_BLOCKS, borderType=cv2.BORDER_REPLICATE
+    )
     blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # no evidence: all periods are equally likely
     peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** PEAK_POWER
     log_periods = np.log(PERIODS_PX.astype(np.float32))

@@ -1,40 +1,38 @@
-"""`GreyImage`, of samples of any type and colour or of bare pixels, and the limits of its size."""
+"""`GreyImage`, of samples of any type and colour or of bare pixels; limits of size; resolution."""
 
 from __future__ import annotations
 
 import math
 import re
+import struct
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.io.resolution import usable_dpi
+from fpmatch.errors import ImageError
 from fpmatch.image.preprocess.arrays import percentiles
 from fpmatch.templates.bounds import MOST_MEGAPIXELS, most_megapixels
-from fpmatch.templates.minutiae import MAX_DPI, STANDARD_DPI, check_dpi
+from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, STANDARD_DPI, check_dpi, dpi_of_per_cm
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.image.preprocess.arrays import Grey
 
-_SENSORS: Final = (  # sizes of well-known sensors, width and height
-    *((388, 374), (296, 560), (288, 384), (640, 480), (328, 364), (300, 480), (256, 364)),
-    *((448, 478), (240, 320), (400, 560), (152, 200), (256, 288)),
-)
-_LEAST_SQUARE: Final = 96  # pixels; files of fewer bytes may be anything
-_LARGEST_GUESS: Final = 4_000_000  # pixels of a sensor whose size is looked for
-_LEAST_LIKENESS: Final = 0.5  # correlation of the rows of an image with the next ones
 _BITS: Final = (8, 4, 2, 1)  # of a pixel in a file without a header
-_ROWS: Final = ("bottom-up", "mirrored")
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
 _LEAST_USED: Final = 0.25  # of the range of a type; what uses less of it is stretched
 _FEW_PERCENT: Final = 0.1  # of the samples, darker and brighter than the range that is used
 _MOST_COUNTED: Final = 1_000_000  # samples
 _CLEARLY_MORE: Final = 1.25  # times the contrast, over black
+_EQUAL: Final = 0.01  # relative difference of two axes of one resolution
+# What a value, or a damaged tag, raises that is no number.
+UNREADABLE: Final = (
+    *(ArithmeticError, AttributeError, LookupError, OSError, SyntaxError, TypeError, ValueError),
+    struct.error,
+)
 ON_WHITE: Final = "its transparent background was composed over white"
 ON_BLACK: Final = (
     "its transparent background was composed over black, where it has more contrast than over white"
@@ -121,6 +119,43 @@ class GreyImage:
             object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
 
+def usable_dpi(value: object) -> float | None:
+    """Return the resolution of both axes in dpi; see `usable_axes`."""
+    axes = usable_axes(value, value)
+    return axes and axes[0]
+
+
+def usable_axes(horizontal: object, vertical: object) -> tuple[float, float] | None:
+    """Return a file's resolution across and down in dpi, rounded to a tenth, or None.
+
+    Axes that differ by 1 % or less have the horizontal one. None where a value is not above 100 and
+    up to 4000 dpi: lower ones (1, 72, 96) are defaults of programs.
+
+    Examples
+    --------
+    >>> usable_axes(569, 570), usable_axes(500, 357), usable_axes(72, 500)
+    ((569.0, 569.0), (500.0, 357.0), None)
+    """
+    try:  # 500 dpi per metre are 499.999
+        across, down = (round(float(value), 1) for value in (horizontal, vertical))  # type: ignore[arg-type]
+    except UNREADABLE:
+        return None
+    if not (MIN_DPI < across <= MAX_DPI and MIN_DPI < down <= MAX_DPI):
+        return None
+    equal = abs(across - down) <= _EQUAL * max(across, down)
+    return across, across if equal else down
+
+
+def dpi_in_units(units: int, pixels: float) -> float | None:
+    """Return the resolution of a record in dpi, of a code of the units and whole pixels a unit.
+
+    The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels per inch, 2 per centimetre.
+    """
+    if units not in {1, 2}:
+        return None
+    return usable_dpi(pixels if units == 1 else dpi_of_per_cm(pixels))
+
+
 def with_square_pixels(
     image: GreyImage, axes: tuple[float, float] | None, limits: ImageLimits = DEFAULT_LIMITS
 ) -> GreyImage:
@@ -143,7 +178,6 @@ def with_square_pixels(
 
 def grey_image(
     array: ArrayLike,
-    dpi: float | None = None,
     *,
     format: str = "",  # noqa: A002  (the name of the field)
     notes: tuple[str, ...] = (),
@@ -159,7 +193,7 @@ def grey_image(
     where the image then has clearly more contrast. Notes say what was done.
 
     Raises ImageError if the shape or the type is none of these, a value is not finite, all values
-    are one outside of 0..65535, or the size breaks a limit.
+    are one outside of 0..65535, RGBA values leave all spans, or the size breaks a limit.
     """
     try:
         values = np.asarray(array)
@@ -168,18 +202,16 @@ def grey_image(
     if values.ndim not in (2, 3) or (values.ndim == 3 and values.shape[2] not in (1, 3, 4)):
         shapes = "(H, W), (H, W, 3) or (H, W, 4)"
         raise ImageError(f"an image must have shape {shapes}, not {values.shape}")
-    limits.check(values.shape[1], values.shape[0], dpi or MAX_DPI)  # it is in memory already
-    if values.ndim == 2 or values.shape[2] < 4:
-        pixels, more = _eight_bit(values)
-        pixels = pixels if pixels.ndim == 2 else _over(pixels, 255)
-    else:
-        colours, more = _eight_bit(values if values.dtype == np.uint8 else values[..., :3])
-        if colours.shape[2] < 4:
-            opacity, _ = _eight_bit(values[..., 3], may_stretch=False)
-            colours = np.dstack([colours, opacity])
-        pixels, on_ground = _flattened(colours)
-        more += on_ground
-    return GreyImage(np.ascontiguousarray(pixels), dpi, format=format, notes=notes + more)
+    limits.check(values.shape[1], values.shape[0], MAX_DPI)  # it is in memory already
+    if values.dtype != np.uint8:
+        values, more = _eight_bit(values)
+        notes += more
+    if values.ndim == 3 and values.shape[2] == 4:
+        values, more = _flattened(values)
+        notes += more
+    elif values.ndim == 3:
+        values = _over(values, 255)
+    return GreyImage(np.ascontiguousarray(values), format=format, notes=notes)
 
 
 def _flattened(colours: Grey) -> tuple[Grey, tuple[str, ...]]:
@@ -204,49 +236,6 @@ def _steps(grey: Grey) -> float:
     return sum(float((np.maximum(a, b) - np.minimum(a, b)).mean()) for a, b in pairs)
 
 
-def _eight_bit(values: NDArray[Any], *, may_stretch: bool = True) -> tuple[Grey, tuple[str, ...]]:
-    """Scale `values` of any numeric type to 0..255; a note says what the type does not."""
-    if values.dtype == np.uint8:
-        return values, ()
-    if values.dtype == np.bool_:
-        return np.where(values, np.uint8(255), np.uint8(0)), ()
-    is_float = values.dtype.kind == "f"
-    if is_float and not np.isfinite(values).all():
-        raise ImageError("an image must not hold NaN or infinite values")
-    if values.dtype.kind not in "iuf":
-        raise ImageError(f"an image must hold numbers, not {values.dtype}")
-    narrow, wide = (1.0, 255.0) if is_float else (255.0, 65535.0)
-    low, high = float(values.min()), float(values.max())
-    span = narrow if high <= narrow else wide
-    inside = low >= 0 and high <= span
-    is_byte = inside and span == narrow and not is_float
-    black, white = (0.0, span) if is_byte or not may_stretch else _used_range(values, low, high)
-    enough = inside and not 0 < white - black < _LEAST_USED * span
-    if not enough and not (may_stretch and 0 < white - black < math.inf):
-        raise ImageError(f"pixel values run from {low:g} to {high:g}, outside 0 to {span:g}")
-    scaled = np.empty(values.shape, np.uint8)
-    for rows in _bands(values.shape):
-        if enough:
-            scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))
-        else:
-            share = (values[rows].astype(np.float64) - black) / (white - black)
-            scaled[rows] = np.rint(255.0 * np.clip(share, 0, 1))
-    if enough and not (is_byte and values.dtype.char == "H"):
-        return scaled, ()
-    run = f"its samples run from {low:g} to {high:g}"
-    if is_byte:
-        return scaled, (f"{run}: 8 of their 16 bits are read",)
-    return scaled, (f"{run}: {black:g} to {white:g} is scaled to black to white",)
-
-
-def _used_range(values: NDArray[Any], low: float, high: float) -> tuple[float, float]:
-    """Return the range of values without the few lowest and highest; or all of it."""
-    step = math.isqrt(values.size // _MOST_COUNTED) + 1
-    few = values[::step, ::step].astype(np.float64).ravel()
-    black, white = percentiles(few, _FEW_PERCENT, 100 - _FEW_PERCENT).tolist()
-    return (black, white) if black < white else (low, high)
-
-
 def _over(colours: Grey, ground: int) -> Grey:
     """Return the brightness of pixels (H, W, 1, 3 or 4) over a black (0) or white (255) ground."""
     if colours.shape[2] == 1:
@@ -261,24 +250,54 @@ def _over(colours: Grey, ground: int) -> Grey:
     return np.asarray(grey, np.uint8)
 
 
-def _bands(shape: tuple[int, ...]) -> list[slice]:
-    """Return slices of rows that hold a bounded number of samples each."""
-    rows = max(1, _BAND_SAMPLES // max(1, int(np.prod(shape[1:]))))
-    return [slice(start, start + rows) for start in range(0, shape[0], rows)]
+def _eight_bit(values: NDArray[Any]) -> tuple[Grey, tuple[str, ...]]:
+    """Scale `values` of another type to 0..255; a note says what the type does not."""
+    if values.dtype == np.bool_:
+        return np.where(values, np.uint8(255), np.uint8(0)), ()
+    is_float = values.dtype.kind == "f"
+    if is_float and not np.isfinite(values).all():
+        raise ImageError("an image must not hold NaN or infinite values")
+    if values.dtype.kind not in "iuf":
+        raise ImageError(f"an image must hold numbers, not {values.dtype}")
+    low, high = float(values.min()), float(values.max())
+    narrow, wide = (1.0, 255.0) if is_float else (255.0, 65535.0)
+    span = narrow if high <= narrow else wide
+    inside = low >= 0 and high <= span
+    is_byte = inside and span == narrow and not is_float
+    may_stretch = not (is_byte or values.shape[2:] == (4,))
+    black, white = 0.0, span
+    if may_stretch:
+        step = math.isqrt(values.size // _MOST_COUNTED) + 1
+        few = values[::step, ::step].astype(np.float64).ravel()
+        black, white = percentiles(few, _FEW_PERCENT, 100 - _FEW_PERCENT).tolist()
+        black, white = (black, white) if black < white else (low, high)
+    enough = inside and not 0 < white - black < _LEAST_USED * span
+    if not enough and not (may_stretch and 0 < white - black < math.inf):
+        raise ImageError(f"pixel values run from {low:g} to {high:g}, outside 0 to {span:g}")
+    if enough:
+        black, white = 0.0, span
+    scaled = np.empty(values.shape, np.uint8)
+    band = max(1, _BAND_SAMPLES // max(1, math.prod(values.shape[1:])))
+    for first in range(0, len(values), band):
+        rows = slice(first, first + band)
+        share = (values[rows].astype(np.float64) - black) / (white - black)
+        scaled[rows] = np.rint(255.0 * np.clip(share, 0, 1))
+    run = f"its samples run from {low:g} to {high:g}"
+    if is_byte and values.dtype.char == "H":
+        return scaled, (f"{run}: 8 of their 16 bits are read",)
+    note = f"{run}: {black:g} to {white:g} is scaled to black to white"
+    return scaled, () if enough else (note,)
 
 
 @dataclass(frozen=True, slots=True)
 class RawSize:
     """The positive size of an image whose file is its pixels, row by row, 8, 4, 2 or 1 bits each.
 
-    Of several pixels in a byte the first is in its high bits. Rows may run from the bottom up, or
-    be mirrored.
+    Of several pixels in a byte the first is in its high bits.
     """
 
     width: int
     height: int
-    bottom_up: bool = False
-    mirrored: bool = False
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -295,78 +314,24 @@ class RawSize:
 
     @classmethod
     def parse(cls, text: str) -> RawSize:
-        """Return what ``WIDTHxHEIGHT[,bottom-up][,mirrored]`` means, or raise ImageError."""
-        first, *words = (word.strip().lower() for word in text.split(","))
-        size = _SIZE.fullmatch(first)
-        if size is None or not set(words) <= set(_ROWS) or len(set(words)) < len(words):
-            raise ImageError(
-                "a size is written WIDTHxHEIGHT, as in 388x374, where need be with ,bottom-up and "
-                f",mirrored, not {text!r}"
-            )
-        return cls(int(size[1]), int(size[2]), *(word in words for word in _ROWS))
+        """Return what ``WIDTHxHEIGHT`` means, or raise ImageError."""
+        size = _SIZE.fullmatch(text.strip())
+        if size is None:
+            raise ImageError(f"a size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
+        return cls(int(size[1]), int(size[2]))
 
     def __str__(self) -> str:
         return f"{self.width}x{self.height}"
 
 
-def likely_raw_size(data: bytes) -> RawSize | None:
-    """Return the size of a well-known sensor, or a square, of which `data` are an image, or None.
-
-    In an image each row is like the next one; in rows of another width it is not.
-    """
-    likely, best = None, _LEAST_LIKENESS
-    for bits in _BITS:
-        side = math.isqrt(len(data) * 8 // bits)
-        for width, height in (*_SENSORS, (side, side)):
-            size = RawSize(max(width, 1), max(height, 1))
-            is_small = width == side and side < _LEAST_SQUARE
-            if size.bits(len(data)) != bits or is_small or size.bytes > _LARGEST_GUESS:
-                continue
-            pixels = _raw_pixels(data, size).astype(np.float32)
-            spread = float(pixels.var())
-            likeness = 1.0 - float(np.square(np.diff(pixels, axis=0)).mean()) / (2 * spread or 1.0)
-            if spread and likeness > best:
-                likely, best = size, likeness
-    return likely
-
-
-def decode_raw(
-    data: bytes, size: RawSize, limits: ImageLimits, dpi: float | None = None
-) -> GreyImage:
+def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:
     """Return `data` as the pixels of an image of `size`; raise ImageError if they do not fit."""
-    limits.check(size.width, size.height, dpi)
+    limits.check(size.width, size.height)
     bits = size.bits(len(data))
     if not bits:
         raise ImageError(f"{len(data)} bytes are no {size} pixels of 8, 4, 2 or 1 bits")
-    notes = () if bits == _BITS[0] else (f"its {len(data)} bytes were read as {bits} bits a pixel",)
-    return GreyImage(_raw_pixels(data, size), dpi, format="raw", notes=notes)
-
-
-def _raw_pixels(data: bytes, size: RawSize) -> Grey:
-    bits = size.bits(len(data))
     shifts = np.arange(8 - bits, -1, -bits, dtype=np.uint8)
     largest = 2**bits - 1
     values = (np.frombuffer(data, np.uint8)[:, None] >> shifts & largest) * np.uint8(255 // largest)
-    rows = values.reshape(size.height, size.width)[:: -1 if size.bottom_up else 1]
-    return np.ascontiguousarray(rows[:, :: -1 if size.mirrored else 1])
-
-
-_IHEAD_PIXELS: Final = 296
-_IHEAD_NUMBERS: Final = range(114, 154, 8)  # width, height, depth, dpi, compression
-
-
-def decode_ihead(data: bytes, limits: ImageLimits) -> GreyImage:
-    """Decode a file of NIST's IHead format, a header of text and pixels that are not compressed."""
-    texts = [data[at : at + 8].partition(b"\0")[0].strip() for at in _IHEAD_NUMBERS]
-    if not all(text.isdigit() for text in texts):
-        raise ImageReadError("damaged IHead image (text where a number should be)")
-    width, height, depth, ppi, compression = map(int, texts)
-    if compression or depth != 8:
-        kind = f"compression {compression} and {depth} bits a pixel"
-        raise ImageReadError(f"IHead image with {kind}, which cannot be read")
-    size = RawSize(width, height)
-    dpi, pixels = usable_dpi(ppi), data[_IHEAD_PIXELS : _IHEAD_PIXELS + size.bytes]
-    limits.check(width, height, dpi)
-    if len(pixels) < size.bytes:
-        raise ImageReadError("damaged IHead image (pixels are missing)")
-    return replace(decode_raw(pixels, size, limits, dpi), format="IHead")
+    notes = () if bits == _BITS[0] else (f"its {len(data)} bytes were read as {bits} bits a pixel",)
+    return GreyImage(values.reshape(size.height, size.width), format="raw", notes=notes)

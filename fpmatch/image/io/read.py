@@ -1,38 +1,106 @@
-"""Read image files as 8-bit grey images; the format is found by content, never by name."""
+"""Read image files as 8-bit grey images; the reader of a file is found by its first bytes.
+
+Records of ANSI/NIST-ITL contain an image, compressed like a file of its own or bare pixels.
+"""
 
 from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.base.parsing import read_regular
-from fpmatch.errors import FpmatchError, ImageError, ImageReadError, check_path
+from fpmatch.base.plugins import AN2_SIGNATURES, FMR_SIGNATURE, agency
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.io.grey import (
     DEFAULT_LIMITS,
     FEWEST_RAW_BYTES,
     GreyImage,
     ImageLimits,
+    RawSize,
     decode_raw,
+    dpi_in_units,
     grey_image,
-    likely_raw_size,
+    usable_axes,
+    with_square_pixels,
 )
-from fpmatch.image.io.pillow_formats import convert_opened
-from fpmatch.image.io.registry import other_kind, sniff
+from fpmatch.image.io.pillow_formats import SIGNATURES, convert_opened, decode_with_pillow
 from fpmatch.image.quality.polarity import INVERTED, check_polarity, is_inverted
+from fpmatch.image.quality.ridge_scale import contradiction
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 __all__ = ["GreyImage", "ImageLimits", "decode_image", "read_image"]
 
 _NO_IMAGES: Final = ("a folder, not an image", "not a regular file, not an image")
+UNCOMPRESSED: Final = "NONE"
+_DEPTH: Final = 8
+
+
+class ImageReader(NamedTuple):
+    """Read one format of image file."""
+
+    name: str
+    signatures: tuple[bytes, ...]  # the first bytes of its files
+    decode: Callable[..., GreyImage]  # of bytes and ImageLimits; raises FpmatchError
+    holds_several: bool = False
+    """Whether `decode` also takes the number of an image, from 1."""
+
+
+class StoredImage(NamedTuple):
+    """An image as its record describes it, `units` as `dpi_in_units` has them."""
+
+    data: bytes  # the compressed file, or the pixels
+    compression: str  # its name in the standard
+    width: int
+    height: int
+    units: int
+    across: float  # pixels a unit, 0 if unknown
+    down: float
+    depth: int = _DEPTH  # bits of a pixel
+
+
+def _agency(module: str, function: str, *given: Any) -> GreyImage:
+    """Decode by a function of a module of agencies, which loads with the first of its files."""
+    decoded: GreyImage = getattr(agency(module), function)(*given)
+    return decoded
+
+
+READERS: Final = (
+    *(
+        ImageReader(name, signatures, partial(decode_with_pillow, name))
+        for name, signatures in SIGNATURES.items()
+    ),
+    ImageReader("WSQ", (b"\xff\xa0",), partial(_agency, "wsq", "decode_wsq")),
+    ImageReader("AN2", AN2_SIGNATURES, partial(_agency, "an2", "decode_image"), holds_several=True),
+)
+"""All formats: single images, and records that contain some."""
+
+# First bytes of files that people take for images, and what those files are.
+_OTHERS: Final = (
+    (FMR_SIGNATURE, "a minutiae template, ISO/IEC 19794-2 or ANSI 378"),
+    (b"FIR\x00", "a finger image record, ISO/IEC 19794-4 or ANSI 381"),
+    (b"288\x00", "an IHead image of NIST"),
+    (b"FP3", "a template of libfprint"),
+    *((start, "a BigTIFF image") for start in (b"II+\x00", b"MM\x00+")),
+    *((start, "a PNM image in digits") for start in (b"P1\n", b"P2\n", b"P3\n")),
+    (b"\x89FPS", "a sealed template: only galleries open sealed templates"),
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"<?xml", "an XML document"),
+    (b"SQLite format 3\x00", "an SQLite database"),
+    (b"\x93NUMPY", "a NumPy array"),
+    *((start, "a JPEG XL image") for start in (b"\xff\x0a", b"\x00\x00\x00\x0cJXL ")),
+)
+_BOXES: Final = {b"ftypheic": "a HEIC image", b"ftypavif": "an AVIF image"}
+_DICOM_AT: Final = 128
 
 
 def read_image(
@@ -111,7 +179,6 @@ def read_image(
     how |= {"limits": limits, "record": record}
     if isinstance(image, bytes):
         return decode_image(image, "image", **how)
-    check_path(image, ImageReadError)
     with name_errors(image):
         most = int(limits.max_file_megabytes * 1e6)
         data = read_regular(image, most, ImageReadError, _NO_IMAGES)
@@ -136,17 +203,34 @@ def decode_image(
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
         if not data:
             raise ImageReadError("the file is empty")
-        image = replace(_decode(data, limits, raw_sizes, record), source=source)
-    return _settled(image, polarity, dpi)
+        size = next((size for size in raw_sizes if size.bits(len(data))), None)
+        if size is not None:
+            image = decode_raw(data, size, limits)
+        elif (reader := sniff(data)) is not None:
+            image = reader.decode(data, limits, *((record,) if reader.holds_several else ()))
+        else:
+            raise ImageReadError(_why_unknown(data, raw_sizes))
+    return _settled(replace(image, source=source), polarity, dpi)
+
+
+def _why_unknown(data: bytes, raw_sizes: Sequence[RawSize]) -> str:
+    kind = "a DICOM file" if data[_DICOM_AT : _DICOM_AT + 4] == b"DICM" else ""
+    kind = kind or next((kind for start, kind in _OTHERS if data.startswith(start)), "")
+    kind = _BOXES.get(data[4:12], kind)
+    why = "not an image of a known format" + (f" ({kind})" if kind else "")
+    if raw_sizes:
+        sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
+        why += f"; its {len(data)} bytes are no raw {sizes}"
+    elif not (kind or data.isascii() or len(data) < FEWEST_RAW_BYTES):
+        why += f"; if its {len(data)} bytes are pixels: --raw WIDTHxHEIGHT"
+    return why
 
 
 def _settled(image: GreyImage, polarity: Polarity, dpi: float | None) -> GreyImage:
     """Return an image with dark ridges, without a resolution that its ridges contradict."""
-    if image.dpi is not None and dpi is None:
-        from fpmatch.image.quality.ridge_scale import contradiction  # noqa: PLC0415
-
-        if why := contradiction(image.pixels, image.dpi):
-            image = replace(image, dpi=None, notes=(*image.notes, why))
+    why = contradiction(image.pixels, image.dpi) if image.dpi is not None and dpi is None else ""
+    if why:
+        image = replace(image, dpi=None, notes=(*image.notes, why))
     inverted = polarity == "white"
     if check_polarity(polarity) == "auto":
         inverted = is_inverted(image.pixels)
@@ -166,23 +250,38 @@ def name_errors(source: object) -> Iterator[None]:
         raise ImageError(f"{source}: image is too large for this machine's memory") from error
 
 
-def _decode(
-    data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize], record: int | None
-) -> GreyImage:
-    for size in raw_sizes:
-        if size.bits(len(data)):
-            return decode_raw(data, size, limits)
-    reader = sniff(data)
-    if reader is not None:
-        return reader.decode(data, limits, *((record,) if reader.holds_several else ()))
-    kind = other_kind(data)
-    why = "not an image of a known format" + (f" ({kind})" if kind else "")
-    if raw_sizes:
-        sizes = ", ".join(f"{size} ({size.bytes})" for size in raw_sizes)
-        why += f"; its {len(data)} bytes are no raw {sizes}"
-    elif not (kind or data.isascii() or len(data) < FEWEST_RAW_BYTES):
-        likely = likely_raw_size(data)
-        bits = likely.bits(len(data)) if likely else 8
-        packed = "" if bits == 8 else f" ({bits} bits a pixel)"
-        why += f"; if its {len(data)} bytes are pixels: --raw {likely or 'WIDTHxHEIGHT'}{packed}"
-    raise ImageReadError(why)
+def sniff(head: bytes) -> ImageReader | None:
+    """Return the reader of a file that begins like this; None where there is none."""
+    return next((reader for reader in READERS if head.startswith(reader.signatures)), None)
+
+
+def decode_stored(image: StoredImage, record: str, limits: ImageLimits) -> GreyImage:
+    """Decode the image of a kind of `record`, at the record's resolution if known, else its own.
+
+    Where those along the axes differ, the pixels are resampled at the higher one.
+    """
+    axes = usable_axes(*(dpi_in_units(image.units, n) for n in (image.across, image.down)))
+    if axes is not None and limits.dpi is None:
+        limits = replace(limits, dpi=max(axes))
+    if image.compression == UNCOMPRESSED:
+        if image.depth != _DEPTH:
+            raise ImageReadError(f"{record} with bare pixels of {image.depth} bits")
+        size = RawSize(max(image.width, 1), max(image.height, 1))
+        limits.check(size.width, size.height)
+        if len(image.data) < size.bytes:
+            raise ImageReadError(f"damaged {record} image (pixels are missing)")
+        decoded = replace(decode_raw(image.data[: size.bytes], size, limits), format=record)
+    else:
+        reader = sniff(image.data)
+        if reader is None or reader.holds_several:
+            reason = f"an image that cannot be read ({image.compression})"
+            raise ImageReadError(f"{record} with {reason}")
+        opened = reader.decode(image.data, limits)
+        decoded = replace(opened, format=f"{record}, {opened.format}")
+    height, width = decoded.pixels.shape
+    notes = decoded.notes
+    if (height, width) != (image.height, image.width):
+        given = f"its record gives a size of {image.width} x {image.height} pixels"
+        notes += (f"{given}, but its image has {width} x {height}",)
+    decoded = replace(decoded, notes=notes)
+    return decoded if axes is None else with_square_pixels(decoded, axes, limits)

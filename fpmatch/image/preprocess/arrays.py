@@ -1,9 +1,9 @@
-"""Arrays of the stages: names of their types, percentiles, recorders, and means of blocks."""
+"""Arrays of the stages: names of their types, percentiles, a recorder, and means of blocks."""
 
 from __future__ import annotations
 
 from functools import reduce
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int32]
     Mask = NDArray[np.bool_]
 BLOCK_PX: Final = 8  # side of a block, at 500 dpi
-_CHANNELS: Final = 4  # that OpenCV blurs at a time
 
 
 class Box(NamedTuple):
@@ -69,19 +68,8 @@ def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> Doubles:
     return np.asarray(low + share * (high - low))
 
 
-class Recorder(Protocol):
-    """Receive each stage's array by name, in the order of the stages.
-
-    A recorder with an attribute ``wanted``, a collection of names, receives those stages alone, and
-    stages that only serve for display are not computed for it.
-    """
-
-    def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Take the array that `stage` produced; it must not be changed."""
-
-
 class StageRecorder:
-    """Keep every stage's array in `stages`, a dict in the order of the stages.
+    """Keep the array of each stage that `extract` passes on in `stages`, a dict, in order.
 
     Examples
     --------
@@ -124,15 +112,3 @@ def block_mean_product(a: Floats, b: Floats) -> Floats:
     sums = product.reshape(rows, BLOCK_PX, -1).sum(axis=1)
     total = reduce(np.add, (sums[:, k::BLOCK_PX] for k in range(BLOCK_PX)))
     return np.asarray(total * np.float32(1 / BLOCK_PX**2), np.float32)
-
-
-def blur_blocks(blocks: Floats, sigma_blocks: float) -> Floats:
-    """Blur a field of blocks, (rows, columns) or (rows, columns, C), channel by channel."""
-    planes = np.atleast_3d(np.asarray(blocks, np.float32))
-    blurred = np.empty_like(planes)
-    for start in range(0, planes.shape[2], _CHANNELS):
-        part = np.ascontiguousarray(planes[:, :, start : start + _CHANNELS])
-        blurred[:, :, start : start + _CHANNELS] = cv2.GaussianBlur(
-            part, (0, 0), sigma_blocks, borderType=cv2.BORDER_REPLICATE
-        ).reshape(part.shape)
-    return blurred.reshape(blocks.shape)

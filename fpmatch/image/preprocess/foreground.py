@@ -14,8 +14,6 @@ from fpmatch.image.preprocess.arrays import (
     BLOCK_PX,
     Box,
     block_mean_product,
-    blocks_to_pixels,
-    blur_blocks,
     percentiles,
 )
 from fpmatch.image.preprocess.normalize import local_range
@@ -131,8 +129,18 @@ def foreground_box(grey: Grey) -> Box:
     lively = (blocks > max(MIN_RANGE, MIN_RELATIVE_RANGE * strong)).astype(np.uint8)
     element = np.ones((BOX_OPENING_BLOCKS, BOX_OPENING_BLOCKS), np.uint8)
     opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
-    rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
-    return Box(*_side(rows, height), *_side(columns, width))
+    sides = []
+    for axis, size in enumerate(grey.shape):
+        where = np.flatnonzero(opened.any(axis=1 - axis))
+        if not len(where):
+            return Box(0, height, 0, width)
+        first = int(where[0]) * BLOCK_PX - MARGIN_PX
+        last = (int(where[-1]) + 1) * BLOCK_PX + MARGIN_PX
+        lacking = max(0, MIN_SIDE_PX - (last - first))
+        first = max(0, first - lacking) // ALIGNMENT_PX * ALIGNMENT_PX
+        last = -(-(last + lacking) // ALIGNMENT_PX) * ALIGNMENT_PX
+        sides += [first, min(last, size)]
+    return Box(*sides)
 
 
 def _ranges(grey: Grey) -> Grey:
@@ -141,43 +149,40 @@ def _ranges(grey: Grey) -> Grey:
     return np.ascontiguousarray(local_range(grey, WINDOW_PX)[centres, centres])
 
 
-def _side(lively: Mask, size: int) -> tuple[int, int]:
-    """Return where the box begins and ends along a side of the image of `size` pixels."""
-    where = np.flatnonzero(lively)
-    if not len(where):
-        return 0, size
-    first = int(where[0]) * BLOCK_PX - MARGIN_PX
-    last = (int(where[-1]) + 1) * BLOCK_PX + MARGIN_PX
-    lacking = max(0, MIN_SIDE_PX - (last - first))
-    first = max(0, first - lacking) // ALIGNMENT_PX * ALIGNMENT_PX
-    last = -(-(last + lacking) // ALIGNMENT_PX) * ALIGNMENT_PX
-    return first, min(last, size)
-
-
 def segment(image: NormalizedImage, spectrum: RidgeSpectrum) -> Mask:
-    """Find the blocks, (rows, columns), that contain ridges.
-
-    A block belongs to the print where one wave carries enough of the local energy and the local
-    contrast is not small compared with that of the print; then edges are smoothed, holes filled and
-    small parts dropped.
-    """
-    strength = ridge_strength(spectrum)
-    ridges = _of_contrast(image, strength, strength >= MIN_STRENGTH, MIN_RELATIVE_CONTRAST)
-    return _tidy(ridges, OPENING_BLOCKS)
+    """Find the blocks, (rows, columns), in which one wave carries enough of the local energy."""
+    energy = _smoothed(spectrum.energy.reshape(*spectrum.total.shape, -1)).max(axis=2)
+    strength = energy / (_smoothed(spectrum.total) + np.float32(1e-3))
+    return _parts_of_print(
+        image, strength, strength >= MIN_STRENGTH, MIN_RELATIVE_CONTRAST, OPENING_BLOCKS
+    )
 
 
 def segment_enhanced(image: NormalizedImage, enhanced: Floats) -> Mask:
     """Find the blocks, (rows, columns), whose ridges the network is certain of, not near 0."""
-    certainty = blur_blocks(block_mean_product(enhanced, enhanced), SMOOTHING_BLOCKS)
-    certain = certainty >= MIN_CERTAINTY
-    ridges = _of_contrast(image, certainty, certain, MIN_RELATIVE_CONTRAST_OF_CERTAIN)
-    return _tidy(ridges, OPENING_BLOCKS_OF_CERTAIN)
+    certainty = _smoothed(block_mean_product(enhanced, enhanced))
+    return _parts_of_print(
+        image,
+        certainty,
+        certainty >= MIN_CERTAINTY,
+        MIN_RELATIVE_CONTRAST_OF_CERTAIN,
+        OPENING_BLOCKS_OF_CERTAIN,
+    )
 
 
-def _of_contrast(
-    image: NormalizedImage, strength: Floats, ridges: Mask, min_relative_contrast: float
+def _smoothed(blocks: Floats) -> Floats:
+    blurred = cv2.GaussianBlur(blocks, (0, 0), SMOOTHING_BLOCKS, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(blurred, np.float32)
+
+
+def _parts_of_print(
+    image: NormalizedImage, strength: Floats, ridges: Mask, min_contrast: float, opening: int
 ) -> Mask:
-    """Return those of the blocks `ridges` whose contrast is similar to that of strong ones."""
+    """Return those of the blocks `ridges` that are a print, without holes and small parts.
+
+    Their contrast is at least a share of that of strong ones, `min_contrast`. Edges are smoothed,
+    by an opening of so many blocks.
+    """
     valid = image.valid.astype(np.float32)
     contrast = block_mean_product(image.contrast, valid)
     ridges = ridges & (block_mean_product(valid, valid) > 0.5)
@@ -185,33 +190,13 @@ def _of_contrast(
         return ridges
     strong = ridges & (strength >= percentiles(strength[ridges], 50)[0])
     usual = float(percentiles(contrast[strong], 50)[0])
-    ridges &= contrast >= max(MIN_CONTRAST, min_relative_contrast * usual)
-    return ridges
-
-
-def ridge_strength(spectrum: RidgeSpectrum) -> Floats:
-    """Return the largest share of the local energy in one wave, 0..1, shape (rows, columns)."""
-    energy = blur_blocks(spectrum.energy.reshape(*spectrum.total.shape, -1), SMOOTHING_BLOCKS)
-    total = blur_blocks(spectrum.total, SMOOTHING_BLOCKS)
-    return np.asarray(energy.max(axis=2) / (total + 1e-3), np.float32)
-
-
-def mask_at_pixels(mask: Mask, shape: tuple[int, ...]) -> Mask:
-    """Return the mask of blocks as a smooth mask of pixels, (H, W)."""
-    return np.asarray(blocks_to_pixels(mask.astype(np.float32), shape) > 0.5)
-
-
-def _tidy(ridges: Mask, opening_blocks: int) -> Mask:
-    """Close, open, drop small parts, fill holes."""
+    ridges &= contrast >= max(MIN_CONTRAST, min_contrast * usual)
     margin = CLOSING_BLOCKS
-    padded = np.pad(ridges, margin).astype(np.uint8)
-    closing, opening = (
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
-        for diameter in (CLOSING_BLOCKS, opening_blocks)
-    )
-    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, closing)
-    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, opening)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    smoothed = np.pad(ridges, margin).astype(np.uint8)
+    for operation, side in ((cv2.MORPH_CLOSE, CLOSING_BLOCKS), (cv2.MORPH_OPEN, opening)):
+        element = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+        smoothed = np.asarray(cv2.morphologyEx(smoothed, operation, element), np.uint8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(smoothed, connectivity=4)
     area = stats[:, cv2.CC_STAT_AREA].copy()
     area[0] = 0
     keep = area >= max(MIN_AREA_BLOCKS, MIN_RELATIVE_AREA * area.max(initial=0))

@@ -57,7 +57,7 @@ class QualityMeasures:
 
 
 def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasures:
-    """Measure a print on the stages of its extraction that `QualityRecorder` keeps."""
+    """Measure a print on the stages of its extraction that a `StageRecorder` keeps."""
     shown = np.asarray(stages["input"], np.uint8)
     mask = stages["mask"].astype(bool)
     stretched = stretch_contrast(shown) if mask.any() else shown

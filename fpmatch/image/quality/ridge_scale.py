@@ -50,11 +50,6 @@ PRINTS_SD: Final = 0.13
 _DEVIATIONS: Final = 2.9  # of the mean of a few prints, beside the limits of the sensor's median
 
 POSSIBLE_MM: Final = (0.31, 0.63)  # of a print that is tried at another resolution
-TWO_SENSORS: Final = (0.3, 3.5)
-"""Least distance of two groups of periods, in logarithms and in their standard deviations."""
-_OF_FEW: Final = 0.5  # the first of these for few prints
-_FEW_PRINTS: Final = 24
-_LEAST_GROUP: Final = 0.1  # of all prints
 MAX_PX: Final = 4_000_000  # to which it is enlarged; four flat fingers have 2.5 million
 _STANDARD_MM: Final = (0.3, 0.65)  # a clear period of a print at 500 dpi
 _WINDOW_PX: Final = 64
@@ -145,22 +140,6 @@ def common_dpi(periods_px: Sequence[float], usual: float = STANDARD_DPI) -> floa
     return round(STANDARD_DPI * math.exp(off), -1)
 
 
-def sensors_of(periods_px: Sequence[float]) -> list[list[float]]:
-    """Return the distances of ridges in one group or, clearly those of two sensors, in two."""
-    ordered = sorted(periods_px)
-    if len(ordered) < 2:
-        return [ordered]
-    least = math.ceil(_LEAST_GROUP * len(ordered))
-    logs = np.log(ordered)
-    parts = [(logs[:k], logs[k:]) for k in range(least, len(logs) - least + 1)]
-    low, high = min(parts, key=lambda two: sum(part.var() * len(part) for part in two))
-    apart, spread = high.mean() - low.mean(), math.hypot(low.std(), high.std()) / math.sqrt(2.0)
-    needed = _OF_FEW if len(ordered) < _FEW_PRINTS else TWO_SENSORS[0]
-    if apart < needed or apart < TWO_SENSORS[1] * spread:
-        return [ordered]
-    return [ordered[: len(low)], ordered[len(low) :]]
-
-
 def is_sound(shape: tuple[int, ...], dpi: float) -> bool:
     """Return whether an image of this shape is neither too large nor too small at a resolution."""
     if dpi == STANDARD_DPI:
@@ -197,7 +176,12 @@ def ridge_period_px(pixels: Grey) -> float | None:
     """Return the median distance of ridges in pixels, None where it is not clear."""
     if min(pixels.shape) < _WINDOW_PX:
         return None
-    windows = _windows(pixels)
+    height, width = (size - _WINDOW_PX for size in pixels.shape)
+    step = _WINDOW_PX // 2
+    while (height // step + 1) * (width // step + 1) > _MAX_WINDOWS:
+        step += max(1, step // 4)
+    view = np.lib.stride_tricks.sliding_window_view(pixels, (_WINDOW_PX, _WINDOW_PX))
+    windows = view[::step, ::step].reshape(-1, _WINDOW_PX, _WINDOW_PX)
     contrast = windows[:, ::2, ::2].std(axis=(1, 2), dtype=np.float32)
     clear = contrast > max(1.0, _LEAST_CONTRAST * float(percentiles(contrast, 90)[0]))
     if clear.sum() < _LEAST_WINDOWS:
@@ -207,16 +191,6 @@ def ridge_period_px(pixels: Grey) -> float | None:
         return None
     low, middle, high = percentiles(distances, 20, 50, 80).tolist()
     return float(middle) if high <= _MOST_SPREAD * low else None
-
-
-def _windows(pixels: Grey) -> Grey:
-    """Return windows all over an image, (K, side, side)."""
-    height, width = (size - _WINDOW_PX for size in pixels.shape)
-    step = _WINDOW_PX // 2
-    while (height // step + 1) * (width // step + 1) > _MAX_WINDOWS:
-        step += max(1, step // 4)
-    view = np.lib.stride_tricks.sliding_window_view(pixels, (_WINDOW_PX, _WINDOW_PX))
-    return np.asarray(view[::step, ::step].reshape(-1, _WINDOW_PX, _WINDOW_PX))
 
 
 def _periods(windows: Grey) -> Floats:

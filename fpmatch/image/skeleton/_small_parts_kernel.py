@@ -3,7 +3,7 @@
 
 Runs of equal pixels that touch a run of the row above are joined to it in a forest (union-find),
 whose roots hold the areas of the parts. Its oracle is
-`fpmatch.image.skeleton.binarize.flip_with_opencv`.
+`fpmatch.image.skeleton.thin.flip_with_opencv`.
 """
 
 import cython

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.thin import CROSSING_NUMBER, bordered, neighbour_bytes
+from fpmatch.image.skeleton.thin import CROSSING_NUMBER, neighbour_bytes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,7 +53,7 @@ class SkeletonNodes(NamedTuple):
 
 def find_nodes(skeleton: Mask, branch_px: int) -> SkeletonNodes:
     """Find the nodes of a skeleton in raster order; trace `branch_px` pixels of their branches."""
-    padded = bordered(skeleton)
+    padded = np.pad(np.asarray(skeleton, bool), 1).view(np.uint8)
     pixels = np.flatnonzero(padded.view(np.bool_))
     number = CROSSING_NUMBER[neighbour_bytes(padded, pixels)]
     is_node = (number == 1) | (number > 2)
@@ -139,8 +139,17 @@ def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
 
 def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Mask:
     """Return which of the minutiae `index` are too near another, or face it across a break."""
-    i, j = _near_pairs(nodes.x[index], nodes.y[index], max(CROWDED_PX, BROKEN_PX))
-    z = nodes.x[index] - 1j * nodes.y[index]
+    x, y, reach = nodes.x[index], nodes.y[index], max(CROWDED_PX, BROKEN_PX)
+    # each pair once whose x and y both differ by at most `reach`
+    by_y = y.argsort(kind="stable")
+    last = y[by_y].searchsorted(y[by_y] + reach, "right")
+    partners = last - np.arange(1, len(y) + 1)
+    first = np.repeat(np.arange(len(y)), partners)
+    second = np.arange(len(first)) + np.repeat(last - partners.cumsum(), partners)
+    i, j = by_y[first], by_y[second]
+    near = np.abs(x[i] - x[j]) <= reach
+    i, j = i[near], j[near]
+    z = x - 1j * y
     away = z[i] - z[j]
     distance = np.abs(away)
     # an ending's direction runs along its own ridge: away from the other across a break
@@ -153,18 +162,6 @@ def _crowded(nodes: SkeletonNodes, angle: Floats, index: NDArray[np.intp]) -> Ma
     crowded = np.zeros(len(index), bool)
     crowded[i[refused]] = crowded[j[refused]] = True
     return crowded
-
-
-def _near_pairs(x: Ints, y: Ints, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return each pair once whose x and y both differ by at most `reach`."""
-    by_y = y.argsort(kind="stable")
-    last = y[by_y].searchsorted(y[by_y] + reach, "right")
-    partners = last - np.arange(1, len(y) + 1)
-    first = np.repeat(np.arange(len(y)), partners)
-    second = np.arange(len(first)) + np.repeat(last - partners.cumsum(), partners)
-    i, j = by_y[first], by_y[second]
-    near = np.abs(x[i] - x[j]) <= reach
-    return i[near], j[near]
 
 
 def minutia_quality(pixels: Floats, enhanced: Floats, x: Ints, y: Ints) -> Grey:

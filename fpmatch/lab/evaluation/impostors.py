@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
@@ -93,8 +94,7 @@ def _calibrated(matcher: Matcher) -> Matcher:
     """
     if not isinstance(matcher, UnitCircleMatcher):
         return matcher
-    used = matcher.parameters
-    own = {entry.name: getattr(used, entry.name) for entry in fields(used)}
+    own = {name: one.value for name, one in parameters_of(matcher.parameters).items()}
     return type(matcher)(**own | {"beyond_share": 0.0})
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,6 +13,8 @@ from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side
 from fpmatch.matching import reference as method
 from fpmatch.matching.constants.comparison import FRAME
 from fpmatch.matching.parameters import USUAL, MatchParameters
+from fpmatch.matching.pipeline.evidence import load_weights
+from fpmatch.matching.reference.evidence import features_of
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.relaxation import relax
@@ -99,7 +101,7 @@ class DefaultMethod:
         a, b = (q, p) if swapped else (p, q)
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
         matched = method.match(a, b, parameters) if min(len(a), len(b)) else None
-        mesh = None if matched is None else PairedMesh(*matched)
+        mesh = None if matched is None else PairedMesh(matched[0], matched[1].evidence)
         candidates = relax(a.points, b.points, similarity, parameters)
         return cls(pair, sides, (a, b), swapped, candidates, mesh, parameters)
 
@@ -202,6 +204,9 @@ class DefaultMethod:
         partner = mesh.pairing.partner
         partners = [None if k < 0 else int(second.index[k]) for k in partner]
         nearest = mesh.pairing.mesh[3].tolist()
+        evidence = mesh.evidence._asdict()
+        model = load_weights().model_of(*self.prints)
+        features = features_of(model, evidence, self.parameters)
         numbers |= {
             "pairs": rows(("number", "p", "q", "weight"), np.arange(1, len(i) + 1), *pq, weight),
             "mesh_of_pairs": {"frame": FRAME, **shown, "triangles": mesh.triangles.tolist()},
@@ -215,7 +220,7 @@ class DefaultMethod:
                     strict=True,
                 )
             ],
-            "evidence": asdict(mesh.evidence) | {"features": mesh.evidence.features.tolist()},
+            "evidence": evidence | {"features": features.tolist()},
         }
         ring = None if chosen is None else self.rings[chosen]
         if chosen is not None and ring is not None:

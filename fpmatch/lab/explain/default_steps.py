@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -170,10 +169,10 @@ def _local(m: DefaultMethod) -> list[Step]:
         f"the similarity is from {number(similar.min())} to {number(similar.max())} (width of a "
         "line)."
     )
-    plain = [replace(LINK, width=0.8 + 4.0 * s / similar.max()) for s in similar]
+    plain = [LINK._replace(width=0.8 + 4.0 * s / similar.max()) for s in similar]
     relaxed = c.relaxed / (c.relaxed.max() or 1.0)
     strong = [
-        replace(KEPT, width=1.0 + 4.0 * r) if kept else LEFT_OUT
+        KEPT._replace(width=1.0 + 4.0 * r) if kept else LEFT_OUT
         for kept, r in zip(m.kept, relaxed, strict=True)
     ]
     after = (

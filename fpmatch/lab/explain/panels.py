@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.overlay.page import frame
+from fpmatch.drawing.overlay.page import FRAME_PEN
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.ink import ink_of
 from fpmatch.drawing.scene.items import (
@@ -96,7 +96,8 @@ def framed(
 ) -> list[Item]:
     """Draw items in a place, a frame around them, and a title above."""
     above = Text(place.x, place.y - 9, title, TITLE_SIZE, colour, bold=0.3)
-    return [Group(tuple(items), place), frame(place), above]
+    frame = Path(place.grown(0.5).corners, FRAME_PEN, closed=True)
+    return [Group(tuple(items), place), frame, above]
 
 
 def places(shares: Sequence[float], height: float) -> list[Box]:

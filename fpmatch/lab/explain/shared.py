@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
-from fpmatch.drawing.overlay.marks import BESIDE_PAIRED, marks
+from fpmatch.drawing.overlay.page import BESIDE_PAIRED, marks
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import Path, Pen
 from fpmatch.lab.explain import panels as draw

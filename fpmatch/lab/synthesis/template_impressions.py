@@ -11,8 +11,7 @@ from fpmatch.lab.synthesis import _impression_kernel as kernel
 from fpmatch.lab.synthesis.contact import DRY_SPOT, WET_SPOT
 from fpmatch.lab.synthesis.noise import keys_of, uniform
 from fpmatch.lab.synthesis.template_fingers import STEP_PX, TURN, between, smooth_grids
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

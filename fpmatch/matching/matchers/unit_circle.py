@@ -8,21 +8,16 @@ unit circle (eq. 3), and fits a transform (eq. 1). docs/explanation/how_it_works
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
 from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.comparison import (
-    MAX_STRETCH,
-    MIN_MINUTIAE,
-    MIN_PAIRS_FOR_SCALE,
-)
+from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.reasons import all_reasons
+from fpmatch.matching.pipeline.evidence import Alignment, Evidence, all_reasons, main_reason
 from fpmatch.matching.pipeline.score_model import amount_of_print, as_similarity
 from fpmatch.matching.prints.prepared import lies_off_ridges
 from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
@@ -34,16 +29,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.pipeline.match import Alignment
     from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.templates.minutiae import Template
 
 if COMPILED:
-    from fpmatch.matching.pipeline._kernels._pipeline_kernel import fit_pairs
-    from fpmatch.matching.pipeline.match import workspace_for
+    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
     from fpmatch.matching.prints.prepare import prepare
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
@@ -84,41 +75,62 @@ class UnitCircleMatcher(Matcher):
         The two are taken in the order of their content, so that exchanging them changes nothing
         but the direction of the transform.
         """
-        a, b, swapped = _in_order(probe, reference)
-        if min(len(a), len(b)) < MIN_MINUTIAE:
+        return self._compare(probe, reference)
+
+    def _compare(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool = False
+    ) -> Comparison:
+        """Compare two prints, `in_any_case` also those that the prefilter rejects."""
+        swapped = reference.key < probe.key
+        same = reference.key == probe.key
+        if min(len(probe), len(reference)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
-        find = self._match_by_reference if self.by_reference else self._match_by_kernels
-        rejected, compared = find(a, b, swapped=swapped)
-        if rejected is not None:
-            return nothing_found(UNLIKE, as_similarity(rejected))
-        return compared or nothing_found(too_few(probe, reference) or UNPAIRED)
-
-    def _match_by_kernels(
-        self, a: PreparedTemplate, b: PreparedTemplate, *, swapped: bool
-    ) -> tuple[float | None, Comparison | None]:
-        """Return what stands for -ln(FMR) of a rejected pair, or the comparison if it pairs any."""
-        probe, reference = (b, a) if swapped else (a, b)
-        workspace = workspace_for(max(len(a), len(b)), self.parameters)
-        workspace.load(probe)
-        same = a.key == b.key
-        rejected = None if same else workspace.rejected(reference, reference_first=swapped)
-        if rejected is not None:
-            return rejected, None
-        matched = workspace.match(reference, reference_first=swapped)
-        if same and not (matched and _is_identity(matched[0])):
+        if self.by_reference:
+            return self._compare_by_reference(probe, reference, in_any_case=in_any_case)
+        pipeline = pipeline_for(probe, max(len(probe), len(reference)), self.parameters)
+        view = view_of(reference)
+        if not (same or in_any_case) and (estimate := pipeline.rejected(view, swapped)) < 0.0:
+            return nothing_found(UNLIKE, as_similarity(estimate))
+        index_neighbours(pipeline, probe)
+        estimate = pipeline.match(view, swapped)
+        found = None
+        if pipeline.best >= 0:
+            a, b = (reference, probe) if swapped else (probe, reference)
+            zooms = a.to_500dpi, b.to_500dpi
+            pairs, fitted, (c, s, x, y), entries, competing = pipeline.result(
+                a.index, b.index, *zooms, swapped
+            )
+            evidence = Evidence._make([*entries, pipeline.scorer.total, estimate])
+            alignment = Alignment(complex(c, s), complex(x, y), evidence, competing)
+            found = _result(Similarity(*fitted[:4]), pairs, fitted[4], alignment)
+        if same and not (found and _is_identity(probe, found)):
             # of two equal prints neither comes first: only the identity is its own inverse
-            return self._match_by_reference(a, b, swapped=swapped)
-        return None, matched and _comparison(a, b, matched, swapped=swapped)
+            return self._compare_by_reference(probe, reference, in_any_case=True)
+        return found or nothing_found(too_few(probe, reference) or UNPAIRED)
 
-    def _match_by_reference(
-        self, a: PreparedTemplate, b: PreparedTemplate, *, swapped: bool
-    ) -> tuple[float | None, Comparison | None]:
-        """Return the same by the steps of the reference."""
+    def _compare_by_reference(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool
+    ) -> Comparison:
+        """Compare two prints by the steps of the reference."""
         from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
 
-        rejected = None if a.key == b.key else method.rejected(a, b, self.parameters)
-        matched = method.match(a, b, self.parameters) if rejected is None else None
-        return rejected, matched and _comparison_by_reference(a, b, matched, swapped=swapped)
+        swapped = reference.key < probe.key
+        a, b = (reference, probe) if swapped else (probe, reference)
+        if not in_any_case and a.key != b.key:
+            rejected = method.rejected(a, b, self.parameters)
+            if rejected is not None:
+                return nothing_found(UNLIKE, as_similarity(rejected))
+        matched = method.match(a, b, self.parameters)
+        if matched is None:
+            return nothing_found(too_few(probe, reference) or UNPAIRED)
+        pairing, alignment = matched
+        transform, rms = method.transform_of(a, b, pairing)
+        i = np.flatnonzero(pairing.partner >= 0)
+        pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
+        if swapped:
+            transform, rms = transform.inverse(), rms / transform.scale
+            pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
+        return _result(transform, pairs, rms, alignment)
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -128,19 +140,12 @@ class UnitCircleMatcher(Matcher):
         The result has the similarity of `comparison`, which `compare` returned, and the best
         transform there is; competing transforms are among the reasons.
         """
-        from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
-
-        a, b, swapped = _in_order(probe, reference)
-        p, whole = self.parameters, comparison
-        if comparison.detail is None and min(len(a), len(b)) >= MIN_MINUTIAE:
-            matched = method.match(a, b, p) or method.match(a, b, p, however_weak=True)
-            if matched:
-                whole = _comparison_by_reference(a, b, matched, swapped=swapped)
+        whole = comparison
+        if comparison.detail is None:
+            whole = self._compare(probe, reference, in_any_case=True)
         if whole.detail is None:
             return comparison
-        pairing, evidence = _pairing(a, b, whole.detail[0], p), whole.detail[1]
-        competing = method.competing_pairs(a, b, pairing, p)
-        reason = all_reasons(probe, reference, evidence, competing)
+        reason = all_reasons(probe, reference, whole.detail)
         return replace(whole, similarity=comparison.similarity, reason=reason)
 
     def compared(
@@ -149,10 +154,10 @@ class UnitCircleMatcher(Matcher):
         """Return how much of two prints was compared; None where nothing was aligned."""
         if comparison.detail is None:
             return None
-        evidence: Evidence = comparison.detail[1]
+        evidence: Evidence = comparison.detail.evidence
         first = min(probe, reference, key=lambda side: side.key)
         return Compared(
-            minutiae=evidence.common,
+            minutiae=int(evidence.common),
             area_mm2=evidence.area * MM2_PER_PX2,
             ridge_agreement=evidence.ridges if evidence.cells else None,
             ridge_area_mm2=evidence.cells * first.region.step**2 * MM2_PER_PX2,
@@ -162,12 +167,18 @@ class UnitCircleMatcher(Matcher):
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> RidgeMap | None:
         """Return where the ridges agree; None where they were not compared."""
-        if comparison.detail is None or not comparison.detail[1].cells:
+        if comparison.detail is None or not comparison.detail.evidence.cells:
             return None
-        from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415  (else not needed)
+        from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (else not needed)
+        from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415
 
-        a, b, swapped = _in_order(probe, reference)
-        pairing = _pairing(a, b, comparison.detail[0], self.parameters)
+        swapped, pairs = reference.key < probe.key, comparison.pairs
+        a, b = (reference, probe) if swapped else (probe, reference)
+        of_a, of_b = pairs[:, ::-1].T if swapped else pairs.T
+        partner = np.full(len(a), -1)
+        partner[np.searchsorted(a.index, of_a)] = np.searchsorted(b.index, of_b)
+        weight, move = (partner >= 0).astype(np.float64), comparison.detail[:2]
+        pairing = Pairing(a.points, b.points, partner, weight, move, self.parameters)
         return ridge_map(a, b, pairing, swapped=swapped)
 
     def amount(self, prepared: PreparedTemplate, factor: float = 1.0) -> NDArray[np.float64]:
@@ -216,82 +227,26 @@ class UnitCircleMatcher(Matcher):
 MATCHER: Final = UnitCircleMatcher()
 
 
-def _in_order(
-    probe: PreparedTemplate, reference: PreparedTemplate
-) -> tuple[PreparedTemplate, PreparedTemplate, bool]:
-    """Return the prints in the order of their content, and whether the reference comes first."""
-    swapped = reference.key < probe.key
-    return (reference, probe, True) if swapped else (probe, reference, False)
-
-
-def _is_identity(alignment: Alignment) -> bool:
+def _is_identity(print_: PreparedTemplate, found: Comparison) -> bool:
     """Return whether each minutia is paired with the same one, by the transform that moves none."""
-    own = np.arange(len(alignment.partner))
-    return bool((alignment.partner == own).all() and (alignment.transform == (1, 0, 0, 0)).all())
-
-
-def _comparison(
-    a: PreparedTemplate, b: PreparedTemplate, matched: tuple[Alignment, Evidence], *, swapped: bool
-) -> Comparison:
-    """Return the result in the user's order and in pixels of the two input images.
-
-    Where the positions of few pairs do not determine it, the scale is that of the resolutions, and
-    the rotation that of the alignment, which the directions contribute to.
-    """
-    alignment, evidence = matched
-    c, s, _, _ = alignment.transform.tolist()
-    pairs, fitted = np.empty((evidence.pairs, 2), np.int32), np.empty(5)
-    prints = a.points, b.points, a.to_500dpi, b.to_500dpi, a.index, b.index
-    limits = MIN_PAIRS_FOR_SCALE, MAX_STRETCH
-    turn = 0.0 - math.atan2(s, c)  # y points down
-    fit_pairs(*prints, alignment.partner, alignment.weight, turn, *limits, swapped, pairs, fitted)
-    *transform, rms = fitted.tolist()
-    return _result(Similarity(*transform), pairs, rms, matched)
-
-
-def _comparison_by_reference(
-    a: PreparedTemplate, b: PreparedTemplate, matched: tuple[Pairing, Evidence], *, swapped: bool
-) -> Comparison:
-    """Return the same of a pairing of the reference."""
-    from fpmatch.matching.reference import transform_of  # noqa: PLC0415  (else not needed)
-
-    pairing, _evidence = matched
-    transform, rms = transform_of(a, b, pairing)
-    i = np.flatnonzero(pairing.partner >= 0)
-    pairs = np.stack([a.index[i], b.index[pairing.partner[i]]], axis=1)
-    if swapped:
-        transform, rms = transform.inverse(), rms / transform.scale
-        pairs = pairs[np.argsort(pairs[:, 1], kind="stable"), ::-1]
-    return _result(transform, pairs, rms, matched)
+    own = np.column_stack([print_.index, print_.index])
+    return np.array_equal(found.pairs, own) and found.detail[:2] == (1.0, 0.0)
 
 
 def _result(
-    transform: Similarity,
-    pairs: NDArray[np.int32],
-    rms_px: float,
-    matched: tuple[Alignment | Pairing, Evidence],
+    transform: Similarity, pairs: NDArray[np.int32], rms_px: float, alignment: Alignment
 ) -> Comparison:
-    evidence, reason = matched[1], score.main_reason(matched[1])
-    shares = evidence.agreement, evidence.overlap
+    evidence = alignment.evidence
     return Comparison(
-        evidence.similarity, transform, pairs, rms_px, *shares, reason, detail=matched
+        evidence.similarity,
+        transform,
+        pairs,
+        rms_px,
+        evidence.agreement,
+        evidence.overlap,
+        main_reason(evidence),
+        detail=alignment,
     )
-
-
-def _pairing(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    aligned: Alignment | Pairing,
-    parameters: MatchParameters,
-) -> Pairing:
-    """Return what kernels or the reference have paired, as the reference has it."""
-    from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (else not needed)
-
-    if isinstance(aligned, Pairing):
-        return aligned
-    c, s, x, y = aligned.transform.tolist()
-    move, partner = (complex(c, s), complex(x, y)), aligned.partner.astype(np.intp)
-    return Pairing(a.points, b.points, partner, aligned.weight, move, parameters)
 
 
 def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

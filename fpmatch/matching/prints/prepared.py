@@ -136,8 +136,9 @@ def qualities(quality: NDArray[np.uint8], usual: float) -> NDArray[np.float64]:
     """Return the qualities of the minutiae of a print, 0 to 1, from 0 to 100.
 
     Where a print gives none, which is all 100 or all 0, they are the usual one, and so they are
-    where a few minutiae have nearly all of the quality (`plausibility.evenness`): no extraction
-    gives such qualities, by which most minutiae would count for nothing where they have no partner.
+    where a few minutiae have nearly all of the quality (`plausibility.why_no_finger`): no
+    extraction gives such qualities, by which most minutiae would count for nothing where they have
+    no partner.
     """
     value, count = quality.astype(np.float64), len(quality)
     total = value @ value

@@ -13,7 +13,7 @@ from fpmatch.matching.constants.prints import ORIENTATIONS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.templates.ridge_field import RidgeField
+    from fpmatch.templates.minutiae import RidgeField
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,18 +22,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.matching.constants.comparison import (
+    COMPETING_APART_PX,
     MAX_STRETCH,
     MIN_PAIRS_FOR_SCALE,
     REJECTED,
     SHORTFALL,
 )
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.pipeline.evidence import load_weights
+from fpmatch.matching.pipeline.evidence import Alignment, load_weights
 from fpmatch.matching.prints.prepared import prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
@@ -57,9 +58,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.templates.minutiae import Template
-
-
-APART_PX: Final = 30.0  # at 500 dpi, between the images of a print under competing transforms
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
@@ -90,18 +88,10 @@ def rejected(
 
 
 def match(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    parameters: MatchParameters = USUAL,
-    *,
-    however_weak: bool = False,
-) -> tuple[Pairing, Evidence] | None:
-    """Align print A with print B, in the order of their content; None if nothing is paired.
-
-    All hypotheses are tried, also those of weak local matches, if `however_weak`.
-    """
+    a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
+) -> tuple[Pairing, Alignment] | None:
+    """Align print A with print B, in the order of their content; None if nothing is paired."""
     p, model = parameters, load_weights().model_of(a, b)
-    strong = -math.inf if however_weak else model.relaxation_threshold
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
     candidates = relax(a.points, b.points, similarity, parameters)
     start = partial(seeded, a.points, b.points, parameters=parameters)
@@ -109,31 +99,49 @@ def match(
     if a.key == b.key:  # only the identity is its own inverse
         every = np.arange(len(a))
         identity = Pairing(a.points, b.points, every, np.ones(len(a)), parameters=parameters)
-        return weighed(identity, ridges_from=model.refine_threshold)
+        pairing, evidence = weighed(identity, ridges_from=model.refine_threshold)
+        return pairing, Alignment(*pairing.move, evidence, 0)
 
-    coarse = []
+    tried = []
     for pairing in coarse_pairings(a.points, b.points, candidates, parameters):
-        coarse += [weighed(pairing, ridges_from=math.inf)] if pairing.pairs else []
-        if coarse and coarse[-1][1].total > model.confident_threshold:
-            coarse = coarse[-1:]
-            break
-        if pairing.pairs and candidates.strength < strong:
-            break
-    best = _greatest(coarse)
-    shown = a.region.ridges is not None and b.region.ridges is not None
-    doubtful = shown and not (best and best[1].total > model.confident_threshold)
+        if pairing.pairs:
+            tried.append(weighed(pairing, ridges_from=math.inf))
+            weak = candidates.strength < model.relaxation_threshold
+            if weak or tried[-1][1].total > model.confident_threshold:
+                break
+    best = _greatest(tried)
+    alone = best is not None and best[1].total > model.confident_threshold
     if best and best[1].total > model.refine_threshold:
-        kept = (each for each, evidence in coarse if evidence.total > model.refine_threshold)
-        grown = (grow(each, p.rounds - p.coarse_rounds, settled=True) for each in kept)
-        best = _greatest(weighed(each) for each in grown if each.pairs)
-    if doubtful and not (best and best[1].total > model.confident_threshold):
+        kept, grown = [], []
+        for each in tried:
+            if each[1].total > model.refine_threshold and (each is best or not alone):
+                pairing = grow(each[0], p.rounds - p.coarse_rounds, settled=True)
+                grown += [weighed(pairing)] if pairing.pairs else []
+            else:
+                kept.append(each)
+        best, tried = _greatest(grown), kept + grown
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    if shown and not alone and not (best and best[1].total > model.confident_threshold):
         small = load_weights().is_small(a, b)
         proposed = None if small else (candidates.first, candidates.second)
         pairs = search_by_ridges(a, b, proposed, parameters)
-        grown = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
-        by_ridges = [weighed(each) for each in grown if each.pairs]
-        best = _greatest([best, *by_ridges] if best else by_ridges)
-    return best
+        by_ridges = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
+        found = [weighed(each) for each in by_ridges if each.pairs]
+        best, tried = _greatest([best, *found] if best else found), tried + found
+    if best is None:
+        return None
+    pairing, evidence = best
+    return pairing, Alignment(*pairing.move, evidence, _competing(pairing, tried))
+
+
+def _competing(best: Pairing, tried: Iterable[tuple[Pairing, Evidence]]) -> int:
+    """Return the most pairs of a tried pairing that maps print A to a very different place."""
+    most = 0
+    for pairing, _ in tried:
+        linear, shift = (x - y for x, y in zip(pairing.move, best.move, strict=True))
+        if abs(linear * best.places[0] + shift).mean() > COMPETING_APART_PX:
+            most = max(most, pairing.pairs)
+    return most
 
 
 def coarse_pairings(
@@ -156,39 +164,6 @@ def coarse_pairings(
         yield pairing
         among = candidates.among(pairing.partner)
         seeds = [seed for seed in seeds[1:] if not among[seed]]
-
-
-def competing_pairs(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    best: Pairing,
-    parameters: MatchParameters = USUAL,
-    apart_px: float = APART_PX,
-) -> int:
-    """Count the pairs under the best transform that maps print A to a very different place.
-
-    The prints are in the order of their content, and `best` is their best pairing. Very different
-    are images of A's minutiae that lie more than `apart_px` apart on average, at 500 dpi.
-    """
-    p, places = parameters, best.places[0]
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
-    # a minutia is in one local match only: without those of the best, there are others
-    other = similarity.copy()
-    paired = np.flatnonzero(best.partner >= 0)
-    other[paired, best.partner[paired]] = 0.0
-
-    def is_elsewhere(pairing: Pairing) -> bool:
-        linear, shift = (x - y for x, y in zip(pairing.move, best.move, strict=True))
-        return bool(abs(linear * places + shift).mean() > apart_px)
-
-    most = 0
-    for matches in (similarity, other):
-        candidates = relax(a.points, b.points, matches, parameters)
-        coarse = coarse_pairings(a.points, b.points, candidates, parameters)
-        for pairing in filter(is_elsewhere, coarse):
-            grown = grow(pairing, p.rounds - p.coarse_rounds, settled=True)
-            most = max(most, grown.pairs if is_elsewhere(grown) else 0)
-    return most
 
 
 def _greatest(weighed: Iterable[tuple[Pairing, Evidence]]) -> tuple[Pairing, Evidence] | None:

@@ -47,12 +47,12 @@ def weigh(
     model = load_weights().model_of(a, b)
     p = pairing.parameters
     e = _gather(a, b, candidates, pairing)
-    features = _features(model, e, p)
+    features = features_of(model, e, p)
     if model.sums(features) > ridges_from:
         drift = drift_of(a.region, *pairing.mesh[:2], pairing.move)
         ridges = compare_ridges(a.region, b.region, pairing.move, drift)
         e |= zip(("ridges", "cells"), ridges, strict=True)
-        features = _features(model, e, p)
+        features = features_of(model, e, p)
     total = float(model.sums(features))
     # given the amount of evidence, -ln(FMR) grows with the sum
     amount = amount_terms(math.sqrt(e["fewest"] * e["common"] / 2.0), e["area"])
@@ -61,7 +61,7 @@ def weigh(
     limit = most_decades(e["pairs"], e["chance"], e["ridges"] - p.usual_correlation, e["cells"])
     estimate = float(fixed.LOG_10 * min(2.0 + (total - low) / decade, limit))
     estimate = _beyond_chance(a, b, pairing, e, estimate, p)
-    e |= {"features": features, "total": total, "minus_log_fmr": estimate}
+    e |= {"total": total, "minus_log_fmr": estimate}
     return pairing, Evidence(**e)
 
 
@@ -115,7 +115,7 @@ def _unpaired(
     return int(inside.sum()), float(squares[which[well]].sum() * raised)
 
 
-def _features(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
+def features_of(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:
     """Return the features of the evidence, in the order of `FEATURES`."""
     per_pair = 1.0 / (1.0 + e["pairs"])
     features = [

@@ -53,7 +53,6 @@ def _to_whole_numbers(
     """
     cython.declare(n=cython.Py_ssize_t, i=cython.Py_ssize_t, shift=cython.int, bits=cython.longlong)
     n = points.shape[0]
-    half = 1.0
     low_x = high_x = points[0, 0]
     low_y = high_y = points[0, 1]
     for i in range(1, n):
@@ -61,11 +60,7 @@ def _to_whole_numbers(
         high_x = max(high_x, points[i, 0])
         low_y = min(low_y, points[i, 1])
         high_y = max(high_y, points[i, 1])
-    if high_x * 0.5 - low_x * 0.5 > 2.0**1022 or high_y * 0.5 - low_y * 0.5 > 2.0**1022:
-        half = 0.5
-    low_x *= half
-    low_y *= half
-    extent = max(high_x * half - low_x, high_y * half - low_y)
+    extent = max(high_x - low_x, high_y - low_y)
     if extent == 0.0:
         return False
     # two steps, because the power of two itself may be beyond float64
@@ -74,8 +69,8 @@ def _to_whole_numbers(
     more: cython.double = math.ldexp(1.0, shift - shift // 2)
     bits = 0
     for i in range(n):
-        x[i] = (points[i, 0] * half - low_x) * scale * more + _WHOLE - _WHOLE
-        y[i] = (points[i, 1] * half - low_y) * scale * more + _WHOLE - _WHOLE
+        x[i] = (points[i, 0] - low_x) * scale * more + _WHOLE - _WHOLE
+        y[i] = (points[i, 1] - low_y) * scale * more + _WHOLE - _WHOLE
         bits |= cython.cast(cython.longlong, x[i]) | cython.cast(cython.longlong, y[i])
     scale = 1.0 / (bits & -bits)
     for i in range(n):

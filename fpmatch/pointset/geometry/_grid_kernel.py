@@ -21,20 +21,20 @@ _CROWD = cython.declare(cython.int, 16)  # points of a cell that are searched on
 def bounding_box(points, box):
     """Write least and largest x, least and largest y of points (N, 2), N > 0.
 
-    Returned is whether all coordinates are finite; only then is the box of any use.
+    Returned is whether all coordinates are within ±2**300; only then is the box of any use.
     """
-    most = 1.7976931348623157e308
+    most = 2.0**300
     left = right = points[0, 0]
     top = bottom = points[0, 1]
-    finite = True
+    moderate = True
     for i in range(points.shape[0]):
         x, y = points[i, 0], points[i, 1]
         if not (-most <= x <= most and -most <= y <= most):
-            finite = False
+            moderate = False
         left, right = min(left, x), max(right, x)
         top, bottom = min(top, y), max(bottom, y)
     box[0], box[1], box[2], box[3] = left, right, top, bottom
-    return finite
+    return moderate
 
 
 def _cell_at(place, cells):

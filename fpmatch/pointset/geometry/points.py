@@ -21,7 +21,10 @@ MAX_CELLS_PER_POINT: Final = 4
 
 
 def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
-    """Return a copy of `points` as float64 (N, 2), of none if empty; else raise PointSetError."""
+    """Return a copy of `points` as float64 (N, 2), of none if empty; else raise PointSetError.
+
+    Coordinates reach ±2**300, so that no computation with them leaves float64.
+    """
     return points_in_box(points, name)[0]
 
 
@@ -37,7 +40,7 @@ def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.f
         raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
     box = np.empty(4)
     if not bounding_box(array, box):
-        raise PointSetError(f"{name}: coordinates must be finite")
+        raise PointSetError(f"{name}: coordinates must be finite, none beyond ±2**300")
     return array, box.tolist()
 
 

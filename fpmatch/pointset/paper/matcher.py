@@ -115,7 +115,7 @@ def match_by_unit_circle(
     """Match two point sets, (N, 2) and (M, 2), by their one-rings on the unit circle.
 
     Exchanging the sets gives the same pairs and the inverse transform. Raises PointSetError if a
-    set is malformed, or its coordinates or extent are beyond 2**±300.
+    set is malformed, or its coordinates are beyond ±2**300, or its extent is below 2**-300.
     """
     return match_prepared(prepare_points(p), prepare_points(q), parameters)
 

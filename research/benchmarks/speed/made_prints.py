@@ -15,8 +15,7 @@ import numpy as np
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_samples import NO_PREFILTER
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ import fpmatch
 from fpmatch.base.npy import decode_npy
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.fuzzing.target import SAMPLES, Reader, Target
 from research.fuzzing.targets.stores import PROBE, templates
 

@@ -118,7 +118,7 @@ def _requests() -> list[bytes]:
         _request("POST", "/enrol", {"image": reference}, {"subject": "ada", "finger": "left"}),
         _request("POST", "/gallery/verify", {"probe": reference}, {"subject": "101"}),
         _request("POST", "/gallery/1/compare", {"probe": reference}, {"fmr": "0.01"}),
-        _request("POST", "/extract", {"image": probe}, {"format": "iso2011"}),
+        _request("POST", "/extract", {"image": probe}, {"format": "iso2005"}),
     ]
 
 

@@ -90,7 +90,7 @@ def test_damaged_ones_beside_templates_are_not_passed_over(tmp_path, template, s
     assert names == [f"1_1{suffix}", f"2_1{suffix}"]
 
 
-@pytest.mark.parametrize("suffix", [".json", ".iso", ".ansi2009", ".xyt"])
+@pytest.mark.parametrize("suffix", [".json", ".iso", ".ansi", ".xyt"])
 def test_a_template_is_taken_as_it_is(tmp_path, template, suffix):
     path = tmp_path / f"print{suffix}"
     save_template(path, template)

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.gallery.listing.two_prints import minutiae_across, neck_and_break, why_two_prints
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
 def arch(shape=(24, 24), turn=0.0):

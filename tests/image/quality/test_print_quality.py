@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.image.extract import QualityRecorder, assess, extract
+from fpmatch.image.extract import assess
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.measures import QualityMeasures, measure_quality
 from fpmatch.image.quality.print_quality import WEIGHTS_FILE, grade
@@ -33,12 +33,6 @@ def pressed(dryness=0.0, sensor=OPTICAL):
     clean = PRESETS["clean"]
     pressure = replace(clean.pressure, dryness=(dryness, dryness))
     return make_impression(finger(), 1, replace(clean, pressure=pressure), sensor).image
-
-
-def sensor_of(dpi):
-    """Return the optical sensor at another resolution."""
-    width, height = (round(side * dpi / 500) for side in (OPTICAL.width, OPTICAL.height))
-    return replace(OPTICAL, width=width, height=height, dpi=dpi)
 
 
 def spoilt(fault):
@@ -87,25 +81,8 @@ def test_a_clean_print_has_no_fault_and_a_high_score(name):
     assert found.quality.score > 60
 
 
-def test_filters_judge_alike_and_the_template_is_that_of_extract():
-    learned, filters = (assess(pressed(), 500, enhance=way) for way in ("learned", "filters"))
-    assert filters.quality.reasons == ()
-    assert abs(learned.quality.score - filters.quality.score) < 20
-    assert learned.template == extract(pressed(), 500)
-
-
-@pytest.mark.parametrize("dpi", [200, 250, 350, 1000])
-def test_a_wrong_resolution_is_all_that_is_said_and_about_right(dpi):
-    quality = assess(pressed(sensor=sensor_of(dpi)), 500).quality
-    (reason,) = quality.reasons
-    assert quality.score < assess(pressed(), 500).quality.score - 10
-    assert reason.code == "wrong resolution"
-    assert reason.dpi == pytest.approx(dpi, rel=0.2)
-    assert f"probably not 500 dpi but about {reason.dpi:.0f} dpi" in reason.message
-
-
-@pytest.mark.parametrize("sigma_px", [0.0, 0.7, 1.5, 3.0])
-@pytest.mark.parametrize("shape", [(200, 300), (48, 48), (60, 300)])
+@pytest.mark.parametrize("sigma_px", [0.0, 1.5])
+@pytest.mark.parametrize("shape", [(200, 300), (48, 48)])
 def test_neither_noise_nor_blots_have_a_resolution(sigma_px, shape, rng):
     noise = rng.normal(0, 1, shape)
     if sigma_px:
@@ -136,10 +113,9 @@ def test_any_figures_give_a_score_of_0_to_100(figures):
 @pytest.mark.parametrize("name", ["101_1", "103_2", "104_3"])
 def test_the_score_is_that_of_its_formula_and_its_file(name):
     image = read_image(SAMPLES / f"{name}.tif")
-    recorder = QualityRecorder()
-    template = extract(image.pixels, image.dpi, recorder=recorder)
-    m = measure_quality(recorder.stages)
-    assert m.minutiae == pytest.approx(template.minutiae.quality.sum() / 100)
+    assessed = assess(image)
+    m = measure_quality(assessed.stages(with_maps=False))
+    assert m.minutiae == pytest.approx(assessed.template.minutiae.quality.sum() / 100)
     off = max(math.log2(6 / m.period_px), math.log2(m.period_px / 12.3), 0)
     blur = max(math.log2(0.003 / max(m.detail, 0.003 / 64)), 0)
     features = [math.log(m.ridges_mm2), math.log(1 + m.minutiae)]
@@ -149,4 +125,4 @@ def test_the_score_is_that_of_its_formula_and_its_file(name):
     for value, row in zip(features, weights["features"], strict=True):
         total += row["weight"] * (value - row["middle"]) / row["spread"]
     expected = round(100 / (1 + math.exp(-total)))
-    assert assess(image).quality.score == expected
+    assert assessed.quality.score == expected

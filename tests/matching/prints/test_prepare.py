@@ -25,7 +25,7 @@ from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, qualities, root_weigh
 from fpmatch.matching.prints.print_area import codes_at, orientation_codes
 from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
-from fpmatch.templates.plausibility import least_evenness
+from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
 
 
 @pytest.mark.parametrize("dpi", [250.0, 500.0, 1000.0])
@@ -44,7 +44,8 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
 def test_qualities_that_are_none_or_of_few_minutiae_are_the_usual_one(seed, n):
     rng = np.random.default_rng(seed)
     quality = rng.choice([0, 40, 99, 100], n, p=rng.dirichlet(np.full(4, 0.3))).astype(np.uint8)
-    squares, least = quality.astype(float) ** 2, least_evenness(n)
+    squares = quality.astype(float) ** 2
+    least = LEAST_EVEN if n >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
     some = quality.any() and not (quality == 100).all()
     even = some and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
     expected = quality / 100 if even else np.full(n, 0.7)

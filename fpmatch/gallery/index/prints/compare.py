@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any, Final, TypeGuard
+from typing import TYPE_CHECKING, Final, TypeGuard
 
 import numpy as np
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 if COMPILED:
-    from fpmatch.matching.pipeline.match import view_of, workspace_for
+    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.prepare import prefilter_of
 
@@ -94,7 +94,7 @@ def ridge_agreement(
     small = probe.region.area <= SMALL_AREA_PX2
     prints = print_areas(templates, which, estimate_ridges=small)
     arrays = np.empty((4, 0)), np.empty(0), np.empty(0, np.int32), np.empty((0, 6, 0), np.float32)
-    correlator = workspace_for(len(probe)).scorer.correlator
+    correlator = pipeline_for(probe, len(probe)).scorer.correlator
     tables, reader = prefilter_of(probe.bit_descriptors), DescriptorReader(descriptors)
     numbers, own = np.ascontiguousarray(which, np.int64), view_of(probe)
     prints.view.compare_ridges(
@@ -112,11 +112,10 @@ def _fill(
 ) -> None:
     """Write the similarities to references from number `first` on, where one of two comes first."""
     n, size = max(len(probe), references.most_minutiae), references.neighbour.shape[1]
-    workspace = workspace_for(n)
-    workspace.load(probe)
+    pipeline = pipeline_for(probe, n)
+    index_neighbours(pipeline, probe)
     arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
     reference = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
-    pipeline: Any = workspace.pipeline()
     references.view.match(pipeline, reference, first, order, similarity)
 
 

@@ -24,7 +24,7 @@ from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
 from fpmatch.image.folder_traits import FolderReader, find_traits
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.prints.reading import PrintReader, dpi_notes, dpi_source
+from fpmatch.prints.reading import PrintReader, dpi_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -112,18 +112,19 @@ def extract_image(
 
     An image is `graded` with its quality, which takes a tenth of the time of the extraction.
     """
-    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, QualityRecorder, assess, extract  # noqa: PLC0415
+    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, assess  # noqa: PLC0415
 
-    image, stages = reader(path), QualityRecorder() if graded else None
+    image = reader(path)
     if isinstance(image, TemplateRecord):
         return extract_print(PrintFile(path, dpi), lambda _: image)
-    template = extract(image, dpi=dpi, enhance=enhance or DEFAULT_ENHANCEMENT, recorder=stages)
-    quality = stages.quality(template.dpi).score if stages else None
-    empty = not len(template.minutiae)
-    why = why_no_minutiae(assess(image, dpi).quality) if empty else ""
-    source = dpi_source(template, given=dpi is not None)
-    notes = dpi_notes(image, template, source) if source == "found" else ()
-    return ExtractedPrint(template, source == "assumed", (*image.notes, *notes), quality, why)
+    assessed = assess(image, dpi, enhance=enhance or DEFAULT_ENHANCEMENT)
+    template = assessed.template
+    quality = assessed.quality.score if graded else None
+    why = "" if len(template.minutiae) else why_no_minutiae(assessed.quality)
+    common = image.likely_dpi is not None
+    source, on_dpi = dpi_source(template, given=dpi is not None, among_others=common)
+    notes = image.notes if source == "assumed" else (*image.notes, *on_dpi)
+    return ExtractedPrint(template, source == "assumed", notes, quality, why)
 
 
 def extractor_of(

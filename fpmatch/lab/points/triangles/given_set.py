@@ -12,7 +12,7 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.lab.points.triangles import _overlay_kernel as overlay
 from fpmatch.lab.points.triangles.descriptors import density_of, nearest_two
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.geometry.frames import IDENTITY, frame_if_needed
+from fpmatch.pointset.geometry.frames import UnitFrame, frame_of
 from fpmatch.pointset.geometry.points import is_finite, points_in_box, sort_into_cells
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ MIN_POINTS: Final = 3
 REACHES: Final = 8
 """At which pairs are counted, each half the one before."""
 
+_LEAST_EXTENT: Final = 2.0**-60  # and its inverse: fourth powers of lengths stay in float64
 _TOLERANCE: Final = 0.25  # of a pair, by default, in spacings
 _SECOND_NEAREST: Final = 0.731  # spacings: median distance of random points
 _WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner anywhere
@@ -45,8 +46,11 @@ class GivenSet:
         if len(points) < MIN_POINTS:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
         self.name, self.given = name, points
-        self.frame = frame_if_needed(points, box, name)
-        if self.frame is not IDENTITY:
+        left, right, top, bottom = box
+        moderate = max(-left, right, -top, bottom) < 1 / _LEAST_EXTENT
+        moderate &= max(right - left, bottom - top) > _LEAST_EXTENT
+        self.frame = UnitFrame() if moderate else frame_of(points, name)
+        if not moderate:
             points, box = points_in_box(self.frame.apply(points), name)
         self.box = box
         self.mesh = triangulate_checked(points)

@@ -24,73 +24,7 @@ LEAST_SCALE = cython.declare(cython.double, comparison.LEAST_SCALE)
 MOST_SCALE = cython.declare(cython.double, comparison.MOST_SCALE)
 MOST_PROPOSED = cython.declare(cython.int, 8)  # hypotheses besides those of the local matches
 FEWEST_FOR_SCALE = cython.declare(cython.int, comparison.FEWEST_FOR_SCALE)
-CELL_PX = cython.declare(cython.double, 16.0)
-MOST_CELLS = cython.declare(cython.int, 32)  # across the bounding box; larger cells if need be
-MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
-MARGIN = cython.declare(cython.double, 0.01)  # px, more than the rounding error of a cell's border
-
-
-@cython.final
-@cython.cclass
-class MinutiaGrid:
-    """The minutiae of one print, at most `size`, listed by the cells of a square grid.
-
-    ``item[start[k] : start[k + 1]]`` are the indices, ascending, of all minutiae within
-    `reach_px` of any place in cell k. Cells are counted along the rows; there are `rows` by
-    `columns`, of side ``1 / per_px``, from the corner (x0, y0) on.
-    """
-
-    def __init__(self, reach_px, size) -> None:
-        self.reach = reach_px + MARGIN
-        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 2, np.int32)
-        self.item = np.empty(MOST_REACHED * MOST_REACHED * size, np.int32)
-        self.columns = self.rows = 0
-        self.x0 = self.y0 = self.per_px = 0.0
-
-    @cython.locals(filling=cython.int, row=cython.int, column=cython.int, j=cython.Py_ssize_t)
-    def load(self, points, size):
-        """List the first `size` columns of `points` (4, N); return 0."""
-        reach = self.reach
-        self.columns = self.rows = 0
-        if size == 0:
-            return 0
-        self.x0 = x1 = points[0, 0]
-        self.y0 = y1 = points[1, 0]
-        for j in range(size):
-            self.x0 = points[0, j] if points[0, j] < self.x0 else self.x0
-            self.y0 = points[1, j] if points[1, j] < self.y0 else self.y0
-            x1 = points[0, j] if points[0, j] > x1 else x1
-            y1 = points[1, j] if points[1, j] > y1 else y1
-        side = max(x1 - self.x0, y1 - self.y0) / MOST_CELLS
-        self.per_px = 1.0 / max(side, CELL_PX, 0.5 * reach)
-        self.x0 -= reach
-        self.y0 -= reach
-        self.columns = self._line(x1 + reach - self.x0) + 1
-        self.rows = self._line(y1 + reach - self.y0) + 1
-        cells: cython.Py_ssize_t = self.columns * self.rows
-        for cell in range(cells + 2):
-            self.start[cell] = 0
-        # the starts run one ahead while the cells are filled, two while their items are counted
-        for filling in range(2):
-            for j in range(size):
-                first_column = self._line(points[0, j] - reach - self.x0)
-                last_column = self._line(points[0, j] + reach - self.x0)
-                first_row = self._line(points[1, j] - reach - self.y0)
-                last_row = self._line(points[1, j] + reach - self.y0)
-                for row in range(first_row, last_row + 1):
-                    for column in range(first_column, last_column + 1):
-                        cell = row * self.columns + column
-                        if filling:
-                            self.item[self.start[cell + 1]] = j
-                        self.start[cell + 2 - filling] += 1
-            if not filling:
-                for cell in range(cells):
-                    self.start[cell + 2] += self.start[cell + 1]
-        return 0
-
-    def _line(self, place):
-        """Return the row or column of the grid at a distance from its first."""
-        return int(place * self.per_px)
+MARGIN = cython.declare(cython.double, 0.01)  # px, more than the rounding error of a distance
 
 
 @cython.final
@@ -98,55 +32,49 @@ class MinutiaGrid:
 class Aligner:
     """Align print A, of up to `size_a` minutiae, with print B, of up to `size_b`.
 
-    The parameters are `matching.parameters.MatchParameters`. ``predicted[:, i]`` is where minutia
-    i of A lies in B, as the mesh of pairs predicts it; ``partner[i]`` its partner in B, or -1, and
-    ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
-    These are the current pairs. `keep` stores them in row h of the arrays ``kept_...``, in
-    which hypothesis k of the local matches is row k, and others have the rows after these.
+    ``predicted[:, i]`` is where minutia i of A lies in B, as the mesh of pairs predicts it;
+    ``partner[i]`` its partner in B, or -1, and ``weight[i]`` how well it fits; ``paired[:pairs]``
+    lists the minutiae of A that are paired. These are the current pairs. `keep` stores them in row
+    h of the arrays ``kept_...``, in which hypothesis k of the local matches is row k, and others
+    have the rows after these. ``sorted[:, e]`` is minutia ``order[e]`` of B, by ascending x.
     """
 
     def __init__(self, size_a, size_b, parameters) -> None:
         p = parameters
-        self.size_a = self.size_b = 0
-        self.a = np.empty((4, size_a))
-        self.b = np.empty((4, size_b))
         self.relaxation = Relaxation(p, size_a, size_b)
         self.mesh = PairMesh(p, size_a)
         self.predicted = self.mesh.predicted
-        self.reach = np.empty(size_a)
-        self.pairs = 0
-        self.paired = np.empty(size_a, np.int32)
-        self.partner, self.former = np.full((2, size_a), -1, np.int32)
-        self.weight = np.zeros(size_a)
-        self.rival = np.empty(size_b, np.int32)
+        self.sorted = np.empty((4, size_b))
+        self.order, self.rival = np.empty((2, size_b), np.int32)
         self.rival_weight = np.empty(size_b)
+        self.reach, self.weight = np.zeros((2, size_a))
+        self.partner, self.former, self.paired = np.full((3, size_a), -1, np.int32)
+        self.hypotheses = p.hypotheses
         self.rows = p.hypotheses + MOST_PROPOSED
         self.kept_pairs = np.zeros(self.rows, np.int32)
         self.kept_partner = np.empty((self.rows, size_a), np.int32)
         self.kept_weight = np.empty((self.rows, size_a))
         self.kept_predicted = np.empty((self.rows, 4, size_a))
         self.kept_transform = np.empty((self.rows, 4))
-        self.hypotheses = p.hypotheses
-        self.coarse_rounds = p.coarse_rounds
-        self.rounds = p.rounds
+        self.coarse_rounds, self.rounds = p.coarse_rounds, p.rounds
         self.min_cosine = p.min_cosine
-        self.reach_px = p.reach_px
-        self.reach_per_px = p.reach_per_px
+        self.reach_px, self.reach_per_px = p.reach_px, p.reach_per_px
         self.reach_limit_px = p.reach_limit_px
-        self.grid = MinutiaGrid(p.reach_limit_px, size_b)
-        self.c = 1.0
-        self.s = self.x = self.y = 0.0
-        self.measured_row = -1
 
     def load(self, a, size_a, b, size_b):
         """Take the first `size_a` columns of `a` as print A, and likewise print B."""
+        self.a, self.b = a, b
         self.size_a, self.size_b = size_a, size_b
-        for row in range(4):
-            for i in range(size_a):
-                self.a[row, i] = a[row, i]
-            for j in range(size_b):
-                self.b[row, j] = b[row, j]
-        return self.grid.load(self.b, size_b)
+        for j in range(size_b):
+            e: cython.Py_ssize_t = j
+            while e > 0 and b[0, self.order[e - 1]] > b[0, j]:
+                self.order[e] = self.order[e - 1]
+                e -= 1
+            self.order[e] = j
+        for e in range(size_b):
+            for row in range(4):
+                self.sorted[row, e] = b[row, self.order[e]]
+        return 0
 
     def relax(self, similarity):
         """Select and relax the local matches; return how many candidates there are."""
@@ -178,7 +106,7 @@ class Aligner:
         self.x, self.y = self.kept_transform[k, 2], self.kept_transform[k, 3]
         if self._list_pairs() > 0:
             if not measured:
-                self.measure()
+                self.predict(True)
             self.grow(self.rounds - self.coarse_rounds, True)
         return self.keep(k)
 
@@ -208,15 +136,6 @@ class Aligner:
                 self.kept_predicted[row, axis, i] = self.predicted[axis, i]
         return self.pairs
 
-    def copy_kept(self, row, transform, partner, weight):
-        """Copy what is kept in a row into arrays for the minutiae of A; return its pairs."""
-        for axis in range(4):
-            transform[axis] = self.kept_transform[row, axis]
-        for i in range(self.size_a):
-            partner[i] = self.kept_partner[row, i]
-            weight[i] = self.kept_weight[row, i]
-        return self.kept_pairs[row]
-
     def _list_pairs(self):
         """List the minutiae of A that have a partner; return their number."""
         self.pairs = 0
@@ -236,7 +155,7 @@ class Aligner:
         self.s = a[2, i] * b[3, j] - a[3, i] * b[2, j]
         self.x = b[0, j] - self.c * a[0, i] + self.s * a[1, i]
         self.y = b[1, j] - self.s * a[0, i] - self.c * a[1, i]
-        return self.fit()
+        return self._fit()
 
     def grow(self, rounds, measured):
         """Predict by the mesh of the pairs and pair again, in turn; then measure the mesh.
@@ -247,44 +166,40 @@ class Aligner:
         """
         for r in range(rounds):
             if not measured:
-                self._predict(r > 0)
+                self.predict(r > 0)
                 measured = r > 0
             for i in range(self.size_a):
                 reach = self.reach_px + self.reach_per_px * self.mesh.nearest[i]
                 self.reach[i] = reach if reach < self.reach_limit_px else self.reach_limit_px
                 self.former[i] = self.partner[i]
-            self.pair()
+            self._pair()
             changed: cython.bint = False
             for i in range(self.size_a):
                 changed = changed or self.former[i] != self.partner[i]
             if measured and not changed:
                 return self.pairs
-            self.fit()
+            self._fit()
             measured = False
             if self.pairs == 0:
                 return 0
-        return self.pairs if measured else self.measure()
-
-    def measure(self):
-        """Predict all minutiae by the mesh of the current pairs, measure and count the pairs."""
-        self._predict(True)
+        if not measured:
+            self.predict(True)
         return self.pairs
 
-    def _predict(self, measured):
-        """Build the mesh of the current pairs, and predict by it."""
-        self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
-        return self.mesh.predict(
-            self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y, measured
-        )
+    def predict(self, measured):
+        """Build the mesh of the current pairs, and predict all minutiae by it."""
+        c, s, x, y = self.c, self.s, self.x, self.y
+        self.mesh.build(self.a, self.size_a, self.b, self.partner, c, s, x, y)
+        return self.mesh.predict(self.a, self.size_a, self.b, self.partner, c, s, x, y, measured)
 
-    def pair(self):
+    def _pair(self):
         """Pair minutiae of A and of B that are each other's best partner.
 
         `predicted` has the positions of those of A. A pair at distance d within the reach r of its
         minutia, with directions at cosine t, weighs
-        ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
+        ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``; of equals the first is taken. Return the
+        number of pairs.
         """
-        total = 0.0
         candidates = 0
         least = self.min_cosine
         scale = 1.0 / (1.0 - least)
@@ -294,28 +209,32 @@ class Aligner:
         for i in range(self.size_a):
             self.partner[i] = -1
             self.weight[i] = 0.0
-            x = self.predicted[0, i]
-            y = self.predicted[1, i]
-            place = (x - self.grid.x0) * self.grid.per_px
-            line = (y - self.grid.y0) * self.grid.per_px
-            if not (0.0 <= place < self.grid.columns and 0.0 <= line < self.grid.rows):
-                continue
-            row: cython.Py_ssize_t = int(line)
-            column: cython.Py_ssize_t = int(place)
-            cell = row * self.grid.columns + column
+            x, y = self.predicted[0, i], self.predicted[1, i]
             best = 0.0
             best_j = -1
             r2 = self.reach[i] * self.reach[i]
-            for e in range(self.grid.start[cell], self.grid.start[cell + 1]):
-                j = self.grid.item[e]
-                d2: cython.double = (self.b[0, j] - x) * (self.b[0, j] - x)
-                d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
-                cosine = self.predicted[2, i] * self.b[2, j] + self.predicted[3, i] * self.b[3, j]
+            left, right = x - self.reach[i] - MARGIN, x + self.reach[i] + MARGIN
+            e: cython.Py_ssize_t = 0
+            end: cython.Py_ssize_t = self.size_b
+            while e < end:
+                middle = (e + end) // 2
+                if self.sorted[0, middle] < left:
+                    e = middle + 1
+                else:
+                    end = middle
+            while e < self.size_b and self.sorted[0, e] <= right:
+                j = self.order[e]
+                dx = self.sorted[0, e] - x
+                dy = self.sorted[1, e] - y
+                d2: cython.double = dx * dx + dy * dy
+                cosine: cython.double = self.predicted[2, i] * self.sorted[2, e]
+                cosine += self.predicted[3, i] * self.sorted[3, e]
+                e += 1
                 # one test of both: one of them nearly always fails, each of them often does not
                 if not ((d2 < r2) & (cosine > least)):
                     continue
-                value = (1.0 - 0.5 * d2 / r2) * (cosine - least) * scale
-                if value > best:
+                value: cython.double = (1.0 - 0.5 * d2 / r2) * (cosine - least) * scale
+                if value > best or (value == best and j < best_j):
                     best = value
                     best_j = j
                 if value > self.rival_weight[j]:
@@ -330,16 +249,15 @@ class Aligner:
         for e in range(candidates):
             i = self.paired[e]
             if self.rival[self.partner[i]] == i:
-                total += self.weight[i]
                 self.paired[self.pairs] = i
                 self.pairs += 1
             else:
                 self.partner[i] = -1
                 self.weight[i] = 0.0
-        return total
+        return self.pairs
 
     @cython.locals(p=cython.Py_ssize_t)
-    def fit(self):
+    def _fit(self):
         """Fit the similarity transform to the pairs by weighted least squares; return their number.
 
         Directions count as positions do at 30 px from the middle, so that few pairs, or pairs close

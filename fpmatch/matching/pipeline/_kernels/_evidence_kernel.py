@@ -1,13 +1,14 @@
 # mypy: ignore-errors
-"""Kernel: the evidence in an alignment of two prints, and its weighted sum.
+"""Kernel: the evidence in an alignment of two prints, its weighted sum, and the bounds of the FMR.
 
-A transform is (c, s, x, y) as `_alignment_kernel` has it; ``evidence`` has the entries named below.
+``evidence`` has the entries named below; `fpmatch.matching.pipeline.evidence` describes them. The
+same computation in numpy is in `fpmatch.matching.reference.evidence` and `.bounds`.
 """
 
 import cython
 import numpy as np
-from cython.cimports.fpmatch.matching.pipeline._kernels import _amount_kernel as amount
-from cython.cimports.libc.math import exp, log, log10, sqrt
+from cython.cimports.fpmatch.matching.pipeline._kernels._ridge_kernel import smaller_area
+from cython.cimports.libc.math import exp, log, log1p, log10, sqrt
 
 from fpmatch.matching.constants import comparison
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
@@ -20,13 +21,23 @@ MIDDLE, SPREAD, WEIGHT, IMPOSTOR = range(4)
 PREFILTER_BASE, PREFILTER_GROWTH, PREFILTER_LIMIT, RELAXATION, REFINE, CONFIDENT, BIAS = range(7)
 WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = range(3)
 
-REJECTED = cython.declare(cython.double, comparison.REJECTED)
-SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
 TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
+FEATURES = cython.declare(cython.Py_ssize_t, 11)
+LOG_10 = cython.declare(cython.double, comparison.LOG_10)
 SMALL_AREA_PX2 = cython.declare(cython.double, comparison.SMALL_AREA_PX2)
+LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 PAIR_AREA = cython.declare(cython.double, comparison.PAIR_AREA)
 LEAST_SPREAD = cython.declare(cython.double, comparison.LEAST_SPREAD)
-LOG_10 = cython.declare(cython.double, comparison.LOG_10)
+LEAST_MEAN_SQUARE = cython.declare(cython.double, comparison.LEAST_MEAN_SQUARE)
+ENOUGH_MINUTIAE = cython.declare(cython.double, comparison.ENOUGH_MINUTIAE)
+ENOUGH_AREA = cython.declare(cython.double, comparison.ENOUGH_AREA)
+LEAST_AREA = cython.declare(cython.double, comparison.LEAST_AREA)
+UNIT_AREA = cython.declare(cython.double, comparison.UNIT_AREA)
+DECADES_PER_PAIR = cython.declare(cython.double, comparison.DECADES_PER_PAIR)
+USUAL_CHANCE = cython.declare(cython.double, comparison.USUAL_CHANCE)
+DENSER = cython.declare(cython.double, comparison.DENSER)
+FULL_AGREEMENT = cython.declare(cython.double, comparison.FULL_AGREEMENT)
+CELLS_PER_DECADE = cython.declare(cython.double, comparison.CELLS_PER_DECADE)
 AROUND2 = cython.declare(cython.double, comparison.AROUND2)
 BESIDE2 = cython.declare(cython.double, comparison.BESIDE2)
 LEAST_COSINE = cython.declare(cython.double, comparison.LEAST_COSINE)
@@ -36,10 +47,12 @@ TURN2 = cython.declare(cython.double, comparison.TURN2)
 DENSER_PLACE = cython.declare(cython.double, comparison.DENSER_PLACE)
 DENSER_TURN = cython.declare(cython.double, comparison.DENSER_TURN)
 FAR_SHARE = cython.declare(cython.double, comparison.FAR_SHARE)
+LEAST_BY_CHANCE = cython.declare(cython.double, comparison.LEAST_BY_CHANCE)
+ALIGNED = cython.declare(cython.double, comparison.ALIGNED)
+FULLY_ALIGNED = cython.declare(cython.double, comparison.FULLY_ALIGNED)
+FULL_CELLS = cython.declare(cython.double, comparison.FULL_CELLS)
 FEW_TO_HOLD = cython.declare(cython.double, comparison.FEW_TO_HOLD)
 ENOUGH_TO_HOLD = cython.declare(cython.double, comparison.ENOUGH_TO_HOLD)
-FEATURES = cython.declare(cython.Py_ssize_t, 11)
-LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 
 
 @cython.final
@@ -47,11 +60,13 @@ LEAST_RELAXED = cython.declare(cython.double, comparison.LEAST_RELAXED)
 class EvidenceScorer:
     """Score alignments of two prints, of which B has up to `capacity` minutiae.
 
-    The model depends on which prints have ridge images. `evidence` and `feature` are those of the
-    alignment scored last.
+    The model is chosen first, and with it the thresholds `relaxation`, `refine` and `confident`;
+    `is_small` is whether it is that of small prints. `evidence`, `feature` and the terms of the
+    amount, `term`, are those of the alignment weighed or estimated last.
     """
 
-    def __init__(self, score, weights, capacity) -> None:
+    def __init__(self, parameters, weights, capacity) -> None:
+        p = parameters
         self.evidence = np.zeros(ENTRIES)
         self.feature = np.zeros(FEATURES)
         self.standard = np.stack([model.standard for model in weights.models])
@@ -59,201 +74,46 @@ class EvidenceScorer:
         self.quantiles = np.stack([model.quantiles for model in weights.models])
         self.term = np.zeros(TERMS)
         self.model = 0
-        self.total = 0.0
+        self.total = self.relaxation = self.refine = self.confident = 0.0
+        self.is_small = False
         self.paired_b = np.empty(capacity, np.int32)
         self.correlator = RidgeCorrelator(capacity)
-        self.margin = score.margin_px
-        self.hull_margin = score.hull_margin_px
-        self.doubt_pairs = score.doubt_pairs
-        self.doubt_cells = score.doubt_cells
-        self.doubt_minutiae = score.doubt_minutiae
-        self.usual_correlation = score.usual_correlation
-        self.beyond_from = score.beyond_from
-        self.beyond_less = score.beyond_less
-        self.beyond_few = score.beyond_few
-        self.beyond_share = score.beyond_share
+        self.margin, self.hull_margin = p.margin_px, p.hull_margin_px
+        self.doubt_pairs, self.doubt_cells = p.doubt_pairs, p.doubt_cells
+        self.doubt_minutiae, self.usual_correlation = p.doubt_minutiae, p.usual_correlation
+        self.beyond_from, self.beyond_share = p.beyond_from, p.beyond_share
+        self.beyond_less, self.beyond_few = p.beyond_less, p.beyond_few
         self.flow = FLOW_OF_CODE
 
-    def last_evidence(self) -> tuple:
-        """Return the evidence and the features of the alignment scored last, as lists."""
-        evidence = [self.evidence[k] for k in range(ENTRIES)]
-        return evidence, [self.feature[k] for k in range(FEATURES)]
-
-    def choose_model(self, ridges_a, ridges_b, area):
-        """Choose the model by which prints have ridge images, and by the area; return its number.
-
-        `area` is that of the smaller print, in square pixels at 500 dpi.
-        """
-        if ridges_a and ridges_b:
-            self.model = SMALL_WITH_RIDGES if area <= SMALL_AREA_PX2 else WITH_RIDGES
-        else:
-            self.model = MINUTIAE_ALONE
+    def choose_model(self, a, b):
+        """Choose the model by which two prints are scored; return its number."""
+        self.model = MINUTIAE_ALONE
+        if a.has_ridges and b.has_ridges:
+            small: cython.bint = smaller_area(a, b) <= SMALL_AREA_PX2
+            self.model = SMALL_WITH_RIDGES if small else WITH_RIDGES
+        self.is_small = self.model == SMALL_WITH_RIDGES
+        self.relaxation = self.limits[self.model, RELAXATION]
+        self.refine = self.limits[self.model, REFINE]
+        self.confident = self.limits[self.model, CONFIDENT]
         return self.model
 
-    def prefilter_shortfall(self, weight, smaller):
-        """Return by how much the prefilter's score `weight` falls short; positive if rejected.
-
-        `smaller` is the number of minutiae of the smaller print. The model is chosen before.
-        """
+    def threshold(self, smaller):
+        """Return the prefilter's threshold, where the smaller print has so many minutiae."""
         enough = self.limits[self.model, PREFILTER_BASE]
         enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
-        return min(enough, self.limits[self.model, PREFILTER_LIMIT]) - weight
-
-    def prefilter_rejected(self, shortfall):
-        """Return what stands for -ln(FMR) of prints that the prefilter rejects."""
-        return REJECTED - SHORTFALL * shortfall
-
-    def score_alignment(self, a, b, aligner, similarity):
-        """Score the current alignment of the aligner; return -ln(FMR) as `condition` estimates it.
-
-        The ridges are compared only if the sum of the minutiae passes the refine threshold.
-        """
-        self.choose_model(a.has_ridges, b.has_ridges, amount.smaller_area(a, b))
-        total = self.weigh(a, b, aligner, similarity, False)
-        if total > self.limits[self.model, REFINE]:
-            total = self._compare_ridges(a, b, aligner)
-        aligner.keep(0)
-        return self.beyond_chance(a, b, aligner, 0, self.condition(total))
-
-    def refine_threshold(self):
-        """Return the sum beyond which a hypothesis is grown to the end."""
-        return self.limits[self.model, REFINE]
-
-    def confident_threshold(self):
-        """Return the sum beyond which no other hypothesis is tried."""
-        return self.limits[self.model, CONFIDENT]
-
-    def relaxation_threshold(self):
-        """Return the strength of the local matches below which they are weak."""
-        return self.limits[self.model, RELAXATION]
-
-    def is_small(self):
-        """Return whether all pairs of minutiae are tried in a search by ridges."""
-        return self.model == SMALL_WITH_RIDGES
+        return min(enough, self.limits[self.model, PREFILTER_LIMIT])
 
     def weigh(self, a, b, aligner, similarity, ridges):
-        """Weigh the evidence in the current alignment, `ridges` compared if true; return the sum.
+        """Weigh the evidence in the current alignment; return the sum.
 
-        The model is chosen before.
+        The ridges are compared, warped by the mesh of pairs, if `ridges`.
         """
         self._gather(a, b, aligner, similarity)
-        if ridges and a.has_ridges and b.has_ridges:
-            return self._compare_ridges(a, b, aligner)
-        return self._total()
-
-    def score(self, evidence, row):
-        """Return -ln(FMR) of evidence that was weighed before, as `condition` estimates it."""
-        for k in range(ENTRIES):
-            self.evidence[k] = evidence[row, k]
-        return self.condition(self._total())
-
-    def _compare_ridges(self, a, b, aligner):
-        """Correlate the ridges, warped by the mesh of pairs; return the weighted sum."""
         c, s, x, y = aligner.c, aligner.s, aligner.x, aligner.y
-        if self.correlator.compare(a, b, aligner.mesh, c, s, x, y) > 0:
+        if ridges and self.correlator.compare(a, b, aligner.mesh, c, s, x, y) > 0:
             self.evidence[RIDGES] = self.correlator.correlation
             self.evidence[CELLS] = self.correlator.cells
         return self._total()
-
-    def describe(self):
-        """Turn the evidence into features; see `fpmatch.matching.pipeline.evidence`."""
-        pairs = self.evidence[PAIRS]
-        per_pair = 1.0 / (1.0 + pairs)
-        self.feature[0] = log(LEAST_RELAXED + self.evidence[RELAXED])
-        self.feature[1] = self.evidence[PLACES] * per_pair
-        self.feature[2] = self.evidence[WEIGHTS] * per_pair
-        self.feature[3] = self.evidence[FULLNESS] * per_pair
-        self.feature[4] = log(1.0 + self.evidence[LOCAL])
-        self.feature[5] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
-        self.feature[6] = self.evidence[OVERLAP]
-        self.feature[7] = pairs / (self.evidence[FEWEST] + self.doubt_minutiae)
-        if self.evidence[CELLS] > 0.0:
-            self.feature[8] = self.evidence[RIDGES]
-            self.feature[9] = log(self.evidence[CELLS] + self.doubt_cells)
-            self.feature[10] = self.evidence[RIDGES] - self.usual_correlation
-            self.feature[10] *= sqrt(self.evidence[CELLS])
-        else:
-            for k in range(8, 11):
-                self.feature[k] = self.standard[self.model, IMPOSTOR, k]
-        return 0
-
-    @cython.locals(k=cython.Py_ssize_t)
-    def condition(self, total):
-        """Return -ln(FMR) of a weighted sum, given how much was compared.
-
-        The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
-        the area in the common region; beyond and between them the tail is exponential, up to
-        `most_decades`. The model is chosen, and the evidence gathered, before. `total` keeps the
-        sum.
-        """
-        low = high = 0.0
-        self.total = total
-        # the geometric mean of a print's minutiae in the common region and of the smaller's in all
-        minutiae = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
-        amount.describe_amount(minutiae, self.evidence[AREA], self.term)
-        for k in range(TERMS):
-            low += self.quantiles[self.model, 0, k] * self.term[k]
-            high += self.quantiles[self.model, 1, k] * self.term[k]
-        high = max(high - low, LEAST_SPREAD)
-        ridges = self.evidence[RIDGES] - self.usual_correlation
-        cells = self.evidence[CELLS]
-        limit = amount.most_decades(self.evidence[PAIRS], self.evidence[CHANCE], ridges, cells)
-        return LOG_10 * min(2.0 + (total - low) / high, limit)
-
-    def beyond_chance(self, a_print, b_print, aligner, row, estimate):
-        """Return an estimate of -ln(FMR), lowered where the pairs of a kept row are by chance.
-
-        An estimate above the decades that `decades_beyond_chance` finds, less some, and less more
-        of them for few minutiae, is lowered by a share of what it is above, as far as `beyond_from`
-        decades; lower ones stay. The pairs expected by chance are measured where the pairs lie: by
-        how many minutiae of B lie around the prediction of a minutia of A in about its direction.
-        So minutiae that are made to match many prints, in frequent places and directions, are
-        expected to pair. Small prints, all of whose ridges are compared, are not lowered. Nothing
-        counts beyond `beyond_from` where the minutiae of a print do not lie along its own ridges:
-        no finger can have it.
-        """
-        if not estimate > LOG_10 * self.beyond_from or self.beyond_share == 0.0:
-            return estimate
-        if a_print.lies_off_ridges(self.flow) or b_print.lies_off_ridges(self.flow):
-            return LOG_10 * self.beyond_from
-        if self.is_small():
-            return estimate
-        around: cython.double = 0.0
-        nearness: cython.double = 0.0
-        place, b = aligner.kept_predicted, aligner.b
-        for i in range(aligner.size_a):
-            paired: cython.Py_ssize_t = aligner.kept_partner[row, i]
-            for j in range(aligner.size_b):
-                dx = b[0, j] - place[row, 0, i]
-                dy = b[1, j] - place[row, 1, i]
-                d2: cython.double = dx * dx + dy * dy
-                if d2 < AROUND2:
-                    cosine: cython.double = place[row, 2, i] * b[2, j] + place[row, 3, i] * b[3, j]
-                    near: cython.double = min(d2 / BESIDE2, 1.0) * (1.0 - d2 / AROUND2)
-                    around += near * max((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
-                    if j == paired:
-                        nearness += log10(FAR_SHARE + DENSER_PLACE * exp(-0.5 * d2 / PLACE2))
-                        nearness += log10(FAR_SHARE + DENSER_TURN * exp((cosine - 1.0) / TURN2))
-        ridges = self.evidence[RIDGES] - self.usual_correlation
-        bound = amount.decades_beyond_chance(
-            self.evidence[PAIRS], PER_AROUND * around, nearness, ridges, self.evidence[CELLS]
-        )
-        few = (ENOUGH_TO_HOLD - self.evidence[FEWEST]) / (ENOUGH_TO_HOLD - FEW_TO_HOLD)
-        less = self.beyond_less + self.beyond_few * min(max(few, 0.0), 1.0)
-        above = estimate - LOG_10 * (bound - less)
-        lowered = estimate - self.beyond_share * max(above, 0.0)
-        return max(lowered, LOG_10 * self.beyond_from)
-
-    @cython.locals(k=cython.Py_ssize_t)
-    def _total(self):
-        """Return the weighted sum of the features."""
-        m: cython.Py_ssize_t = self.model
-        total = self.limits[m, BIAS]
-        self.describe()
-        for k in range(FEATURES):
-            apart = self.standard[m, WEIGHT, k] * (self.feature[k] - self.standard[m, MIDDLE, k])
-            total += apart / self.standard[m, SPREAD, k]
-        return total
 
     def _gather(self, a, b, aligner, similarity):
         """Gather the evidence of the minutiae in the current alignment; none yet of the ridges."""
@@ -291,24 +151,181 @@ class EvidenceScorer:
                 common_b += 1.0
                 if a.contains_with_margin(px, py, margin_a):
                     unpaired_b += b.quality[j] * b.quality[j]
+        unpaired *= quality_correction(squares, a.size)
+        unpaired_b *= quality_correction(squares_b, b.size)
+        smaller = smaller_area(a, b)
+        area: cython.double = 0.0
+        if smaller > 0.0:
+            area = min(common_cells(a, b, c, s, x, y) * (a.step * a.step), smaller)
         self.evidence[PAIRS] = pairs
         self.evidence[LOCAL] = local
-        unpaired *= amount.quality_correction(squares, a.size)
-        unpaired_b *= amount.quality_correction(squares_b, b.size)
         self.evidence[UNPAIRED] = unpaired + unpaired_b
         self.evidence[COMMON] = common + common_b
+        self.evidence[OVERLAP] = area / smaller if smaller > 0.0 else 0.0
         self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
         self.evidence[PLACES] = aligner.mesh.places
         self.evidence[WEIGHTS] = aligner.mesh.weights
         self.evidence[FULLNESS] = aligner.mesh.full
         self.evidence[FEWEST] = min(a.size, b.size)
-        self.evidence[RIDGES] = self.evidence[CELLS] = self.evidence[OVERLAP] = 0.0
-        self.evidence[AREA] = self.evidence[CHANCE] = 0.0
-        smaller = amount.smaller_area(a, b)
-        if smaller > 0.0:
-            area = min(amount.common_cells(a, b, c, s, x, y) * (a.step * a.step), smaller)
-            self.evidence[OVERLAP] = area / smaller
-            self.evidence[AREA] = area
-            if area > 0.0:
-                self.evidence[CHANCE] = common * common_b * PAIR_AREA / area
+        self.evidence[RIDGES] = self.evidence[CELLS] = 0.0
+        self.evidence[AREA] = area
+        self.evidence[CHANCE] = common * common_b * PAIR_AREA / area if area > 0.0 else 0.0
         return 0
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def _total(self):
+        """Turn the evidence into features; return their weighted sum."""
+        m: cython.Py_ssize_t = self.model
+        pairs, cells = self.evidence[PAIRS], self.evidence[CELLS]
+        per_pair = 1.0 / (1.0 + pairs)
+        self.feature[0] = log(LEAST_RELAXED + self.evidence[RELAXED])
+        self.feature[1] = self.evidence[PLACES] * per_pair
+        self.feature[2] = self.evidence[WEIGHTS] * per_pair
+        self.feature[3] = self.evidence[FULLNESS] * per_pair
+        self.feature[4] = log(1.0 + self.evidence[LOCAL])
+        self.feature[5] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
+        self.feature[6] = self.evidence[OVERLAP]
+        self.feature[7] = pairs / (self.evidence[FEWEST] + self.doubt_minutiae)
+        self.feature[8] = self.evidence[RIDGES]
+        self.feature[9] = log(cells + self.doubt_cells)
+        self.feature[10] = (self.evidence[RIDGES] - self.usual_correlation) * sqrt(cells)
+        total = self.limits[m, BIAS]
+        for k in range(FEATURES):
+            if k >= 8 and not cells > 0.0:
+                self.feature[k] = self.standard[m, IMPOSTOR, k]
+            apart = self.standard[m, WEIGHT, k] * (self.feature[k] - self.standard[m, MIDDLE, k])
+            total += apart / self.standard[m, SPREAD, k]
+        return total
+
+    def estimate(self, a, b, aligner, evidence, row):
+        """Return the estimate of -ln(FMR) by evidence that was weighed before, and a kept row."""
+        for k in range(ENTRIES):
+            self.evidence[k] = evidence[row, k]
+        self.total = self._total()
+        return self._beyond_chance(a, b, aligner, row, self._condition())
+
+    @cython.locals(k=cython.Py_ssize_t)
+    def _condition(self):
+        """Return -ln(FMR) of the weighted sum, given how much was compared, and its bound.
+
+        The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
+        the area in the common region; beyond and between them the tail is exponential. Of dense
+        minutiae many pairs agree under any transform: there, a Poisson distribution bounds the FMR.
+        """
+        low = high = 0.0
+        # the geometric mean of a print's minutiae in the common region and of the smaller's in all
+        minutiae = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
+        x = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
+        y = log(max(saturated(self.evidence[AREA], ENOUGH_AREA), LEAST_AREA) / UNIT_AREA)
+        self.term[0], self.term[1], self.term[2] = 1.0, x, x * x
+        self.term[3], self.term[4] = y, x * y
+        for k in range(TERMS):
+            low += self.quantiles[self.model, 0, k] * self.term[k]
+            high += self.quantiles[self.model, 1, k] * self.term[k]
+        decades = 2.0 + (self.total - low) / max(high - low, LEAST_SPREAD)
+        pairs, chance = self.evidence[PAIRS], self.evidence[CHANCE]
+        most = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
+        if chance > USUAL_CHANCE:
+            chance *= min((chance - USUAL_CHANCE) / DENSER, 1.0)
+            most = min(most, poisson_decades(pairs, chance))
+        ridges = (self.evidence[RIDGES] - self.usual_correlation) / FULL_AGREEMENT
+        ridges = min(max(ridges, 0.0), 1.0)
+        return LOG_10 * min(decades, most + ridges * self.evidence[CELLS] / CELLS_PER_DECADE)
+
+    def _beyond_chance(self, a_print, b_print, aligner, row, estimate):
+        """Return an estimate of -ln(FMR), lowered where the pairs of a kept row are by chance.
+
+        Above the decades that so many pairs, so near to their predictions, and the ridges justify,
+        less some, and less more of them for few minutiae, an estimate is lowered by a share, as
+        far as `beyond_from` decades. The pairs expected by chance are measured where the pairs lie:
+        by how many minutiae of B lie around the prediction of a minutia of A in about its
+        direction. So minutiae that are made to match many prints, in frequent places and
+        directions, are expected to pair. Small prints, all of whose ridges are compared, are not
+        lowered. Nothing counts beyond `beyond_from` where the minutiae of a print do not lie along
+        its own ridges: no finger can have it.
+        """
+        if not estimate > LOG_10 * self.beyond_from or self.beyond_share == 0.0:
+            return estimate
+        if a_print.lies_off_ridges(self.flow) or b_print.lies_off_ridges(self.flow):
+            return LOG_10 * self.beyond_from
+        if self.is_small:
+            return estimate
+        around: cython.double = 0.0
+        nearness: cython.double = 0.0
+        place, b = aligner.kept_predicted, aligner.b
+        for i in range(aligner.size_a):
+            paired: cython.Py_ssize_t = aligner.kept_partner[row, i]
+            for j in range(aligner.size_b):
+                dx = b[0, j] - place[row, 0, i]
+                dy = b[1, j] - place[row, 1, i]
+                d2: cython.double = dx * dx + dy * dy
+                if d2 < AROUND2:
+                    cosine: cython.double = place[row, 2, i] * b[2, j] + place[row, 3, i] * b[3, j]
+                    near: cython.double = min(d2 / BESIDE2, 1.0) * (1.0 - d2 / AROUND2)
+                    around += near * max((cosine - LEAST_COSINE) / (1.0 - LEAST_COSINE), 0.0)
+                    if j == paired:
+                        nearness += log10(FAR_SHARE + DENSER_PLACE * exp(-0.5 * d2 / PLACE2))
+                        nearness += log10(FAR_SHARE + DENSER_TURN * exp((cosine - 1.0) / TURN2))
+        around = max(PER_AROUND * around, LEAST_BY_CHANCE)
+        # half of the nearness counts, since the mesh fits the pairs
+        bound = poisson_decades(self.evidence[PAIRS], around) + 0.5 * nearness
+        ridges = self.evidence[RIDGES] - self.usual_correlation
+        ridges = min(max((ridges - ALIGNED) / FULLY_ALIGNED, 0.0), 1.0)
+        cells = self.evidence[CELLS]
+        bound += ridges * (cells - 0.75 * max(cells - FULL_CELLS, 0.0)) / CELLS_PER_DECADE
+        few = (ENOUGH_TO_HOLD - self.evidence[FEWEST]) / (ENOUGH_TO_HOLD - FEW_TO_HOLD)
+        less = self.beyond_less + self.beyond_few * min(max(few, 0.0), 1.0)
+        above = estimate - LOG_10 * (bound - less)
+        lowered = estimate - self.beyond_share * max(above, 0.0)
+        return max(lowered, LOG_10 * self.beyond_from)
+
+
+@cython.locals(columns=cython.double, rows=cython.double)
+def common_cells(a, b, c, s, x, y):
+    """Return how many cells of A fall into the region of B."""
+    place = a.cell_at
+    # of cells of B: a step of A to the right, and the middle of the first cell of a row
+    right = c * a.step * b.per_px
+    down = s * a.step * b.per_px
+    columns, rows = b.columns, b.rows
+    cells: cython.int = 0
+    for row in range(a.rows):
+        first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
+        first_x += down * (a.first_row + row + 0.5)
+        first_y = right * (a.first_row + row + 0.5) - b.first_row
+        first_y -= y * b.per_px + down * (a.first_column + 0.5)
+        for column in range(a.columns):
+            if a.cell[place] != 0:
+                bx = first_x + column * right
+                by = first_y - column * down
+                if 0.0 <= bx < columns and 0.0 <= by < rows:
+                    at_row: cython.Py_ssize_t = int(by)
+                    at_column: cython.Py_ssize_t = int(bx)
+                    cells += b.cell[b.cell_at + at_row * b.columns + at_column] != 0
+            place += 1
+    return cells
+
+
+def poisson_decades(count, mean):
+    """Return Chernoff's bound of -log10 of the probability of `count` or more Poisson events."""
+    return (count * log(count / mean) - count + mean) / LOG_10 if count > mean else 0.0
+
+
+def quality_correction(squares, minutiae):
+    """Return the factor that raises poor qualities, given their sum of squares, to usual ones."""
+    least = LEAST_MEAN_SQUARE * minutiae
+    return least / squares if 0.0 < squares < least else 1.0
+
+
+def saturated(amount, enough):
+    """Return about the amount where it is much less than `enough`, else about `enough`."""
+    share = amount / enough
+    share = share * share
+    return amount / sqrt(sqrt(1.0 + share * share))
+
+
+def as_similarity(total):
+    """Return ``log(1 + e^total)``: positive, and for more than a few the sum itself."""
+    if total > 0.0:
+        return total + log1p(exp(-total))
+    return log1p(exp(total))

@@ -5,7 +5,7 @@ cdef class PairMesh:
     cdef readonly int[:, ::1] corner
     cdef readonly int[::1] owner, vertex_of
     cdef readonly double[:, ::1] predicted
-    cdef readonly double[::1] nearest, place_agreement, weight_agreement, fullness
+    cdef readonly double[::1] nearest
     cdef double[:, ::1] circle
     cdef int[::1] fan_start, fan_from, fan_to, following, ring, inside
     cdef long long[::1] side
@@ -30,7 +30,6 @@ cdef class PairMesh:
         self, double[:, ::1] a, Py_ssize_t size_a, double[:, ::1] b, int[::1] partner,
         double c, double s, double x, double y, bint measured,
     ) noexcept nogil
-    cdef int _find_ring(self, double[:, ::1] a, Py_ssize_t i) noexcept nogil
     cdef bint _predict_one(self, double[:, ::1] a, Py_ssize_t i) noexcept nogil
     cdef int _measure_one(
         self, double[:, ::1] a, Py_ssize_t i, double[:, ::1] b, Py_ssize_t j

@@ -40,17 +40,15 @@ class PairMesh:
     """The mesh of the pairs of two prints, of which A has up to `size_a` minutiae.
 
     After `predict`, ``predicted[:, i]`` is the predicted minutia i of A in B, and ``nearest[i]``
-    its distance from the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]``
-    and ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the
-    prediction, ``fullness[i]`` the share of the weights on pairs rather than frame points;
-    `places`, `weights` and `full` are their sums.
+    its distance from the nearest other pair in its ring. If the pairs were measured, `places` and
+    `weights` are the sums over them of the agreement, 0 to 1, of the places on the circle and with
+    the prediction, `full` of the share of the weights on pairs rather than frame points.
     """
 
     def __init__(self, parameters, size_a) -> None:
         p = parameters
         room = size_a + FRAME
         self.capacity = room
-        self.vertices = self.triangles = 0
         self.ax, self.ay, self.bx, self.by = np.zeros((4, room))
         self.owner = np.zeros(room, np.int32)
         self.vertex_of = np.full(max(size_a, 1), -1, np.int32)
@@ -62,11 +60,8 @@ class PairMesh:
         self.weight, self.place, self.other_place = np.zeros((3, room))
         self.inside = np.zeros(2 * room, np.int32)
         self.side = np.zeros(6 * room, np.int64)
-        self.ring_size = 0
         self.predicted = np.zeros((4, size_a))
         self.nearest = np.zeros(size_a)
-        self.place_agreement, self.weight_agreement, self.fullness = np.zeros((3, size_a))
-        self.places = self.weights = self.full = 0.0
         self.frame_margin_px = p.frame_margin_px
         self.place_scale = -0.5 / (p.place_tolerance * p.place_tolerance)
         self.residual_px = p.residual_px
@@ -243,15 +238,16 @@ class PairMesh:
         scale = sqrt(c * c + s * s)
         found: cython.int = 0
         scale = 1.0 / scale if scale > 0.0 else 0.0
-        if measured:
-            self.places = self.weights = self.full = 0.0
-            for i in range(size_a):
-                self.place_agreement[i] = self.weight_agreement[i] = self.fullness[i] = 0.0
+        self.places = self.weights = self.full = 0.0
         for i in range(size_a):
-            self._find_ring(a, i)
+            v: cython.Py_ssize_t = self.vertex_of[i]
+            if v < 0:
+                self._cavity(a[0, i], a[1, i])
+            else:
+                self._chain(self.fan_from, self.fan_to, self.fan_start[v], self.fan_start[v + 1])
             if self._predict_one(a, i):
                 found += 1
-                if measured and self.vertex_of[i] >= 0:
+                if measured and v >= 0:
                     self._measure_one(a, i, b, partner[i])
                 continue
             self.predicted[0, i] = x + c * a[0, i] - s * a[1, i]
@@ -260,15 +256,6 @@ class PairMesh:
             self.predicted[3, i] = scale * (s * a[2, i] + c * a[3, i])
             self.nearest[i] = FAR_AWAY
         return found
-
-    def _find_ring(self, a, i):
-        """Make `ring` the ring of minutia i of A, a vertex of the mesh or not."""
-        v: cython.Py_ssize_t = self.vertex_of[i]
-        if v < 0:
-            self._cavity(a[0, i], a[1, i])
-        else:
-            self._chain(self.fan_from, self.fan_to, self.fan_start[v], self.fan_start[v + 1])
-        return self.ring_size
 
     @cython.locals(k=cython.Py_ssize_t)
     def _predict_one(self, a, i):
@@ -325,12 +312,9 @@ class PairMesh:
         dx = self.predicted[0, i] - b[0, j]
         dy = self.predicted[1, i] - b[1, j]
         dx = sqrt(dx * dx + dy * dy) / (self.residual_px + self.residual_per_px * radius)
-        self.fullness[i] = on_pairs
-        self.weight_agreement[i] = exp(-0.5 * dx * dx)
-        self.place_agreement[i] = self._place_agreement()
         self.full += on_pairs
-        self.weights += self.weight_agreement[i]
-        self.places += self.place_agreement[i]
+        self.weights += exp(-0.5 * dx * dx)
+        self.places += self._place_agreement()
         return self.ring_size
 
     @cython.locals(k=cython.Py_ssize_t)

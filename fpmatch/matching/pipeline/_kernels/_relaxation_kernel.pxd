@@ -22,7 +22,6 @@ cdef class Relaxation:
     cdef int _best_of_row(self, Py_ssize_t i, Py_ssize_t size_b, float[:, ::1] similarity) noexcept nogil
     cdef double _compatibility(self, Py_ssize_t k, Py_ssize_t l) noexcept nogil
     cdef int _relax(self) noexcept nogil
-    cdef double _strongest(self) noexcept nogil
     cpdef int hypothesis(
         self, Py_ssize_t size_a, bint whole, int[::1] partner, double[::1] weight
     ) noexcept nogil

@@ -36,7 +36,6 @@ class Relaxation:
         p = parameters
         room = p.candidates
         self.capacity = room
-        self.count = 0
         self.first, self.second, self.explained = np.zeros((3, room), np.int32)
         self.relaxed, self.gathered = np.zeros((2, room))
         self.support = np.zeros((room, room))
@@ -45,14 +44,10 @@ class Relaxation:
         self.row_best = np.zeros(size_a)
         self.row_column = np.zeros(size_a, np.int32)
         self.column_taken = np.zeros(size_b, np.int32)
-        self.distance_px = p.distance_px
-        self.distance_per_px = p.distance_per_px
-        self.min_rotation_cosine = p.min_rotation_cosine
-        self.min_angle_cosine = p.min_angle_cosine
+        self.distance_px, self.distance_per_px = p.distance_px, p.distance_per_px
+        self.min_rotation_cosine, self.min_angle_cosine = p.min_rotation_cosine, p.min_angle_cosine
         self.inertia = p.inertia
-        self.least_share = p.least_share
-        self.least_seed_share = p.least_seed_share
-        self.strength = 0.0
+        self.least_share, self.least_seed_share = p.least_share, p.least_seed_share
         self.rounds = p.relaxation_rounds
 
     @cython.locals(k=cython.Py_ssize_t)
@@ -76,9 +71,7 @@ class Relaxation:
             for m in range(k):
                 self.support[k, m] = self._compatibility(k, m)
                 self.support[m, k] = self.support[k, m]
-        self._relax()
-        self.strength = self._strongest()
-        return self.count
+        return self._relax()
 
     def _select(self, size_a, size_b, similarity):
         """Select the pairs of the greatest similarity, each minutia once; the first of equals."""
@@ -154,7 +147,10 @@ class Relaxation:
 
     @cython.locals(k=cython.Py_ssize_t, m=cython.Py_ssize_t)
     def _relax(self):
-        """Relax: every candidate keeps a share of its value and takes the rest from the others."""
+        """Relax: every candidate keeps a share of its value and takes the rest from the others.
+
+        Return their number.
+        """
         n = self.count
         share = (1.0 - self.inertia) / (n - 1 if n > 1 else 1)
         support, relaxed, gathered = self.support, self.relaxed, self.gathered
@@ -167,19 +163,15 @@ class Relaxation:
                     gathered[k] += value * support[m, k]
             for k in range(n):
                 relaxed[k] = self.inertia * relaxed[k] + share * gathered[k]
-        return n
-
-    @cython.locals(k=cython.Py_ssize_t)
-    def _strongest(self):
-        """Return the mean of the four greatest relaxed similarities."""
         first = second = third = fourth = 0.0
-        for k in range(self.count):
-            value = self.relaxed[k]
+        for k in range(n):
+            value = relaxed[k]
             first, value = max(first, value), min(first, value)
             second, value = max(second, value), min(second, value)
             third, value = max(third, value), min(third, value)
             fourth = max(fourth, value)
-        return 0.25 * (first + second + third + fourth)
+        self.strength = 0.25 * (first + second + third + fourth)
+        return n
 
     @cython.locals(k=cython.Py_ssize_t)
     def hypothesis(self, size_a, whole, partner, weight):

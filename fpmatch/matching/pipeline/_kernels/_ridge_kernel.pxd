@@ -7,7 +7,7 @@ cdef class RidgeCorrelator:
     cdef readonly double correlation
     cdef readonly int cells
     cdef const unsigned long long[::1] spread, kept
-    cdef const int[::1] sample_row, sample_column
+    cdef const int[::1] sample
     cdef double[:, ::1] offset, drift, vertex
     cdef Py_ssize_t blocks, samples
     cdef unsigned long long[::1] ridge_image
@@ -25,18 +25,18 @@ cdef class RidgeCorrelator:
         self, TemplateView a, TemplateView b, double c, double s, double x, double y
     ) noexcept nogil
     cdef int _correlate(self, TemplateView a, TemplateView b) noexcept nogil
-    cdef int _leave_in_place(self, TemplateView a) noexcept nogil
-    cdef int _gather(self, TemplateView a, TemplateView b) noexcept nogil
     cdef int _displace(self, TemplateView a, PairMesh mesh) noexcept nogil
     cdef double _mapped(
         self, Py_ssize_t axis, Py_ssize_t p, Py_ssize_t q, Py_ssize_t r, double at_q, double at_r
     ) noexcept nogil
     cdef int _within(self, double line, int lines) noexcept nogil
-    cdef int _count_block(self, TemplateView a, TemplateView b, int top, int left) noexcept nogil
     cdef int _count(
-        self, TemplateView a, TemplateView b, int row, int column, double x, double y
+        self, TemplateView b, Py_ssize_t own, unsigned long long ridges, double x, double y
     ) noexcept nogil
     cdef unsigned long long _rows_from(
         self, Py_ssize_t cell, Py_ssize_t below, int down
     ) noexcept nogil
     cdef double _best_shift(self, Py_ssize_t own, Py_ssize_t wide) noexcept nogil
+
+
+cdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil

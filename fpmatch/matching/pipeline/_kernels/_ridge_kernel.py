@@ -7,7 +7,6 @@ ridge. Each cell is displaced by the mesh of the paired minutiae around it (`_pa
 
 import cython
 import numpy as np
-from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import smaller_area
 from cython.cimports.libc.math import ceil, floor
 
 from fpmatch.matching.constants import comparison
@@ -21,7 +20,6 @@ REACH = cython.declare(cython.int, comparison.REACH)
 SHIFTS = cython.declare(cython.int, comparison.SHIFTS)
 FEWEST_AROUND = cython.declare(cython.int, comparison.FEWEST_AROUND)
 MOST_CELLS = cython.declare(cython.int, comparison.MOST_CELLS)
-ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 LANE = cython.declare(cython.int, 12)  # bits of a count: a word has one for each shift along a row
 MOST_COUNT = cython.declare(cython.ulonglong, 0xFFF)
 TOPS = cython.declare(cython.ulonglong, 0x800800800800800)  # of the counts of a word
@@ -50,15 +48,13 @@ class RidgeCorrelator:
         self.spread = ((bits >> k[:SHIFTS] & 1) << LANE * k[:SHIFTS]).sum(axis=1)
         # the bits of a cell that stay in its rows if it is shifted by so many columns
         self.kept = (255 >> k[:SIDE]) * np.uint64(0x0101010101010101)
-        self.sample_row = np.array(comparison.SAMPLES, np.int32)[:, 0].copy()
-        self.sample_column = np.array(comparison.SAMPLES, np.int32)[:, 1].copy()
+        self.sample = np.array(comparison.SAMPLES, np.int32) @ np.array([SIDE, 1], np.int32)
         self.offset = np.zeros((2, MANY))
         self.ridge_image = np.zeros(MOST_CELLS, np.uint64)
         self.agreeing, self.wide = np.zeros((2, MOST_CELLS, SHIFTS), np.uint64)
         self.both = np.zeros(MOST_CELLS, np.uint8)
         self.drift = np.zeros((MOST_CELLS, 2))
-        self.blocks = 0
-        self.samples = FEW
+        self.blocks, self.samples = 0, FEW
         self.vertex = np.zeros((capacity + FRAME, 2))
         self.c = 1.0
         self.s = self.x = self.y = 0.0
@@ -76,39 +72,63 @@ class RidgeCorrelator:
 
     def compare_rigid(self, a, b, c, s, x, y):
         """Align A with B by the transform alone; return the number of cells compared."""
-        if not self._take(a, b, c, s, x, y):
-            return 0
-        self._leave_in_place(a)
-        return self._correlate(a, b)
+        return self._correlate(a, b) if self._take(a, b, c, s, x, y) else 0
 
+    @cython.locals(k=cython.Py_ssize_t)
     def _take(self, a, b, c, s, x, y):
-        """Take two prints and a transform; return whether their ridges can be compared."""
-        wide: cython.Py_ssize_t = a.columns + 2
+        """Take two prints and a transform, no block displaced; return whether both show ridges.
+
+        B's ridge image gets two empty cells around it.
+        """
+        wide: cython.Py_ssize_t = b.columns + 4
+        cells: cython.Py_ssize_t = (b.rows + 4) * wide
         self.correlation = 0.0
         self.cells = 0
-        if not (a.has_ridges and b.has_ridges):
+        if not (a.has_ridges and b.has_ridges) or cells > MOST_CELLS:
             return False
-        if (a.rows + 2) * wide > MOST_CELLS:
-            return False
-        wide = b.columns + 4
-        if (b.rows + 4) * wide > MOST_CELLS:
+        if (a.rows + 2) * cython.cast(cython.Py_ssize_t, a.columns + 2) > MOST_CELLS:
             return False
         self.c, self.s, self.x, self.y = c, s, x, y
         self.samples = MANY if smaller_area(a, b) <= SMALL_AREA_PX2 else FEW
-        self._gather(a, b)
+        for k in range(cells):
+            self.ridge_image[k] = 0
+        k = b.cell_at
+        for row in range(b.rows):
+            for column in range(b.columns):
+                self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
+                k += 1
+        bit = a.step / SIDE
+        per_bit = SIDE / b.step
+        for k in range(self.samples):
+            px = (float(self.sample[k] % SIDE) - 3.5) * bit
+            py = -(float(self.sample[k] // SIDE) - 3.5) * bit
+            self.offset[0, k] = (c * px - s * py) * per_bit
+            self.offset[1, k] = -(s * px + c * py) * per_bit
+        self.blocks = (a.columns + 1) // 2
+        for k in range(((a.rows + 1) // 2) * self.blocks):
+            self.drift[k, 0] = self.drift[k, 1] = 0.0
         return True
 
     @cython.locals(r=cython.Py_ssize_t, row=cython.int, column=cython.int)
     def _correlate(self, a, b):
         """Compare the cells where they are displaced to; return how many could be compared."""
         wide = a.columns + 2
+        half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
         for k in range((a.rows + 2) * wide):
             self.both[k] = 0
             for r in range(SHIFTS):
                 self.agreeing[k, r] = 0
-        for row in range(0, a.rows, 2):
-            for column in range(0, a.columns, 2):
-                self._count_block(a, b, row, column)
+        for row in range(a.rows):
+            for column in range(a.columns):
+                cell = a.cell_at + row * a.columns + column
+                if a.cell[cell]:
+                    px = (a.first_column + column) * a.step + half
+                    py = -((a.first_row + row) * a.step + half)
+                    k = (row // 2) * self.blocks + column // 2
+                    x = self.c * px - self.s * py + self.x + self.drift[k, 0]
+                    y = self.s * px + self.c * py + self.y + self.drift[k, 1]
+                    if b.contains(x, y):
+                        self._count(b, (row + 1) * wide + column + 1, a.ridges[cell], x, y)
         for k in range(1, (a.rows + 2) * wide - 1):
             for r in range(SHIFTS):
                 self.wide[k, r] = self.agreeing[k - 1, r] + self.agreeing[k, r]
@@ -121,32 +141,6 @@ class RidgeCorrelator:
         if self.cells > 0:
             self.correlation = self.correlation / self.cells
         return self.cells
-
-    def _gather(self, a, b):
-        """Gather B's ridge image with two empty cells around it, and the samples' positions."""
-        bit = a.step / SIDE
-        per_bit = SIDE / b.step
-        wide = b.columns + 4
-        for k in range((b.rows + 4) * wide):
-            self.ridge_image[k] = 0
-        k = b.cell_at
-        for row in range(b.rows):
-            for column in range(b.columns):
-                self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
-                k += 1
-        for k in range(self.samples):
-            px = (float(self.sample_column[k]) - 3.5) * bit
-            py = -(float(self.sample_row[k]) - 3.5) * bit
-            self.offset[0, k] = (self.c * px - self.s * py) * per_bit
-            self.offset[1, k] = -(self.s * px + self.c * py) * per_bit
-        return 0
-
-    def _leave_in_place(self, a):
-        """Let all blocks be where the transform maps them."""
-        self.blocks = (a.columns + 1) // 2
-        for k in range(((a.rows + 1) // 2) * self.blocks):
-            self.drift[k, 0] = self.drift[k, 1] = 0.0
-        return 0
 
     @cython.locals(p=cython.Py_ssize_t, q=cython.Py_ssize_t, r=cython.Py_ssize_t)
     def _displace(self, a, mesh):
@@ -161,7 +155,6 @@ class RidgeCorrelator:
         # the middle of the first block
         left = (a.first_column + 1.0) * a.step
         top = -(a.first_row + 1.0) * a.step
-        self._leave_in_place(a)
         if mesh.vertices > self.vertex.shape[0]:  # more pairs than `capacity`
             return 0
         for k in range(mesh.vertices):
@@ -213,31 +206,13 @@ class RidgeCorrelator:
             return 0
         return int(line) if line < lines else lines
 
-    @cython.locals(row=cython.int, column=cython.int)
-    def _count_block(self, a, b, top, left):
-        """Displace two by two cells as the mesh does; count in each."""
-        k = (top // 2) * self.blocks + left // 2
-        half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
-        for row in range(top, min(top + 2, a.rows)):
-            for column in range(left, min(left + 2, a.columns)):
-                if a.cell[a.cell_at + row * a.columns + column]:
-                    px = (a.first_column + column) * a.step + half
-                    py = -((a.first_row + row) * a.step + half)
-                    dx = self.c * px - self.s * py + self.x + self.drift[k, 0]
-                    dy = self.s * px + self.c * py + self.y + self.drift[k, 1]
-                    if b.contains(dx, dy):
-                        self._count(a, b, row, column, dx, dy)
-        return 0
-
     @cython.locals(
         ones=cython.ulonglong, twos=cython.ulonglong,
         fours=cython.ulonglong, eights=cython.ulonglong,
     )  # fmt: skip
-    def _count(self, a, b, row, column, x, y):
+    def _count(self, b, own, ridges, x, y):
         """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
         wide = b.columns + 4
-        own = (row + 1) * (a.columns + 2)
-        ridges = a.ridges[a.cell_at + row * a.columns + column]
         # of the counts of eight samples at all shifts, the ones, twos, fours and eights
         ones = twos = fours = eights = 0
         per_bit = SIDE / b.step
@@ -246,7 +221,6 @@ class RidgeCorrelator:
         middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
         most_u = SIDE * (b.columns + 3.0)
         most_v = SIDE * (b.rows + 3.0)
-        own += column + 1
         self.both[own] = 1
         for k in range(self.samples):
             bit_u = middle_u + self.offset[0, k]
@@ -261,11 +235,9 @@ class RidgeCorrelator:
                 near = self._rows_from(cell, cell + wide, down)
                 far = self._rows_from(cell + 1, cell + wide + 1, down)
                 kept = self.kept[u]
-                near = ((near >> u) & kept) | (((far << (SIDE - u)) & ALL) & (kept ^ ALL))
-            down = SIDE * self.sample_row[k]
-            down += self.sample_column[k]
-            if not (ridges >> down) & 1:
-                near ^= ALL
+                near = ((near >> u) & kept) | ((far << (SIDE - u)) & ~kept)
+            if not (ridges >> self.sample[k]) & 1:
+                near = ~near
             far = ones & near
             ones ^= near
             near = twos & far
@@ -288,7 +260,7 @@ class RidgeCorrelator:
         """Return eight rows of the ridge image from bit `down` of a cell on, and of that below."""
         upper = self.ridge_image[cell] >> down
         lower = self.ridge_image[below] << (63 - down)
-        return upper | ((lower << 1) & ALL)
+        return upper | (lower << 1)
 
     @cython.locals(around=cython.int, best=cython.int, most=cython.ulonglong)
     def _best_shift(self, own, wide):
@@ -307,9 +279,14 @@ class RidgeCorrelator:
             total += self.wide[own, r]
             total += self.wide[own + wide, r]
             greater = ((((total | TOPS) - most) & TOPS) >> (LANE - 1)) * MOST_COUNT
-            most = (total & greater) | (most & (greater ^ ALL))
+            most = (total & greater) | (most & ~greater)
         for k in range(SHIFTS):
             count: cython.int = (most >> (LANE * k)) & MOST_COUNT
             best = max(best, count)
         self.cells += 1
         return 2.0 * best / (self.samples * around) - 1.0
+
+
+def smaller_area(a, b):
+    """Return the area of the smaller of two prints, in square pixels at 500 dpi."""
+    return min(a.inside * (a.step * a.step), b.inside * (b.step * b.step))

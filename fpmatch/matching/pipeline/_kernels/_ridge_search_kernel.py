@@ -28,65 +28,65 @@ FOUND = cython.declare(cython.int, 8)  # pairs found, at most
 class RidgeSearch:
     """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are a `matching.parameters.MatchParameters`. After a search, the pairs are
-    ``(first[k], second[k])`` of print A and print B, ``value[k]`` is what their ridges amount to,
-    the best first.
+    After a search, the pairs are ``(first[k], second[k])`` of print A and print B, the best first.
     """
 
     def __init__(self, parameters) -> None:
         p = parameters
         self.flow_c, self.flow_s = FLOW_OF_CODE
         self.sample, self.sample_flow = np.zeros((2, 2, SAMPLES))
-        self.samples = 0
         self.best_flow = np.zeros(ROOM)
         self.best_own, self.best_other = np.zeros((2, ROOM), np.int32)
-        self.count = 0
-        self.most_compared = max(1, min(p.ridge_trials, ROOM))
-        self.most_found = max(1, min(p.ridge_starts, FOUND))
-        self.most_candidates = max(1, min(p.ridge_candidates, ROOM))
-        self.room = self.most = 1
-        self.min_flow = self.min_value = 0.0
         self.first, self.second = np.zeros((2, FOUND), np.int32)
         self.value = np.zeros(FOUND)
         self.transform = np.zeros((FOUND, 4))
-        self.c = 1.0
-        self.s = self.x = self.y = self.middle_x = self.middle_y = 0.0
-        self.least_common = p.least_common
-        self.least_flow = p.least_flow
-        self.candidate_flow = p.candidate_flow
-        self.candidate_value = p.candidate_value
+        self.ridge_trials, self.ridge_starts = p.ridge_trials, p.ridge_starts
+        self.ridge_candidates = p.ridge_candidates
+        self.least_common, self.least_flow = p.least_common, p.least_flow
+        self.candidate_flow, self.candidate_value = p.candidate_flow, p.candidate_value
         self.usual_correlation = p.usual_correlation
-        self.apart_px = p.apart_px
-        self.apart_cosine = p.apart_cosine
-
-    def search(self, a, b, correlator):
-        """Find pairs among all of two prints that show their ridges; return their number."""
-        self.room, self.most, self.count = self.most_compared, self.most_found, 0
-        self.min_flow, self.min_value = self.least_flow, 0.0
-        if _is_smaller(a, b):
-            self._select(a, b)
-            return self._compare(a, b, correlator)
-        self._select(b, a)
-        return self._swapped(self._compare(b, a, correlator))
-
-    def search_candidates(self, a, b, relaxation, correlator):
-        """Find a pair among the candidates of two prints; return whether there is one."""
-        smaller = _is_smaller(a, b)
-        self.room, self.most, self.count = self.most_candidates, 1, 0
-        self.min_flow, self.min_value = self.candidate_flow, self.candidate_value
-        if smaller:
-            self._take_samples(a)
-            self._offer_all(a, relaxation.first, b, relaxation.second, relaxation.count)
-            return self._compare(a, b, correlator)
-        self._take_samples(b)
-        self._offer_all(b, relaxation.second, a, relaxation.first, relaxation.count)
-        return self._swapped(self._compare(b, a, correlator))
+        self.apart_px, self.apart_cosine = p.apart_px, p.apart_cosine
 
     @cython.locals(k=cython.Py_ssize_t)
-    def _swapped(self, found):
-        """Exchange the minutiae of the pairs found; return how many there are."""
+    def search(self, a, b, relaxation, every, correlator):
+        """Find pairs of two prints that show their ridges; return their number.
+
+        They are several of all pairs, if `every`, else at most one of the relaxed candidates.
+        """
+        first, second, count = relaxation.first, relaxation.second, relaxation.count
+        self.room, self.most = self.ridge_candidates, 1
+        self.min_flow, self.min_value = self.candidate_flow, self.candidate_value
+        if every:
+            self.room, self.most = self.ridge_trials, self.ridge_starts
+            self.min_flow, self.min_value = self.least_flow, 0.0
+        if a.inside * (a.step * a.step) <= b.inside * (b.step * b.step):
+            return self._search(a, first, b, second, count, every, correlator)
+        found = self._search(b, second, a, first, count, every, correlator)
         for k in range(found):
             self.first[k], self.second[k] = self.second[k], self.first[k]
+        return found
+
+    @cython.locals(k=cython.Py_ssize_t, i=cython.int, j=cython.int)
+    def _search(self, small, own, large, other, candidates, every, correlator):
+        """Find pairs of a smaller and a larger print, of all or of lists of candidates."""
+        found: cython.int = 0
+        self.count = 0
+        self._take_samples(small)
+        if every:
+            for i in range(small.size):
+                for j in range(large.size):
+                    self._offer(small, i, large, j)
+        else:
+            for k in range(candidates):
+                self._offer(small, own[k], large, other[k])
+        for k in range(self.count):
+            i, j = self.best_own[k], self.best_other[k]
+            self._fit_pair(small, i, large, j)
+            if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
+                continue
+            value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
+            if value > self.min_value:
+                found = self._enter(value, i, j, found)
         return found
 
     def _take_samples(self, small):
@@ -159,35 +159,14 @@ class RidgeSearch:
             return -2.0
         return total / common if common > 0 else -2.0
 
-    def _select(self, small, large):
-        """Keep the pairs under which the orientation agrees best; return their number."""
-        self._take_samples(small)
-        for i in range(small.size):
-            for j in range(large.size):
-                self._offer(small, i, large, j)
-        return self.count
-
-    @cython.locals(k=cython.Py_ssize_t)
-    def _offer_all(self, small, own, large, other, count):
-        """Offer the first pairs of two lists of minutiae; return how many are kept in all."""
-        for k in range(count):
-            self._offer(small, own[k], large, other[k])
-        return self.count
-
     def _offer(self, small, i, large, j):
-        """Keep a pair if the orientation agrees better than under others; return whether."""
+        """Keep a pair if the orientation agrees better than under others; return how many are."""
         self._fit_pair(small, i, large, j)
-        return self._keep(self._flow_agreement(large), i, j)
-
-    def _keep(self, flow, i, j):
-        """Keep a pair under which the orientation agrees by `flow`, if others do not agree better.
-
-        Return whether.
-        """
+        flow = self._flow_agreement(large)
         if flow < self.min_flow:
-            return False
+            return self.count
         if self.count == self.room and flow <= self.best_flow[self.count - 1]:
-            return False
+            return self.count
         if self.count < self.room:
             self.count += 1
         k = self.count - 1
@@ -196,21 +175,8 @@ class RidgeSearch:
             self.best_own[k], self.best_other[k] = self.best_own[k - 1], self.best_other[k - 1]
             k -= 1
         self.best_flow[k] = flow
-        self.best_own[k] = i
-        self.best_other[k] = j
-        return True
-
-    def _compare(self, small, large, correlator):
-        """Compare the ridges under the pairs kept; return how many pairs were found."""
-        found: cython.int = 0
-        for k in range(self.count):
-            self._fit_pair(small, self.best_own[k], large, self.best_other[k])
-            if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
-                continue
-            value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
-            if value > self.min_value:
-                found = self._enter(value, self.best_own[k], self.best_other[k], found)
-        return found
+        self.best_own[k], self.best_other[k] = i, j
+        return self.count
 
     def _enter(self, value, own, other, found):
         """Enter a pair into those found, unless a better one is near it; return their number."""
@@ -234,8 +200,7 @@ class RidgeSearch:
             self._move(k - 1, k, 1)
             k -= 1
         self.value[k] = value
-        self.first[k] = own
-        self.second[k] = other
+        self.first[k], self.second[k] = own, other
         self.transform[k, 0], self.transform[k, 1] = self.c, self.s
         self.transform[k, 2], self.transform[k, 3] = self.x, self.y
         return found
@@ -258,8 +223,3 @@ class RidgeSearch:
         dy = ds * self.middle_x + dc * self.middle_y + self.y - self.transform[k, 3]
         cosine = self.c * self.transform[k, 0] + self.s * self.transform[k, 1]
         return dx * dx + dy * dy < self.apart_px * self.apart_px and cosine > self.apart_cosine
-
-
-def _is_smaller(a, b):
-    """Return whether print A is the smaller of two."""
-    return a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)

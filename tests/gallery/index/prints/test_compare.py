@@ -42,7 +42,7 @@ from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
 from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.match import view_of, workspace_for
+from fpmatch.matching.pipeline.match import pipeline_for, view_of
 from fpmatch.matching.pipeline.score_model import as_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
@@ -239,7 +239,7 @@ def test_ridges_agree_most_with_the_print_itself_then_with_its_mate(fingers):
         probe = prepare(template)
         agreement = agreement_with(probe, fingers)
         assert np.argsort(-agreement)[:2].tolist() == [k, k ^ 1]
-        correlator = workspace_for(len(probe)).scorer.correlator
+        correlator = pipeline_for(probe, len(probe)).scorer.correlator
         stored = prepare(expand(CompactTemplates.pack([template]).content.tobytes()))
         cells = correlator.compare_rigid(view_of(stored), view_of(probe), 1.0, 0.0, 0.0, 0.0)
         assert agreement[k] == pytest.approx(correlator.correlation * np.sqrt(cells), rel=0.1)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.templates.minutiae import Minutiae, Template
-from fpmatch.templates.ridge_field import RidgeField
-from fpmatch.templates.separate_prints import count_loops, count_prints
+from fpmatch.gallery.listing.separate_prints import count_loops, count_prints
+from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
 @pytest.mark.parametrize(("index", "found"), [(0.5, (1, 0)), (-0.5, (0, 1)), (1.0, (2, 0))])

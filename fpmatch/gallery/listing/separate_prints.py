@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.templates.minutiae import MM_PER_INCH
-from fpmatch.templates.ridge_field import RidgeField
+from fpmatch.templates.minutiae import MM_PER_INCH, RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -1,1 +1,0 @@
-"""Pictures of the stages of an extraction: one by one, and all on one sheet."""

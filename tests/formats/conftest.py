@@ -1,6 +1,0 @@
-"""Make `made_records` importable for the tests beside it."""
-
-import sys
-from pathlib import Path
-
-sys.path.append(str(Path(__file__).parent))

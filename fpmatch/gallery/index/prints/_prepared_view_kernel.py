@@ -8,7 +8,7 @@ import cython
 from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching.pipeline._kernels._amount_kernel import as_similarity
+    from cython.cimports.fpmatch.matching.pipeline._kernels._evidence_kernel import as_similarity
 else:
     from fpmatch.matching.pipeline.score_model import as_similarity
 
@@ -130,12 +130,11 @@ class PreparedView:
                     self.open(first + k, reference)
                     similarity[k] = 0.0
                     if reference.size > 0 and pipeline.probe.size > 0:
-                        shortfall = pipeline.shortfall(reference, order[k] < 0)
-                        if shortfall > 0.0:
-                            shortfall = pipeline.scorer.prefilter_rejected(shortfall)
-                            similarity[k] = as_similarity(shortfall)
-                        else:
+                        estimate = pipeline.rejected(reference, order[k] < 0)
+                        if not estimate < 0.0:
                             self.unpack(first + k, reference)
-                            total = pipeline.match_with(reference, order[k] < 0)
-                            similarity[k] = as_similarity(total) if pipeline.best >= 0 else 0.0
+                            estimate = pipeline.match(reference, order[k] < 0)
+                            if pipeline.best < 0:
+                                continue
+                        similarity[k] = as_similarity(estimate)
         return 0

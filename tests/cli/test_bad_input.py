@@ -22,7 +22,7 @@ IMAGES = {
 POINTS = {
     "few.csv": ("1,2\n3,4\n", "few.csv: fewer than three points"),
     "line.csv": ("0,0\n0.1,0.3\n0.2,0.6\n0.7,2.1\n", "line.csv: all points"),
-    "huge.csv": ("1e300,0\n0,1e300\n-1e300,2e300\n", "huge.csv: coordinates or extent beyond"),
+    "huge.csv": ("1e300,0\n0,1e300\n-1e300,2e300\n", "huge.csv: coordinates must be finite"),
     "word.csv": ("1,2\n3,4\nx,6\n", "word.csv, line 3: "),
     "none.csv": ("", "none.csv: "),
 }

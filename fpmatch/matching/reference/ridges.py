@@ -145,7 +145,7 @@ def compared_cells(
     own_row = BITS_ALONG * row[:, None] + sample_row
     own_column = BITS_ALONG * column[:, None] + sample_column
     ours = bits_of(a.ridges)[own_row, own_column]
-    both = np.zeros((rows + 2, columns + 2), np.uint8)
+    both = np.zeros((max(rows, 1) + 2, max(columns, 1) + 2), np.uint8)
     both[row + 1, column + 1] = 1
     agreeing = np.zeros((*both.shape, SHIFTS, SHIFTS), np.uint16)
     agreeing[row + 1, column + 1] = count_agreeing(ours, bits_of(b.ridges), u, v)

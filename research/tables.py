@@ -234,18 +234,18 @@ def format_headline(results: Row) -> str:
 
 def format_searching(results: Row) -> str:
     """Return what searches of large galleries cost, and the mates that they lose."""
-    head = ["prints", "wanted loss", "compared", "without a mate: Delaunay calls", "time"]
+    head = ["prints", "effort", "compared", "without a mate: Delaunay calls", "time"]
     cost = [[*head, "compared", "with a mate: Delaunay calls", "time"]]
     for s in results["speed"]:
-        row = [f"{s['prints']:,}", f"{s['wanted']:.1%}"]
+        row = [f"{s['prints']:,}", str(s["effort"])]
         for kind in ("", "mated_"):
             compared, calls, ms = (s[kind + key] for key in ("compared", "calls", "ms"))
             row += [f"{compared:,.0f}", f"{calls:,.0f}", f"{ms:.0f} ms"]
         cost.append(row)
-    mates = [["mates of", "prints", "wanted loss", "mates", "found if all are compared", "lost"]]
+    mates = [["mates of", "prints", "effort", "mates", "found if all are compared", "lost"]]
     for r in results["loss"]:
         counts = [str(r["mates"]), str(r["found"]), percent(r["lost"])]
-        mates.append([r["name"], f"{r['prints']:,}", f"{r['wanted']:.1%}", *counts])
+        mates.append([r["name"], f"{r['prints']:,}", str(r["effort"]), *counts])
     return f"{markdown_table(cost)}\n\n{markdown_table(mates)}"
 
 

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-from collections import Counter
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-import sqlalchemy as sa
-
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Failure, PackedEntry
-from fpmatch.gallery.store import audit, digests
-from fpmatch.gallery.store.history import keep_history
+from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.reader import GalleryReader
 from fpmatch.gallery.store.rows import pack_entry, to_row
 from fpmatch.gallery.store.sealed_database import as_keys, check_or_create
@@ -31,6 +27,8 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Collection, Iterator, Sequence
     from pathlib import Path
+
+    import sqlalchemy as sa
 
     from fpmatch.gallery.encryption.keys import KeyRing
     from fpmatch.gallery.listing.entry import NewEntry
@@ -90,8 +88,6 @@ class Gallery(GalleryReader):
     GalleryError where the database cannot be read or written.
     """
 
-    _kept = False  # whether its history was looked for
-
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[Conflict | None]:
         """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
         with self.reading() as connection:
@@ -132,10 +128,8 @@ class Gallery(GalleryReader):
                     FAILURE.insert(), [{"source": s, "reason": r} for s, r in reasons.items()]
                 )
             if rows:
-                last = connection.scalar(sa.select(sa.func.max(ENTRY.c.id))) or 0
                 connection.execute(ENTRY.insert(), rows)
-                added = digests.sums_of(connection, ENTRY.c.id > last) if self.digested else {}
-                self._mark_changed(connection, added=added)
+                self._mark_changed(connection)
             if rows or reasons:
                 labels = audit.labels_of(connection, contents=[row["content"] for row in rows])
                 audit.record(connection, "enrol", entries=labels, failed=len(reasons))
@@ -151,29 +145,25 @@ class Gallery(GalleryReader):
     def remove(self, numbers: Collection[int]) -> int:
         """Remove entries by their numbers; return how many.
 
-        Nothing of them is left in the file, nor in prepared prints on this machine; what is not
+        Nothing of them is left in the file, nor in the index on this machine; what is not
         in a file, as blocks of the disk and backups, is not reached, nor is a server's storage. If
         one of the numbers is unknown, none is removed: GalleryError (code "unknown"). If traces may
         be left, GalleryError (code "traces") is raised after the removal.
         """
         from fpmatch.gallery.erasure import erase_traces  # noqa: PLC0415  (imports matchers)
 
-        before = self.content_hash()
         with self.changing() as connection:
             labels = audit.labels_of(connection, numbers=numbers)
-            removed = Counter[int]()
-            for part in parts(set(numbers) if self.digested else ()):
-                removed.update(digests.sums_of(connection, ENTRY.c.id.in_(part)))
             for number in dict.fromkeys(numbers):
                 if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
                     raise self.unknown(number)
             if numbers:
-                self._mark_changed(connection, removed=removed)
+                self._mark_changed(connection)
                 audit.record(connection, "remove", entries=labels)
         for number in set(numbers) & self.damaged.keys():
             del self.damaged[number]
         if numbers:
-            erase_traces(self, before)
+            erase_traces(self, set(numbers))
         return len(set(numbers))
 
     def record(self, action: str, *, probe: Path | bytes | None = None, **details: Any) -> None:
@@ -201,21 +191,10 @@ class Gallery(GalleryReader):
         """Open a transaction during which no other one writes."""
         with self.writing() as connection:
             audit.lock(connection)
-            before, keep = self.digested, digests.has_digests
-            if not self._kept:
-                keep_history(connection)
-                keep = digests.keep_digests
-            self.digested = before or keep(connection)
-            try:
-                yield connection
-            except BaseException:
-                self.digested = before
-                raise
-        self._kept = True
+            yield connection
 
-    def _mark_changed(self, connection: sa.Connection, **changes: digests.Sums) -> None:
-        sums = {"sums": digests.changed_sums(connection, **changes)} if self.digested else {}
-        connection.execute(GALLERY.update().values(state=secrets.token_hex(16), **sums))
+    def _mark_changed(self, connection: sa.Connection) -> None:
+        connection.execute(GALLERY.update().values(state=secrets.token_hex(16)))
 
 
 def _conflicts_in_order(

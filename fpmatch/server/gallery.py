@@ -46,8 +46,8 @@ _PATIENCE_S: Final = 10.0  # of one call of a database, for requests that have b
 _COMPARED: Final = 8  # impressions of a finger that a new one is compared with
 _DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
-# The latest search of this worker process by gallery and matcher, with the content of the gallery.
-_kept: dict[tuple[str, str], tuple[str, Search]] = {}
+# The latest search of this worker process, by gallery and matcher.
+_kept: dict[tuple[str, str], Search] = {}
 # The latest counts of a gallery, with its content: to count reads all rows.
 _counted: dict[str, tuple[str, dict[str, Any]]] = {}
 
@@ -292,12 +292,9 @@ def _copies(gallery: Gallery, template: Template) -> list[Label]:
 
 def _search(gallery: Gallery, matcher: str) -> Search:
     """Return the search of a gallery as it is now, the kept one where it is unchanged."""
-    key, content = (gallery.name, matcher), gallery.content_hash()
-    kept = _kept.get(key)
-    if kept is not None and kept[0] == content:
-        return kept[1].current(gallery)
+    key = gallery.name, matcher
+    how: dict[str, Any] = {"engine": serial(), "note": _log.warning, "before": _kept.get(key)}
+    search = open_search(gallery, matcher, **how)
     _kept.clear()
-    before = None if kept is None else kept[1]
-    search = open_search(gallery, matcher, engine=serial(), note=_log.warning, before=before)
-    _kept[key] = content, search
+    _kept[key] = search
     return search

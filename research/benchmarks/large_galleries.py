@@ -6,7 +6,7 @@
 
 A gallery has synthetic templates of different fingers, and the first print of each finger of the
 databases DIR and of some other synthetic fingers. Other prints of these fingers are searched for:
-with the loss that is wanted, and with all prints compared. Galleries are kept in FOLDER.
+at each effort, and with all prints compared. Galleries are kept in FOLDER.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.search import EFFORTS
+from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.lab.synthesis.templates import make_templates
 from research.commands import PATH, Command, json_file, print_and_write
@@ -41,7 +43,6 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 SIZES = (10_000, 100_000, 1_000_000)
-WANTED = (0.01, 0.005, 0.001)  # losses
 SEED = 22
 MADE_FINGERS, MADE_IMPRESSIONS = 40, 4  # of synthetic mates
 PROBES = 98  # of each database, at most
@@ -111,12 +112,12 @@ def fill(gallery: Gallery, mates: Sequence[tuple[str, Template]], prints: int) -
 
 
 def taken(
-    search: Search, probes: Sequence[Template], loss: float, call_s: float
+    search: Search, probes: Sequence[Template], effort: int, call_s: float
 ) -> tuple[list[int], dict[str, float]]:
     """Return the entry that each search ranks first (0: none), and the mean cost of a search."""
     first, compared, start = [], 0, time.process_time()
     for probe in probes:
-        found = identify(search, probe, loss=loss, workers=1)
+        found = identify(search, probe, effort=effort, workers=1)
         first.append(found.numbers[0] if found.candidates else 0)
         compared += found.compared
     each = (time.process_time() - start) / len(probes)
@@ -132,28 +133,29 @@ def measure(gallery: Gallery, kinds: Sequence[Kind], number_of: dict[str, int]) 
     prints, call_s = len(gallery), triangulation()
     alone = [template for _, template in made(2**41, ALONE)]
     search = open_search(gallery)
+    every = WholeSearch.of([template for _, template in gallery.templates()], search.matcher)
     whole = [
-        [identify(search, probe, loss=0.0).numbers[:1] == [number_of[f]] for f, probe in k.probes]
+        [identify(every, probe).numbers[:1] == [number_of[f]] for f, probe in k.probes]
         for k in kinds
     ]
     speed, losses = [], []
-    for wanted in WANTED:
-        _, without = taken(search, alone, wanted, call_s)
+    for effort in EFFORTS:
+        _, without = taken(search, alone, effort, call_s)
         costs = []
         for kind, by_all in zip(kinds, whole, strict=True):
-            first, cost = taken(search, [probe for _, probe in kind.probes], wanted, call_s)
+            first, cost = taken(search, [probe for _, probe in kind.probes], effort, call_s)
             right = [one == number_of[f] for one, (f, _) in zip(first, kind.probes, strict=True)]
             lost = sum(found and not ours for found, ours in zip(by_all, right, strict=True))
             costs.append(cost)
             losses.append(
                 {
-                    **{"name": kind.name, "prints": prints, "wanted": wanted},
+                    **{"name": kind.name, "prints": prints, "effort": effort},
                     **{"mates": len(kind.probes), "found": sum(by_all)},
                     "lost": lost / max(1, sum(by_all)),
                 }
             )
         mated = {f"mated_{key}": float(np.mean([c[key] for c in costs])) for key in without}
-        speed.append({"prints": prints, "wanted": wanted, **without, **mated})
+        speed.append({"prints": prints, "effort": effort, **without, **mated})
     return {"speed": speed, "loss": losses}
 
 

@@ -63,7 +63,7 @@ WRONG_USAGE = {
     "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
     "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off | "
     "audit switch x on --yes",
-    "identify x y": "--loss 100% | --loss few | --consolidate --impressions",
+    "identify x y": "--effort 3 | --effort few",
     "points": "- -",
     "score --references x --probes y -o z": "--scheduler u --workers 2 | --workers 0",
     "extract a -o b": "--enhance gabor",

@@ -14,7 +14,6 @@ from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
@@ -107,8 +106,7 @@ def check_identification(place):
 
 
 def test_identification_goes_on_without_it(place):
-    for _ in range(2):  # with new prepared prints, and with those in the files
-        check_identification(place)
+    check_identification(place)
 
 
 @few
@@ -121,8 +119,6 @@ def test_scores_are_those_of_a_gallery_without_it(place, tmp_path):
         search = open_search(gallery, engine=serial())
         found = identify_entries(gallery, search, scattered(4, 30))
         assert found == expected
-        fingers = ConsolidatedFingers(gallery, search)
-        assert identify_entries(gallery, search, scattered(4, 30), consolidated=fingers)[1]
         assert open_search(gallery, FAKE).numbers.tolist() == SOUND
 
 
@@ -168,7 +164,7 @@ def test_commands_name_it_once_and_count_it(run, place, tmp_path):
         assert "Traceback" not in result.output
         return result.stderr.count(f"entry {DAMAGED} is skipped")
 
-    for words in (["identify"], ["identify", "--all", "--consolidate"]):
+    for words in (["identify"], ["identify", "--all"]):
         result = run(words[0], place, probe, "--json", "--workers", "1", *words[1:])
         document = json.loads(result.stdout)
         assert (result.exit_code, named(result), document["damaged"]) == (0, 1, 1)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.gallery.index.loss import loss_table
 from fpmatch.gallery.index.model import MODEL_FILE, TERMS, index_model
 from fpmatch.image.quality.measures import QualityMeasures
 from fpmatch.image.quality.print_quality import (
@@ -81,8 +80,8 @@ def test_a_model_has_the_shares_of_lengths_and_of_directions_from_either_end(rng
 
 def test_the_model_of_the_package_is_written_as_it_is():
     document = json.loads(MODEL_FILE.read_bytes())
-    assert document_of(index_model(), loss_table()) == {
-        name: document[name] for name in ("lengths", "directions", "edges", "loss")
+    assert document_of(index_model()) == {
+        name: document[name] for name in ("lengths", "directions", "edges")
     }
 
 
@@ -122,7 +121,6 @@ def test_the_same_calibration_is_fitted_again(tmp_path, run_research):
     [
         (["calibrate"], "needs FVC-style databases DIR, --synthetic or --tail"),
         (["calibrate", "nowhere"], "nowhere"),
-        (["train", "index", "nowhere"], "nowhere"),
         (["check", "polarity", "nowhere"], "nowhere"),
         (["measure", "decision", "nowhere"], "nowhere"),
     ],

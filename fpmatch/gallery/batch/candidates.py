@@ -25,7 +25,7 @@ from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.search.entries import batch_size, identify_each
+from fpmatch.gallery.search.entries import BATCH, identify_each
 from fpmatch.gallery.search.identification import OF_SEARCHES
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 IDENTIFY: Final = "identify"
-_FORMAT: Final = "2"  # of the state of an unfinished run
+_FORMAT: Final = "3"  # of the state of an unfinished run
 OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
@@ -122,23 +122,21 @@ def write_candidates(
     check_candidates_format(target)
     about = {"gallery": gallery.name, "matcher": search.matcher.name, "listed": options.listed}
     options = options.checked(search.matcher)
-    search = search.for_loss(options.loss)
-    search.stages(options)  # raises before a file is made
     run = _description(search, options) | {
         "gallery": gallery.name,
         "content of the gallery": content,
         "set of probes": probes.content_hash,
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
-    size, total = batch_size(search), len(probes.paths)
+    total = len(probes.paths)
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
     def rows_from(start: int) -> Generator[Rows, None, None]:
         with closing(
-            identify_probes(gallery, search, probes, options, place, start * size)
+            identify_probes(gallery, search, probes, options, place, start * BATCH)
         ) as each:
-            while batch := list(islice(each, size)):
+            while batch := list(islice(each, BATCH)):
                 failed = [(one.path, one.reason) for one in batch if one.result is None]
                 failures.extend(failed)
                 noted.extend((one.path, one.notes) for one in batch)
@@ -151,7 +149,7 @@ def write_candidates(
     with engine or serial() as place, Store(target, run) as store:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
-        rows = ResumedRows(store, header, -(-total // size))
+        rows = ResumedRows(store, header, -(-total // BATCH))
         start, end = rows.write(rows_from, lambda at: progress(IDENTIFY, at.pairs, total))
     return SearchSummary(
         output=target,
@@ -175,8 +173,8 @@ def _description(search: Search, options: SearchOptions) -> dict[str, str]:
         "calibration": options.calibration.as_json(),
         "number of candidates": repr(options.count),
         "threshold": repr((options.threshold, options.by_chance)),
-        "list": repr((options.listed, options.consolidate, options.transforms)),
-        "loss": repr(options.loss if search.in_stages else None),
+        "list": repr((options.listed, options.transforms)),
+        "effort": repr(options.effort if search.preselected else None),
     }
 
 
@@ -234,7 +232,7 @@ def _rows(probe: Identified) -> Iterator[list[object]]:
     if result is None:
         yield [probe.path, *nobody, *[""] * len(OF_SEARCHES), probe.reason]
         return
-    stages = ["" if result.loss is None else result.loss, " ".join(map(str, result.passed_on))]
+    stages = ["" if result.effort is None else result.effort, " ".join(map(str, result.passed_on))]
     about = [result.enrolled, result.compared, result.fingers, *stages]
     listed = result.candidate_dicts(probe.entries)
     for candidate in listed:

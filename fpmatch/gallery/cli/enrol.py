@@ -203,7 +203,7 @@ def enrol(
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
         near = engine if scheduler is None else None  # workers elsewhere see none of the files
-        bars = ProgressBars({"enrol": "enrolling", "prepare": "indexing prints"})
+        bars = ProgressBars({"enrol": "enrolling"})
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
         reader = folder_reader(
             prints,

@@ -155,8 +155,9 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     stages = {"read": "reading entries", "check": "comparing"}
     faults: list[str] = []
     with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
-        if subject is None:
-            opened.check_whole(faults.append)
+        if subject is None and (fault := opened.structure_fault()):
+            lost = "entries may be missing, or under other names; restore a copy"
+            faults.append(f"{opened.name}: the database is damaged ({fault}): {lost}")
         damaged = find_damaged(opened, subject=subject, progress=bars.show)
         wanted = None
         if subject is not None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import asdict
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.command import Group
-from fpmatch.cli.notes import say_note, show_line
 from fpmatch.cli.notes import show as print_text
+from fpmatch.cli.notes import show_line
 from fpmatch.cli.options import json_array_option, json_option
 from fpmatch.gallery.cli.notes import json_lines
 from fpmatch.printable import count, json_text, printable
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.store.audit_chain import AuditState
 
 _HASH_DIGITS: Final = 64
-_TIMES: Final = click.DateTime(["%Y-%m-%d", "%Y-%m-%dT%H:%M", "%Y-%m-%dT%H:%M:%S"])
 
 
 def _expected(
@@ -68,16 +66,11 @@ _PLACE: Final = click.argument("place", metavar="GALLERY|LOG")
 @audit.command(
     epilog="""\b
 Examples:
-  fpmatch gallery audit show prints.db --action remove --since 2026-11-01
-  fpmatch gallery audit show audit.jsonl --client ada --json
+  fpmatch gallery audit show prints.db
+  fpmatch gallery audit show audit.jsonl --json | jq '.[] | select(.action == "remove")'
 """
 )
 @_PLACE
-@click.option("--action", metavar="NAME", help="Print events of this action only, as enrol.")
-@click.option("--client", metavar="NAME", help="Print events of this client only.")
-@click.option("--subject", metavar="NAME", help="Print events that name this subject only.")
-@click.option("--since", metavar="TIME", type=_TIMES, help="Print events from this time on, UTC.")
-@click.option("--until", metavar="TIME", type=_TIMES, help="Print events before this time, UTC.")
 @click.option(
     "--lines",
     is_flag=True,
@@ -85,14 +78,16 @@ Examples:
     help="Print the lines as they are stored: a file of them can be kept elsewhere and verified.",
 )
 @json_array_option
-def show(place: str, lines: bool, as_json: bool, **wanted: Any) -> None:
+def show(place: str, lines: bool, as_json: bool) -> None:
     """Print the events in the audit of a GALLERY, or in a LOG."""
+    from fpmatch.gallery.store.audit_chain import follow_chain
+
     with _opened(place) as gallery:
         if lines:
             for line in _lines(place, gallery):
                 show_line(line.decode("ascii", "backslashreplace").removesuffix("\n"))
             return
-        events = (event for event in _events(place, gallery) if _is_wanted(event, **wanted))
+        events = (event for _, _, event in follow_chain(_lines(place, gallery), place))
         for text in json_lines(events) if as_json else map(_as_text, events):
             print_text(text)
 
@@ -122,7 +117,11 @@ gallery was changed without an event.
 def verify(place: str, expect: tuple[int, str] | None, as_json: bool) -> None:
     """Check all lines of the audit of a GALLERY, or of a LOG; print their number and last hash."""
     with _opened(place) as gallery:
-        _say_state(_check(place, gallery, expect), as_json=as_json)
+        state = _check(place, gallery, expect)
+    if as_json:
+        print_text(json_text(asdict(state)))
+    else:
+        show_line(f"{count(state.events, 'event')}, last hash {state.last}")
 
 
 @audit.command(
@@ -159,14 +158,14 @@ def _opened(place: str) -> AbstractContextManager[Gallery | None]:
 
 def _lines(place: str, gallery: Gallery | None) -> Iterator[bytes]:
     from fpmatch.gallery.store.audit import audit_lines
-    from fpmatch.gallery.store.audit_log import log_lines
+    from fpmatch.gallery.store.audit_chain import log_lines
 
     return log_lines(place) if gallery is None else audit_lines(gallery)
 
 
 def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) -> AuditState:
     from fpmatch.gallery.store.audit import check_audit
-    from fpmatch.gallery.store.audit_log import check_audit_log
+    from fpmatch.gallery.store.audit_chain import check_audit_log
 
     if gallery is None:
         return check_audit_log(place, expect=expect)
@@ -175,59 +174,8 @@ def _check(place: str, gallery: Gallery | None, expect: tuple[int, str] | None) 
     return state
 
 
-def _events(place: str, gallery: Gallery | None) -> Iterator[dict[str, Any]]:
-    from fpmatch.gallery.store.audit_chain import follow_chain
-
-    for _, _, event in follow_chain(_lines(place, gallery), place):
-        if event is not None:
-            yield event
-
-
-def _is_wanted(
-    event: dict[str, Any],
-    *,
-    action: str | None,
-    client: str | None,
-    subject: str | None,
-    since: datetime | None,
-    until: datetime | None,
-) -> bool:
-    if action is not None and event.get("action") != action:
-        return False
-    if client is not None and str(event.get("client")).partition(" (")[0] != client:
-        return False
-    if subject is not None and subject not in _subjects(event):
-        return False
-    if since is None and until is None:
-        return True
-    try:
-        time = datetime.fromisoformat(str(event.get("time")))
-    except ValueError:
-        return False
-    after = since is None or time >= since.replace(tzinfo=UTC)
-    return after and (until is None or time < until.replace(tzinfo=UTC))
-
-
-def _subjects(event: dict[str, Any]) -> Iterator[object]:
-    """Yield the subjects that an event names."""
-    yield event.get("subject")
-    entries = event.get("entries")
-    for entry in entries if isinstance(entries, list) else []:
-        if isinstance(entry, dict):
-            yield entry.get("subject")
-
-
 def _as_text(event: dict[str, Any]) -> str:
     known = ("time", "client", "action")
     time, client, action = (printable(event.get(key, "-")) for key in known)
     details = {k: v for k, v in event.items() if k not in {*known, "previous", "state"}}
     return f"{time}  {client}  {action}  {json_text(details, indent=None)}"
-
-
-def _say_state(state: AuditState, *, as_json: bool) -> None:
-    for number in state.incomplete:
-        say_note(f"line {number} is incomplete: the program that wrote it was stopped")
-    if as_json:
-        print_text(json_text(asdict(state)))
-    else:
-        show_line(f"{count(state.events, 'event')}, last hash {state.last}")

@@ -22,7 +22,6 @@ from fpmatch.gallery.cli.options import (
     FROM_1,
     check_where,
     key_option,
-    loss_option,
     scheduler_option,
 )
 
@@ -36,8 +35,8 @@ if TYPE_CHECKING:
 @click.command(
     cls=Command,
     details="""
-The prints of GALLERY are prepared by the first search, and by the first one after a change. A
-manifest of probes is as for fpmatch enrol.
+The index of a large GALLERY is made by the first search, and extended by the first one after a
+change. A manifest of probes is as for fpmatch enrol.
 
 \b
 Columns:
@@ -57,8 +56,7 @@ More examples:
   fpmatch identify prints.db - < probe.tif
   fpmatch identify prints.db probe.tif --all
   fpmatch identify prints.db probe.tif --impressions
-  fpmatch identify nation.db probe.tif --loss 0.1%
-  fpmatch identify touches.db probe.tif --consolidate
+  fpmatch identify nation.db probe.tif --effort 4
   fpmatch identify people.db left.png --with right.png --finger left-index --finger right-index
 
 \b
@@ -100,8 +98,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     metavar="SCORE",
     default=0.0,
     show_default=False,
-    help="Omit candidates with a lower score, 0 to 100 (a large gallery is searched faster then);"
-    " this command ranks and does not decide.",
+    help="Omit candidates with a lower score, 0 to 100; this command ranks and does not decide.",
 )
 @click.option(
     "--by-chance",
@@ -133,13 +130,6 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="List all impressions, each with its own score, instead of fingers, with the score of all "
     "their impressions together.",
 )
-@click.option(
-    "--consolidate",
-    is_flag=True,
-    hidden=True,
-    help="Compare each candidate also with the consolidated template of its impressions, and rank "
-    "the candidates again.",
-)
 @file_option(
     "--with",
     "others",
@@ -166,10 +156,14 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     hidden=True,
     help="Score as fitted by fpmatch calibrate to prints of your own.",
 )
-@loss_option(
-    help="Share of the matching prints, of those that comparing all would find, that the index of "
-    "more than 20,000 prints may miss, as 0.1%. With less, more prints are compared, with 0 all. A "
-    "search ends early with a clear match; with --impressions it looks for all.",
+@click.option(
+    "--effort",
+    type=click.Choice(["1", "2", "4"]),
+    default="1",
+    callback=lambda ctx, param, value: int(value),
+    hidden=True,
+    help="How many prints of a gallery of more than 2,000 are compared: the more, the fewer "
+    "matching ones are missed.",
 )
 @json_option
 @click.option(
@@ -193,7 +187,6 @@ def identify(
     calibration: Path | None,
     all_fingers: bool,
     impressions: bool,
-    consolidate: bool,
     others: tuple[Path, ...],
     positions: tuple[str, ...],
     as_json: bool,
@@ -213,8 +206,6 @@ def identify(
     from fpmatch.matching.registry import matcher_name, states_rho
     from fpmatch.prints.reading import PrintReader
 
-    if impressions and consolidate:
-        raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     if states_rho(matcher):
         raise click.UsageError("rho decides on two prints: searches go by scores")
     curve = load_calibration(matcher_name(matcher), calibration)
@@ -224,7 +215,6 @@ def identify(
     check_where(workers, scheduler)
     options = SearchOptions(
         listed="impressions" if impressions else "fingers" if all_fingers else "subjects",
-        consolidate=consolidate,
         calibration=curve,
         **limits,
     )
@@ -242,10 +232,11 @@ def identify(
         say_slow_kernels()
         return runs.identify_to_file(run, output)
     if others or positions:
-        if options.listed != "subjects" or consolidate or options.transforms:
+        if options.listed != "subjects" or options.transforms:
             raise click.UsageError(
-                "--with lists subjects: it excludes --all, --impressions, --consolidate and "
-                "--transform"
+                "--with lists subjects: it excludes --all, --impressions and --transform"
             )
+        if scheduler is not None:
+            raise click.UsageError("--with searches on this machine: it excludes --scheduler")
         return runs.identify_by_fingers(run, find_prints(others, dpi), positions)
     return runs.identify_one_by_one(run)

@@ -87,7 +87,6 @@ class Run:
             engine=self.engine(),
             progress=bars.show,
             note=say_note,
-            loss=self.options.loss,
         )
 
     def about(self, gallery: Gallery, search: Search) -> dict[str, Any]:
@@ -146,7 +145,7 @@ def identify_one_by_one(run: Run) -> int:
             **run.about(gallery, search),
             "compared": first.compared,
             "fingers": first.fingers,
-            "loss": first.loss,
+            "effort": first.effort,
             "listed": run.options.listed,
             "probes": [answer.as_dict() for answer in answers],
             "failures": list(map(str, failures)),
@@ -158,13 +157,9 @@ def identify_one_by_one(run: Run) -> int:
 def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | FpmatchError]:
     """Yield the outcome for each probe, searched for by threads, or why it cannot be read."""
     from fpmatch.gallery.listing.prints import folder_reader, read_one_print
-    from fpmatch.gallery.search.consolidated import ConsolidatedFingers
     from fpmatch.gallery.search.entries import identify_given
     from fpmatch.matching.result import named
 
-    options, consolidated = run.options, None
-    if options.consolidate:
-        consolidated = ConsolidatedFingers(gallery, search, options.calibration)
     reader = folder_reader(run.files, **run.reading)
     for file in run.files:
         try:
@@ -173,9 +168,10 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
             yield error
             continue
         start = time.perf_counter()
-        how: dict[str, Any] = {"consolidated": consolidated, "workers": run.workers}
         try:
-            probe, result, entries = identify_given(gallery, search, given, options, **how)
+            probe, result, entries = identify_given(
+                gallery, search, given, run.options, workers=run.workers
+            )
         except MatcherError as error:
             raise named(error, file.path) from error
         seconds = time.perf_counter() - start
@@ -222,7 +218,6 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequen
             [one.template for one in extracted],
             options=run.options,
             positions=positions,
-            engine=None if run.scheduler is None else run.engine(),
             workers=run.workers,
         )
         seconds = time.perf_counter() - start
@@ -234,7 +229,7 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequen
         **run.about(gallery, search),
         "compared": result.compared,
         "subjects": result.subjects,
-        "loss": result.loss,
+        "effort": result.effort,
         "passed_on": list(result.passed_on),
         "probes": names,
         "fingers": list(positions),

@@ -73,10 +73,10 @@ def _as_text(
     of_all = f" of {result.enrolled}" if result.preselected else ""
     compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
     stages = ""
-    if result.loss is not None:
-        passed = zip(result.passed_on, ("index", "descriptors", "ridges"), strict=True)
+    if result.effort is not None:
+        passed = zip(result.passed_on, ("index", "descriptors"), strict=True)
         numbers = ", ".join(f"{prints:,} by {stage}" for prints, stage in passed)
-        stages = f" (loss {100 * result.loss:g}%: {numbers})"
+        stages = f" (effort {result.effort}: {numbers})"
     head = f"{' with '.join(map(printable, probes))}: {compared} in {seconds:.2f} s{stages}"
     if not lines:
         return f"{head}, no candidate"

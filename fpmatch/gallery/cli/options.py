@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from functools import partial
 from typing import Final
 
@@ -11,13 +10,6 @@ import click
 
 FROM_0: Final = click.IntRange(min=0)
 FROM_1: Final = click.IntRange(min=1)
-
-
-def _loss(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """Return the share that an option means, which is in percent."""
-    if re.fullmatch(r"[0-9]{1,2}(\.[0-9]{1,6})? ?%?", value) is None:
-        raise click.BadParameter(f"{value!r} is not a percentage from 0 to under 100")
-    return float(value.strip(" %")) / 100
 
 
 def _use_key(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
@@ -61,15 +53,6 @@ by_folder_option: Final = click.option(
     hidden=True,
     help="The folders in DIR are fingers, or subjects whose folders are fingers.  [default: where "
     "DIR has no prints itself]",
-)
-loss_option: Final = partial(
-    click.option,
-    "--loss",
-    metavar="PERCENT",
-    callback=_loss,
-    default="1%",
-    show_default=True,
-    hidden=True,
 )
 workers_option: Final = click.option(
     "--workers", type=FROM_1, help="Processes to use.  [default: all cores]"

@@ -12,7 +12,7 @@ from cython.cimports.libc.math import atan2, floor, log1p, sqrt
 
 FULL_TURN = cython.declare(cython.double, 6.283185307179586)
 # A length has an error of LENGTH_ERROR_PX, and GROWTH of itself more; its cells are as wide as 2.5
-# of these errors. `numpy_forms` has the same numbers.
+# of these errors. `terms` has the same numbers.
 LENGTH_ERROR_PX = cython.declare(cython.double, 2.5)
 GROWTH = cython.declare(cython.double, 0.03)
 WIDTH = cython.declare(cython.double, 2.5)
@@ -103,10 +103,3 @@ def sector(angle, count):
     share -= floor(share)
     bin_: cython.int = int(share * count)
     return bin_ if bin_ < count else count - 1
-
-
-if not cython.compiled:
-    from fpmatch.gallery.index import numpy_forms
-
-    describe_edges = numpy_forms.describe_edges
-    measure_curvatures = numpy_forms.measure_curvatures

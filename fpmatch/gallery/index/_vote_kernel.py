@@ -9,22 +9,20 @@ added up although they lie in two cells.
 """
 
 import cython
-
-if cython.compiled:
-    from cython.cimports.fpmatch.gallery.index._vote_cells import (
-        AHEAD,
-        CELLS,
-        MOST,
-        MOST_VOTES,
-        PRINT_BITS,
-        PRINTS,
-        PRODUCT_BITS,
-        TURN,
-        WORDS,
-        most_votes,
-        prefetch,
-    )
-    from cython.cimports.libc.string import memset
+from cython.cimports.fpmatch.gallery.index._vote_cells import (
+    AHEAD,
+    CELLS,
+    MOST,
+    MOST_VOTES,
+    PRINT_BITS,
+    PRINTS,
+    PRODUCT_BITS,
+    TURN,
+    WORDS,
+    most_votes,
+    prefetch,
+)
+from cython.cimports.libc.string import memset
 
 
 def count_votes(start, posting, term, weight, reading, shift, factor, cursor, table, votes):
@@ -107,11 +105,3 @@ def lists_ascend(start, posting, prints):
                 return False
             before = p
     return True
-
-
-if not cython.compiled:
-    from fpmatch.gallery.index import numpy_forms
-
-    add_similarity = numpy_forms.add_similarity
-    count_votes = numpy_forms.count_votes
-    lists_ascend = numpy_forms.lists_ascend

@@ -2,8 +2,7 @@
 
 A killed process leaves the list of before or the one of after; segments that are not on it are
 deleted by the next one that writes. Both are files of arrays (see
-`fpmatch.gallery.store.array_file`), whose checksums are checked when they are read: the list when a
-gallery is opened, a segment when it is used first.
+`fpmatch.gallery.store.array_file`), whose checksums are checked when they are read.
 """
 
 from __future__ import annotations
@@ -16,31 +15,34 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.base.folders import make_folder, remove_unfinished
+from fpmatch.base.folders import remove_unfinished
 from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.index.print_segment import COLUMNS, MOST_PRINTS, PrintSegment, parameters
+from fpmatch.gallery.index.segment import COLUMNS, MOST_PRINTS, Segment, parameters
 from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
-from fpmatch.gallery.store.history import Revision
-from fpmatch.gallery.store.kept_files import INDEX, SEGMENT, STALE_S, seal_of, unseal_of
+from fpmatch.gallery.store.kept_files import (
+    INDEX,
+    SEGMENT,
+    STALE_S,
+    kept_folders,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Callable, Collection
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.gallery.store.sealing import Sealing
 
 NAME_BYTES: Final = 8
 MOST_STATE: Final = 200  # bytes of the state of a gallery
 LIST_COLUMNS: Final = {
     "state": Column("|u1", ("state",)),
-    "revision": Column("<i8", (2,)),
+    "last": Column("<i8", (1,)),
     "name": Column("|u1", ("segment", NAME_BYTES)),
     "prints": Column("<i8", ("segment", 3)),
-    "removed": Column("<i8", ("removed",)),
-    "renumbered": Column("<i8", ("renumbered", 2)),
     "damaged": Column("<i8", ("damaged",)),
 }
 
@@ -58,21 +60,25 @@ class Listed:
     first: int
     last: int
 
+    @classmethod
+    def of(cls, segment: Segment) -> Listed:
+        """Return how a new segment, which is not empty, is listed."""
+        first, last = segment.number[[0, -1]].tolist()
+        return cls(secrets.token_hex(NAME_BYTES), len(segment), first, last)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IndexList:
-    """The parts of an index: its segments, and the changes since they were written.
+    """The segments of an index, whose ranges of numbers ascend.
 
-    All entries of the gallery at `revision` are in the `segments`, but those that are `damaged`;
-    some of the prints in these have been `removed`. Fingers are numbered by their first entries:
-    where that was removed, `renumbered` has the number in a segment, and the present one. Numbers
-    ascend.
+    All entries of numbers up to `last` are in them that the gallery had in its `state`, but those
+    that are `damaged`, which ascend; some may have been removed before. `state` is "" where it is
+    not known.
     """
 
-    revision: Revision
-    segments: tuple[Listed, ...]
-    removed: NDArray[np.int64] = field(default_factory=_no_numbers)
-    renumbered: NDArray[np.int64] = field(default_factory=lambda: _no_numbers().reshape(0, 2))
+    state: str = ""
+    last: int = 0
+    segments: tuple[Listed, ...] = ()
     damaged: NDArray[np.int64] = field(default_factory=_no_numbers)
 
 
@@ -88,57 +94,47 @@ class IndexFolder:
         """Return the list; raise FpmatchError with the codes of `read_arrays`."""
         path = self._list
         about = self._about(path)
-        arrays = read_arrays(path, LIST_COLUMNS, about, unseal=unseal_of(self.sealing))
+        arrays = read_arrays(path, LIST_COLUMNS, about, unseal=self._unseal)
         try:
             return _as_list(arrays)
         except ValueError as error:  # of bytes that are no text, too
             raise FpmatchError("damaged", path=path, code="damaged") from error
 
     def write_list(self, listed: IndexList) -> None:
-        """Replace the list; raise OutputError if that is impossible."""
-        revision, segments = listed.revision, listed.segments
+        """Replace the list, and delete other segments; raise OutputError if that is impossible."""
+        segments = listed.segments
+        names = [list(bytes.fromhex(one.name)) for one in segments]
+        prints = [(one.prints, one.first, one.last) for one in segments]
         arrays = {
-            "state": np.frombuffer(revision.state.encode(), np.uint8),
-            "revision": np.array([revision.last, revision.removals]),
-            "name": np.array([list(bytes.fromhex(one.name)) for one in segments], np.uint8),
-            "prints": np.array([(one.prints, one.first, one.last) for one in segments], np.int64),
-            "removed": listed.removed,
-            "renumbered": listed.renumbered,
+            "state": np.frombuffer(listed.state.encode(), np.uint8),
+            "last": np.array([listed.last]),
+            "name": np.array(names, np.uint8).reshape(-1, NAME_BYTES),
+            "prints": np.array(prints, np.int64).reshape(-1, 3),
             "damaged": listed.damaged,
         }
-        arrays["name"] = arrays["name"].reshape(-1, NAME_BYTES)
-        arrays["prints"] = arrays["prints"].reshape(-1, 3)
         self._write(self._list, arrays, LIST_COLUMNS)
+        self.delete_others(segments)
 
-    def read_segment(self, listed: Listed) -> PrintSegment:
+    def read_segment(self, listed: Listed) -> Segment:
         """Return a segment, mapped; raise FpmatchError with the codes of `read_arrays`."""
         path = self._segment(listed.name)
-        arrays = read_arrays(path, COLUMNS, self._about(path), unseal=unseal_of(self.sealing))
+        arrays = read_arrays(path, COLUMNS, self._about(path), unseal=self._unseal)
         try:
-            segment = PrintSegment.of_arrays(arrays)
+            segment = Segment.of_arrays(arrays)
         except FpmatchError as error:
             raise FpmatchError("damaged", path=path, code="damaged") from error
-        numbers = segment.numbers
-        if (len(segment), *numbers[[0, -1]]) != (listed.prints, listed.first, listed.last):
+        if (len(segment), *segment.number[[0, -1]]) != (listed.prints, listed.first, listed.last):
             raise FpmatchError("another segment", path=path, code="other")
         return segment
 
-    def write_segment(self, segment: PrintSegment) -> Listed:
-        """Write a segment that is not empty; raise OutputError if that is impossible."""
-        make_folder(self.path, narrow=True)
-        name = secrets.token_hex(NAME_BYTES)
-        self._write(self._segment(name), segment.arrays(), COLUMNS)
-        return listed_as(segment, name)
+    def write_segment(self, listed: Listed, segment: Segment) -> None:
+        """Write a segment; raise OutputError if that is impossible."""
+        self._write(self._segment(listed.name), segment.arrays(), COLUMNS)
 
-    def names(self) -> set[str]:
-        """Return the names of the segments that are in the folder."""
-        before = len(self.matcher) + 1
-        paths = self.path.glob(self._segment("*").name)
-        return {path.name[before : -len(SEGMENT)] for path in paths}
-
-    def delete_list(self) -> None:
-        """Delete the list; raise FpmatchError if that is impossible."""
+    def delete(self) -> None:
+        """Delete the index; raise FpmatchError if that is impossible."""
         _delete(self._list, strict=True)
+        self.delete_others((), strict=True)
 
     def delete_others(self, kept: Collection[Listed], *, strict: bool = False) -> None:
         """Delete all segments but those that are kept, and old unfinished files.
@@ -147,8 +143,10 @@ class IndexFolder:
         """
         with suppress(OSError):
             remove_unfinished(self.path, older_than_s=STALE_S)
-        for name in self.names() - {one.name for one in kept}:
-            _delete(self._segment(name), strict=strict)
+        names = {self._segment(one.name).name for one in kept}
+        for path in self.path.glob(self._segment("*").name):
+            if path.name not in names:
+                _delete(path, strict=strict)
 
     @property
     def _list(self) -> Path:
@@ -163,7 +161,20 @@ class IndexFolder:
     def _write(
         self, path: Path, arrays: dict[str, NDArray[Any]], columns: dict[str, Column]
     ) -> None:
-        write_arrays(path, arrays, columns, self._about(path), seal=seal_of(self.sealing))
+        sealing = self.sealing
+        seal = sealing.seal_file if sealing is not None and sealing.encrypts else None
+        write_arrays(path, arrays, columns, self._about(path), seal=seal)
+
+    @property
+    def _unseal(self) -> Callable[[bytes], bytes] | None:
+        sealing = self.sealing
+        return sealing.unseal_file if sealing is not None and sealing.encrypts else None
+
+
+def index_folders(gallery: GalleryReader, matcher: str) -> list[IndexFolder]:
+    """Return the folders in which an index of a gallery may be, the preferred one first."""
+    sealing = gallery.sealing()
+    return [IndexFolder(path, matcher, sealing) for path in kept_folders(gallery)]
 
 
 def _delete(path: Path, *, strict: bool) -> None:
@@ -174,32 +185,24 @@ def _delete(path: Path, *, strict: bool) -> None:
             raise FpmatchError(f"{path.name}: cannot be deleted: {reason(error)}") from error
 
 
-def listed_as(segment: PrintSegment, name: str = "") -> Listed:
-    """Return how a segment is listed."""
-    return Listed(name, len(segment), int(segment.numbers[0]), int(segment.numbers[-1]))
-
-
 def _as_list(arrays: dict[str, NDArray[Any]]) -> IndexList:
     """Return the list in the arrays of a file; ValueError if it is not one that was written."""
     state = arrays["state"].tobytes()
-    last, removals = arrays["revision"].tolist()
+    (last,) = arrays["last"].tolist()
     rows = arrays["prints"].tolist()
     names = [name.tobytes().hex() for name in arrays["name"]]
-    if len(state) > MOST_STATE or last < 0 or removals < -1 or len(set(names)) < len(names):
+    if len(state) > MOST_STATE or last < 0 or len({*names}) < len(names):
         raise ValueError("no list of segments")
     before = 0
     for prints, first, end in rows:
         if not (0 < prints <= MOST_PRINTS and before < first <= end):
             raise ValueError("impossible segments")
         before = end
-    if any((np.diff(arrays[name]) <= 0).any() for name in ("removed", "damaged")):
+    if before > last or (np.diff(arrays["damaged"]) <= 0).any():
         raise ValueError("numbers that do not ascend")
-    if len(arrays["removed"]) > sum(row[0] for row in rows):
-        raise ValueError("more removed prints than prints")
-    if (np.diff(arrays["renumbered"]) <= 0).any():
-        raise ValueError("a finger with a lower number than before")
     return IndexList(
-        Revision(state.decode(), last, removals),
+        state.decode(),
+        last,
         tuple(Listed(name, *row) for name, row in zip(names, rows, strict=True)),
-        *(arrays[name] for name in ("removed", "renumbered", "damaged")),
+        arrays["damaged"],
     )

@@ -1,7 +1,8 @@
-"""A segment of an index: inverted lists and embeddings of up to 65,536 prints, in flat arrays.
+"""A segment of an index: what a search needs of some prints, in flat arrays.
 
-Once made, a segment is not changed. Its arrays may be mapped from a file (see
-`fpmatch.gallery.store.array_file`), which is a cache: it can be made again from the templates.
+These are inverted lists, embeddings and bit descriptors. Once made, a segment is not changed. Its
+arrays may be mapped from a file (see `fpmatch.gallery.store.array_file`), which is a cache: it can
+be made again from the templates.
 """
 
 from __future__ import annotations
@@ -14,19 +15,24 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
-from fpmatch.gallery.index.embedding import LENGTH, embeddings
-from fpmatch.gallery.index.model import CURVATURES, TERMS
+from fpmatch.gallery.index.descriptors import StoredDescriptors
+from fpmatch.gallery.index.embedding import LENGTH, NETWORK_SHA256, embeddings
+from fpmatch.gallery.index.model import CURVATURES, TERMS, index_model
+from fpmatch.gallery.index.prints.print_arrays import PRINT
 from fpmatch.gallery.index.terms import print_terms
 from fpmatch.gallery.store.array_file import Column
+from fpmatch.matching.parameters import USUAL
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.gallery.index.terms import ProbeTerms
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
+MOST_PRINTS: Final = 4096
+"""Prints of a segment of a gallery: a removal writes the whole segment anew."""
 MAX_PRINTS: Final = 1 << 16  # that 16 bits can number
 MAX_POSTINGS: Final = 1 << 31
 TABLE: Final = 4096 * 64  # words of the kernel's table
@@ -38,14 +44,11 @@ SIZE_OFFSET: Final = 4
 SIZE_SCALE: Final = 2048
 _SIZES: Final = np.arange(256)
 _FACTOR: Final = np.rint(SIZE_SCALE / np.sqrt(_SIZES + SIZE_OFFSET)).astype(np.uint16)
-
-# dimensions: one entry a print; one a term, and one more; one an edge of all prints
-PRINT: Final = "print"
-POSTING: Final = "posting"
+_DAMAGED: Final = MatcherError("damaged", code="damaged")
 
 
-def _of(dtype: str, what: str | int) -> dict[str, Column]:
-    return {"column": Column(dtype, (what,))}
+def _of(dtype: str, *shape: str | int) -> dict[str, Column]:
+    return {"column": Column(dtype, shape)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,48 +61,35 @@ class Segment:
     """
 
     number: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry, ascending
-    finger: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # the least number of a finger
+    digest: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry
     size: NDArray[np.uint8] = field(metadata=_of("|u1", PRINT))  # minutiae, 255 at most
     term_start: NDArray[np.uint32] = field(metadata=_of("<u4", TERMS + 1))
-    posting: NDArray[np.uint32] = field(metadata=_of("<u4", POSTING))
-    embedding: NDArray[np.int8] = field(metadata={"column": Column("|i1", (PRINT, LENGTH))})
+    posting: NDArray[np.uint32] = field(metadata=_of("<u4", "posting"))
+    embedding: NDArray[np.int8] = field(metadata=_of("|i1", PRINT, LENGTH))
+    descriptors: StoredDescriptors
 
     @classmethod
     def build(
-        cls,
-        numbers: NDArray[np.int64],
-        fingers: NDArray[np.int64],
-        prints: Iterable[PreparedTemplate],
+        cls, numbers: Sequence[int], digests: Sequence[int], prints: Sequence[PreparedTemplate]
     ) -> Segment:
-        """Return the segment of prints with these numbers, ascending, of their entries.
+        """Return the segment of prints with numbers, ascending, and digests of their entries.
 
-        Raises MatcherError if there are more than 65,536 prints, or another number of them than of
-        numbers, or these do not ascend.
+        Raises MatcherError if there are more than 65,536 prints, or the numbers do not ascend.
         """
-        numbers, fingers = np.array(numbers, np.int64), np.array(fingers, np.int64)
-        sizes: list[int] = []
-        terms: list[NDArray[np.uint16]] = []
-        poses: list[NDArray[np.uint16]] = []
-        given = list(prints)
-        for print_ in given:
-            term, pose = print_terms(print_)
-            sizes.append(min(len(print_), len(_SIZES) - 1))
-            terms.append(term)
-            poses.append(pose)
-        if not len(numbers) == len(fingers) == len(sizes) <= MAX_PRINTS:
-            raise MatcherError(
-                f"{len(numbers)} numbers of {len(sizes)} prints; a segment has up to {MAX_PRINTS}"
-            )
-        if (np.diff(numbers) <= 0).any():
-            raise MatcherError("the numbers of a segment's prints do not ascend")
-        of = np.repeat(np.arange(len(terms), dtype=np.uint32), [len(t) for t in terms])
-        posting = of << np.uint32(_NUMBER_BITS) | np.concatenate([*poses, np.empty(0, np.uint16)])
-        lists = _by_term(terms, [posting])
-        return cls(numbers, fingers, np.array(sizes, np.uint8), *lists, embeddings(given))
+        given = np.array(numbers, np.int64)
+        if len(given) > MAX_PRINTS or (np.diff(given) <= 0).any():
+            raise MatcherError(f"a segment has up to {MAX_PRINTS} prints, of ascending numbers")
+        edges = [print_terms(print_) for print_ in prints]
+        of = np.repeat(np.arange(len(edges), dtype=np.uint32), [len(term) for term, _ in edges])
+        pose = np.concatenate([*(pose for _, pose in edges), np.empty(0, np.uint16)])
+        lists = _by_term([term for term, _ in edges], [of << np.uint32(_NUMBER_BITS) | pose])
+        sizes = np.minimum([len(print_) for print_ in prints], len(_SIZES) - 1).astype(np.uint8)
+        own = given, np.array(digests, np.int64), sizes
+        return cls(*own, *lists, embeddings(prints), StoredDescriptors.pack(prints))
 
     @classmethod
     def concatenate(cls, parts: Sequence[Segment]) -> Segment:
-        """Return the segment of the prints of all `parts`, whose numbers ascend.
+        """Return the segment of the prints of all `parts`, one at least, whose numbers ascend.
 
         Raises MatcherError if there are more than 65,536 prints.
         """
@@ -111,13 +101,12 @@ class Segment:
             part.posting + np.uint32(k << _NUMBER_BITS)
             for part, k in zip(parts, first.tolist(), strict=False)
         ]
-        number, finger, size = (
-            np.concatenate([*(getattr(part, name) for part in parts), np.empty(0, dtype)])
-            for name, dtype in (("number", np.int64), ("finger", np.int64), ("size", np.uint8))
+        number, digest, size, embedding = (
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("number", "digest", "size", "embedding")
         )
-        none = np.empty((0, LENGTH), np.int8)
-        embedding = np.concatenate([*(part.embedding for part in parts), none])
-        return cls(number, finger, size, *_by_term(term, moved), embedding)
+        descriptors = StoredDescriptors.concatenate([part.descriptors for part in parts])
+        return cls(number, digest, size, *_by_term(term, moved), embedding, descriptors)
 
     def take(self, which: NDArray[np.integer]) -> Segment:
         """Return a copy of the prints with the places `which`, ascending."""
@@ -130,30 +119,26 @@ class Segment:
         posting = self.posting[kept]
         now = place[posting >> np.uint32(_NUMBER_BITS)]
         posting = now << np.uint32(_NUMBER_BITS) | posting & np.uint32(_POSE)
-        own = self.number[which], self.finger[which], self.size[which]
-        return Segment(*own, start, posting, self.embedding[which])
+        own = self.number[which], self.digest[which], self.size[which]
+        return Segment(*own, start, posting, self.embedding[which], self.descriptors.take(which))
 
     def __len__(self) -> int:
         return len(self.number)
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all arrays."""
-        return sum(array.nbytes for array in self.arrays().values())
-
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Segment:
-        """Return the segment of the arrays, among others, that are those of `COLUMNS`.
+        """Return the segment of the arrays of a file.
 
         Raises MatcherError if a number would lead out of an array, or of what `build` makes.
         """
         if not _is_sound(arrays):
-            raise MatcherError("damaged", code="damaged")
-        return cls(**{name: arrays[name] for name in COLUMNS})
+            raise _DAMAGED
+        own = {name: arrays[name] for name in OWN_COLUMNS}
+        return cls(**own, descriptors=StoredDescriptors.of_arrays(arrays))
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name."""
-        return {name: getattr(self, name) for name in COLUMNS}
+        return {name: getattr(self, name) for name in OWN_COLUMNS} | self.descriptors.arrays()
 
     @cached_property
     def unknown_curvatures(self) -> int:
@@ -180,7 +165,28 @@ class Segment:
         return counted
 
 
-COLUMNS: Final[dict[str, Column]] = {f.name: f.metadata["column"] for f in fields(Segment)}
+OWN_COLUMNS: Final[dict[str, Column]] = {
+    f.name: f.metadata["column"] for f in fields(Segment) if f.metadata
+}
+COLUMNS: Final = OWN_COLUMNS | StoredDescriptors.columns()
+"""The arrays of a file."""
+
+
+def parameters() -> str:
+    """Return the parameters on which the contents of the arrays depend."""
+    return f"{USUAL!r}; {TERMS} terms; network {NETWORK_SHA256[:16]}"
+
+
+def unoriented_share(segments: Sequence[Segment]) -> float:
+    """Return about which share of the prints have no ridge orientation, in quarters.
+
+    Where they have one, it is still not known across some edges at the border of the print.
+    """
+    postings = sum(len(segment.posting) for segment in segments)
+    unknown = sum(segment.unknown_curvatures for segment in segments) / max(postings, 1)
+    expected = float(index_model().directions[..., -1].sum())
+    share = (unknown - expected) / (1.0 - expected) if expected < 1.0 else 0.0
+    return round(4 * max(share, 0.0)) / 4
 
 
 def _by_term(
@@ -198,16 +204,12 @@ def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
     """Return whether every number in the arrays of a segment leads to where there is something."""
     number, start, posting = (arrays[name] for name in ("number", "term_start", "posting"))
     prints = len(number)
-    if {len(arrays[name]) for name in ("finger", "size", "embedding")} != {prints}:
+    if {len(arrays[name]) for name in ("digest", "size", "embedding", "has_flow")} != {prints}:
         return False
-    if prints > MAX_PRINTS:
+    if not 0 < prints <= MAX_PRINTS:
         return False
     if len(start) != TERMS + 1 or start[0] or start[-1] != len(posting):
         return False
     if len(posting) >= MAX_POSTINGS or (start[1:] < start[:-1]).any():
         return False
-    return bool(
-        (number[1:] > number[:-1]).all()
-        and (arrays["finger"] <= number).all()
-        and lists_ascend(start, posting, prints)
-    )
+    return bool((number[1:] > number[:-1]).all() and lists_ascend(start, posting, prints))

@@ -25,16 +25,6 @@ import numpy as np
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
 from fpmatch.gallery.index.embedding import embeddings
 from fpmatch.gallery.index.model import CURVATURES, LEAST_SHARE, LENGTHS, SECTORS, index_model
-from fpmatch.gallery.index.numpy_forms import (
-    GROWTH,
-    LENGTH_ERROR_PX,
-    PER_PX,
-    PLACES,
-    ROTATIONS,
-    TURN,
-    UNKNOWN,
-    WIDTH,
-)
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 
@@ -43,6 +33,16 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.index.model import IndexModel
     from fpmatch.matching.prints.prepared import PreparedTemplate
+
+TURN: Final = 2 * np.pi
+# The numbers of `_term_kernel`.
+LENGTH_ERROR_PX: Final = 2.5
+GROWTH: Final = 0.03  # of the error, by the length
+WIDTH: Final = 2.5  # of a cell of length, in errors
+UNKNOWN: Final = 4.0  # greater than any curvature
+ROTATIONS: Final = 64  # steps of an edge's own direction
+PLACES: Final = 32  # steps of a place along x and y, after which they repeat
+PER_PX: Final = 0.125  # steps of a place
 
 ANGLE_ERROR: Final = np.radians(7.0)  # of a direction relative to an edge
 CURVATURE_ERROR: Final = np.radians(5.0)
@@ -55,7 +55,7 @@ KEPT: Final = 0.3  # share of the edges of a print that another print of the fin
 LEAST_GAIN: Final = 3.0  # times as likely in a print of the finger as in another
 MOST_WEIGHT: Final = 4
 WEIGHT_SCALE: Final = 0.5  # of the logarithm of the gain
-BUDGET: Final = 0.3  # postings a print of the gallery, for each minutia of the probe
+BUDGET: Final = 0.45  # postings a print of the gallery, for each minutia of the probe
 
 
 def edges_of(print_: PreparedTemplate) -> NDArray[np.int32]:

@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
-from collections import deque
+import pickle
 from contextlib import closing
 from dataclasses import replace
-from itertools import count, islice
-from typing import TYPE_CHECKING, Any, Final
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fpmatch.errors import GalleryError, MatcherError
-from fpmatch.gallery.index.prints.compare import packs
-from fpmatch.gallery.search.consolidated import ConsolidatedFingers
+from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.fused import identify_fused
-from fpmatch.gallery.search.identification import RIVALS
-from fpmatch.gallery.search.identify import ComparedProbe, compare_probe, find_candidates
+from fpmatch.gallery.search.identify import compare_probe, count_fingers, find_candidates
+from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import USUAL
-from fpmatch.gallery.search.whole import ENTRY, piece_size
 from fpmatch.matching.calibration import allowance
-from fpmatch.matching.result import named, prepare_print
+from fpmatch.matching.result import named
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Sequence
 
+    from fpmatch.gallery.encryption.keys import KeyRing
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry
     from fpmatch.gallery.search.identification import FusedIdentification, Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
+    from fpmatch.matching.result import Matcher
     from fpmatch.prints.reading import GivenPrint
     from fpmatch.templates.minutiae import Template
 
-MAX_BATCH: Final = 16  # probes that are searched for together
-COMPARISONS_PER_TASK: Final = 20_000  # of a batch with a piece, about
+BATCH: Final = 16  # probes that are searched for together
 
 
 def identify_entries(
@@ -42,22 +42,27 @@ def identify_entries(
     probe: Template,
     options: SearchOptions = USUAL,
     *,
-    consolidated: ConsolidatedFingers | None = None,
     workers: int | None = None,
     **changes: Any,
 ) -> tuple[Identification, list[Entry]]:
     """Identify a probe as `identify` does; return the entries of the candidates, too.
 
-    A large gallery is searched as it is now. An entry that has been removed or damaged since the
-    search was opened is no candidate; the damaged ones, and those that the search has skipped, are
-    in `gallery.damaged`. Raises the errors of `identify`, and GalleryError if the gallery cannot be
-    read.
+    The gallery is searched as it is now. An entry that has been removed or damaged since is no
+    candidate; the damaged ones are in `gallery.damaged`. Raises the errors of `identify`, and
+    GalleryError if the gallery cannot be read.
     """
-    search = search.current(gallery)
-    changes["consolidate"] = consolidated is not None
-    given = replace(options, **changes)
-    compared, given = compare_probe(search, probe, given, workers)
-    return _with_entries(gallery, compared, given, consolidated)
+    search = open_search(gallery, search.matcher, before=search)
+    given = replace(options, **changes).checked(search.matcher)
+    one = compare_probe(search, probe, given, workers=workers)
+    cached = _Entries(gallery)
+    while True:
+        skipped = cached.skipped()
+        fingers = count_fingers(one, skipped=skipped)
+        result = find_candidates(one, given, fingers, skipped=skipped)
+        cached.read(result.numbers)
+        entries = [cached.entry(number) for number in result.numbers]
+        if cached.skipped() == skipped:
+            return result, [entry for entry in entries if entry is not None]
 
 
 def identify_given(
@@ -108,100 +113,79 @@ def identify_each(
 ) -> Generator[tuple[Identification, list[Entry]] | None, None, None]:
     """Identify many probes with the workers of an engine, which is entered; None for no probe.
 
-    The outcomes are those of `identify_entries`, but the gallery is searched as it was when the
-    search was opened. Probes are drawn as they are needed. An error of a plug-in has their `names`.
+    The outcomes are those of `identify_entries`. Each worker opens the gallery, and so must see its
+    file or its server, and have its keys. Probes are drawn as they are needed. An error of a
+    plug-in has their `names`.
     """
-    given = options.checked(search.matcher)
-    search = search.for_loss(given.loss)
-    consolidated = None
-    if given.consolidate:
-        consolidated = ConsolidatedFingers(gallery, search, given.calibration)
-    size = batch_size(search)
-    pending: deque[list[Any]] = deque()
+    place = _Place(gallery, search, options)
+    try:
+        pickle.dumps(search.matcher)
+    except (AttributeError, TypeError, pickle.PicklingError):
+        engine = serial()
 
-    drawn, done = count(), 0
+    def batches() -> Iterator[_Batch]:
+        left, first = iter(probes), 0
+        while batch := list(islice(left, BATCH)):
+            yield _Batch(batch, names[first : first + BATCH])
+            first += BATCH
 
-    def prepared(probe: Template | None) -> Any:
-        number = next(drawn)
+    with closing(engine.map(_identify_batch, place, batches())) as results:
+        for outcomes, damaged in results:
+            gallery.damaged |= damaged
+            yield from outcomes
+
+
+class _Batch(NamedTuple):
+    probes: Sequence[Template | None]
+    names: Sequence[str]
+
+
+class _Place:
+    """Where a worker searches: a gallery that it opens, unless it is the process that sent it."""
+
+    def __init__(self, gallery: Gallery, search: Search, options: SearchOptions) -> None:
+        self.gallery, self.search, self.options = gallery, search, options
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        gallery = self.gallery
+        return _open_place, (gallery.where, gallery.key, self.search.matcher, self.options)
+
+
+def _open_place(
+    where: str, key: KeyRing | str | None, matcher: Matcher, options: SearchOptions
+) -> _Place:
+    gallery = open_gallery(where, key=key)
+    return _Place(gallery, open_search(gallery, matcher, engine=serial()), options)
+
+
+def _identify_batch(
+    place: _Place, batch: _Batch
+) -> tuple[list[tuple[Identification, list[Entry]] | None], dict[int, str]]:
+    """Return the outcomes for some probes, and the entries that are damaged."""
+    gallery, outcomes = place.gallery, list[Any]()
+    for k, probe in enumerate(batch.probes):
         try:
-            return None if probe is None else prepare_print(search.matcher, probe, None)
+            outcome = None
+            if probe is not None:
+                outcome = identify_entries(gallery, place.search, probe, place.options, workers=1)
+            outcomes.append(outcome)
         except MatcherError as error:
-            raise named(error, *names[number : number + 1]) from error
-
-    def batches() -> Iterator[list[Any]]:
-        left = iter(probes)
-        while batch := list(islice(left, size)):
-            pending.append([prepared(probe) for probe in batch])
-            yield [probe for probe in pending[-1] if probe is not None]
-
-    with closing(search.compare(batches(), given, engine)) as compared:
-        try:
-            for listed in compared:
-                each = iter(listed)
-                for probe in pending.popleft():
-                    if probe is None:
-                        yield None
-                    else:
-                        one = ComparedProbe(search, probe, next(each))
-                        yield _with_entries(gallery, one, given, consolidated)
-                    done += 1
-        except MatcherError as error:
-            if not error.path.startswith(ENTRY):  # of one that is not compared yet
-                raise
-            raise named(error, *names[done : done + 1]) from error
-
-
-def batch_size(search: Search) -> int:
-    """Return how many probes are searched for together."""
-    if search.in_stages:
-        return MAX_BATCH
-    if not packs(search.matcher):  # so that an error is of one probe
-        return 1
-    return min(MAX_BATCH, max(1, COMPARISONS_PER_TASK // piece_size(len(search))))
-
-
-def _with_entries(
-    gallery: Gallery,
-    compared: ComparedProbe,
-    options: SearchOptions,
-    consolidated: ConsolidatedFingers | None,
-) -> tuple[Identification, list[Entry]]:
-    """Return the candidates for a probe that was compared, and their entries."""
-    cached = _Entries(gallery, compared.search)
-    listed = compared.listed
-    likely = listed.compared[listed.most_similar(options.count + RIVALS + 1)]
-    cached.read(compared.search.numbers[likely].tolist())
-
-    def subject_of(number: int) -> str | None:
-        entry = cached.entry(number)
-        return None if entry is None else entry.label.subject
-
-    while True:
-        skipped = cached.skipped()
-        result = find_candidates(
-            compared,
-            options,
-            consolidated=consolidated,
-            subject_of=subject_of if options.listed == "subjects" else None,
-            skipped=skipped,
-        )
-        entries = [cached.entry(candidate.number) for candidate in result.candidates]
-        if cached.skipped() == skipped:
-            return result, [entry for entry in entries if entry is not None]
+            raise named(error, *batch.names[k : k + 1]) from error
+    return outcomes, dict(gallery.damaged)
 
 
 class _Entries:
     """Entries of an open gallery, and which of those that are searched cannot be read."""
 
-    def __init__(self, gallery: Gallery, search: Search) -> None:
+    def __init__(self, gallery: Gallery) -> None:
         self._gallery = gallery
         self._removed: set[int] = set()
         self._read: dict[int, Entry | None] = {}
-        gallery.damaged |= search.damaged
 
     def read(self, numbers: Sequence[int]) -> None:
         """Read entries that are likely to be needed together; `entry` reads what is missing."""
-        self._read |= {entry.id: entry for entry in self._gallery.entries_of(numbers)}
+        unread = [number for number in numbers if number not in self._read]
+        self._read |= {entry.id: entry for entry in self._gallery.entries_of(unread)}
 
     def entry(self, number: int) -> Entry | None:
         """Return an entry, read once; None for one that was removed or is damaged."""
@@ -215,31 +199,12 @@ class _Entries:
         except GalleryError as error:
             if error.code != "unknown":
                 raise
-            self._gallery.check_removed(number)
             self._removed.add(number)
             return None
 
     def skipped(self) -> set[int]:
         """Return the numbers of entries that were removed or are damaged."""
         return self._removed | self._gallery.damaged.keys()
-
-
-class GallerySubjects:
-    """The subjects of an open gallery; damaged entries are skipped."""
-
-    def __init__(self, gallery: Gallery) -> None:
-        self._gallery = gallery
-
-    def __len__(self) -> int:
-        return self._gallery.subjects()
-
-    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
-        """Return the subjects of the entries of some numbers, with all their fingers."""
-        subjects: dict[str, dict[str, list[int]]] = {}
-        for entry in self._gallery.entries_of_subjects(numbers):
-            fingers = subjects.setdefault(entry.label.subject, {})
-            fingers.setdefault(entry.label.finger, []).append(entry.id)
-        return subjects
 
 
 def identify_entries_fused(
@@ -249,14 +214,13 @@ def identify_entries_fused(
 
     Damaged entries are treated, and errors raised, as by `identify_entries`.
     """
-    search = search.current(gallery)
-    cached = _Entries(gallery, search)
+    search = open_search(gallery, search.matcher, before=search)
+    cached = _Entries(gallery)
     while True:
         skipped = cached.skipped()
-        result = identify_fused(
-            search, probes, GallerySubjects(gallery), skipped=skipped, **options
-        )
+        result = identify_fused(search, probes, skipped=skipped, **options)
         numbers = {f.number for one in result.candidates for f in one.fingers}
+        cached.read(sorted(numbers))
         entries = {number: cached.entry(number) for number in sorted(numbers)}
         if cached.skipped() == skipped:
             return result, {n: entry for n, entry in entries.items() if entry is not None}

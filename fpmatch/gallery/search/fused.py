@@ -10,21 +10,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
+from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers
+from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.identification import (
     ComparedFinger,
     FusedIdentification,
     SubjectCandidate,
     expected_by_chance,
 )
-from fpmatch.gallery.search.identify import compare_probes, find_candidates
-from fpmatch.gallery.search.search import MOST_WHOLE, USUAL, SearchOptions
+from fpmatch.gallery.search.identify import compare_probe, count_fingers, find_candidates
+from fpmatch.gallery.search.search import USUAL, SearchOptions
 from fpmatch.matching.calibration import score_to_fmr
 
 if TYPE_CHECKING:
@@ -32,9 +34,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.search.identification import Identification
-    from fpmatch.gallery.search.search import Search
+    from fpmatch.gallery.search.search import Search, Subjects
     from fpmatch.matching.calibration import Calibration
     from fpmatch.templates.minutiae import Template
 
@@ -47,29 +48,14 @@ least 1 in 600,000 or so: two other subjects score as high.
 """
 
 
-class Subjects(Protocol):
-    """The subjects of enrolled prints."""
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-
-    def fingers_of(self, numbers: Sequence[int]) -> Mapping[str, Mapping[str, Sequence[int]]]:
-        """Return the subjects of the entries of some numbers.
-
-        Of each all fingers, and of these the numbers of all entries; "" is a finger whose position
-        is not known.
-        """
-
-
 def identify_fused(
     search: Search,
     probes: Sequence[Template],
-    subjects: Subjects,
     options: SearchOptions = USUAL,
     *,
+    subjects: Subjects | None = None,
     positions: Sequence[str] = (),
     skipped: Collection[int] = (),
-    engine: Engine | None = None,
     workers: int | None = None,
     **changes: Any,
 ) -> FusedIdentification:
@@ -80,65 +66,51 @@ def identify_fused(
     in the score. Probes without such a finger are left out.
 
     The `probes` are a print of each finger, in any order, and `positions` which finger each is of,
-    named as when it was enrolled, "" where it is not known (default: none is known). The workers of
-    the `engine`, which is entered, search for the probes (default: this process; the outcome is the
-    same). Other parameters are as for `fpmatch.gallery.search.identify.identify`; the number of
-    candidates, and their least score, refer to subjects.
+    named as when it was enrolled, "" where it is not known (default: none is known). Other
+    parameters are as for `fpmatch.gallery.search.identify.identify`; the number of candidates, and
+    their least score, refer to subjects.
 
     Raises MatcherError if there are no probes or more than 10, not as many positions, or two of the
-    same, and as `identify`; GalleryError if the subjects cannot be read; EngineError if the engine
-    broke down.
+    same, and as `identify`; GalleryError if the subjects cannot be read.
 
     Examples
     --------
     >>> from fpmatch import load_template, open_gallery
-    >>> from fpmatch.gallery.search.entries import GallerySubjects
     >>> from fpmatch.gallery.search.fused import identify_fused
     >>> from fpmatch.gallery.search.opening import open_search
     >>> left, right = map(load_template, ("left.json", "right.json"))  # doctest: +SKIP
     >>> with open_gallery("prints.db") as gallery:  # doctest: +SKIP
-    ...     search, subjects = open_search(gallery), GallerySubjects(gallery)
-    ...     result = identify_fused(search, [left, right], subjects, positions=["left", "right"])
+    ...     search = open_search(gallery)
+    ...     result = identify_fused(search, [left, right], positions=["left", "right"])
     """
     named = _checked_positions(probes, positions)
     given = replace(options, **changes)
-    search = search.for_loss(given.loss)
     each = SearchOptions(
-        count=max(given.count, CONSIDERED),
-        calibration=given.calibration,
-        loss=given.loss,
-        all_mates=given.all_mates or bool(skipped),
+        count=max(given.count, CONSIDERED), calibration=given.calibration, effort=given.effort
     ).checked(search.matcher)
-    threads = search.threads(workers)
-    compared = compare_probes(search, probes, each, engine or threads)
-    alone = [find_candidates(one, each, skipped=skipped) for one in compared]
+    assert each.calibration is not None
+    of = subjects or search.subjects
+    compared = [compare_probe(search, one, each, subjects=of, workers=workers) for one in probes]
+    searched = count_fingers(compared[0], of, skipped)
+    alone = [find_candidates(one, each, searched, skipped=skipped) for one in compared]
     considered = sorted({candidate.number for one in alone for candidate in one.candidates})
-    total = len(subjects)
-    fingers = _Fingers.of(search, subjects.fingers_of(considered), skipped)
+    fingers = _Fingers.of(search, of.fingers_of(considered), skipped)
     may = fingers.may_be(named)
-    with threads:
+    with Threads(workers if packs(search.matcher) else 1) as threads:
         similar = [
             fingers.compare(search, one.probe, some, known, threads)
             for one, some, known in zip(compared, may, alone, strict=True)
         ]
-    assert each.calibration is not None
     ranked = _ranked(fingers, may, [fingers.scored(one, each.calibration) for one in similar])
-    if search.in_stages:
-        best = {row.subject for row in ranked[:MOST_WHOLE]}
-        for one, known in zip(compared, similar, strict=True):
-            fingers.compare_whole(search, one.probe, known, best)
-        scored = [fingers.scored(one, each.calibration) for one in similar]
-        others = (row for row in ranked if row.subject not in best)
-        ranked = sorted([*_ranked(fingers, may, scored, best), *others], key=_Row.order)
-    candidates = _candidates(ranked, total)[: given.count]
+    total = len(of)
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
         subjects=total,
-        candidates=tuple(one for one in candidates if given.allow(one)),
+        candidates=tuple(filter(given.allow, _candidates(ranked, total)[: given.count])),
         matcher=search.matcher.name,
         smallest_measured_fmr=alone[0].smallest_measured_fmr,
-        loss=alone[0].loss,
+        effort=alone[0].effort,
         passed_on=tuple(map(max, zip(*(one.passed_on for one in alone), strict=True))),
     )
 
@@ -161,15 +133,13 @@ class _Fingers:
     """The fingers of some subjects, each of some `sizes` of impressions, and their prints.
 
     Fingers are ordered by subject; `names` are subject and position of each. For each print, in the
-    order of the numbers of entries, `finger` is which of these it is of, and `places` where it is
-    in the search.
+    order of the `numbers` of entries, `finger` is which of these it is of.
     """
 
     names: list[tuple[str, str]]
     sizes: NDArray[np.intp]
     numbers: NDArray[np.int64]
     finger: NDArray[np.intp]
-    places: NDArray[np.intp]
 
     @classmethod
     def of(
@@ -184,11 +154,9 @@ class _Fingers:
             (n, k) for k, (s, p) in enumerate(names) for n in subjects[s][p] if n not in skipped
         ]
         numbers, finger = np.array(sorted(rows), np.int64).reshape(-1, 2).T
-        places = np.searchsorted(search.numbers, numbers)
-        there = np.append(search.numbers, -1)[places] == numbers
+        there = np.isin(numbers, search.numbers)
         kept, finger, sizes = np.unique(finger[there], return_inverse=True, return_counts=True)
-        named = [names[k] for k in kept.tolist()]
-        return cls(named, sizes, numbers[there], finger.ravel(), places[there])
+        return cls([names[k] for k in kept.tolist()], sizes, numbers[there], finger.ravel())
 
     def may_be(self, positions: Sequence[str]) -> NDArray[np.bool_]:
         """Return whether each probe, of some position or none, may be of each finger."""
@@ -201,33 +169,22 @@ class _Fingers:
         probe: Any,
         may: NDArray[np.bool_],
         alone: Identification,
-        engine: Engine,
+        threads: Threads,
     ) -> NDArray[np.float64]:
         """Return the similarities of a prepared probe to the prints of fingers that it may be of.
 
-        To others they are infinitely low. The similarities of the candidates of the search for this
-        probe `alone` are known.
+        To others, and to prints that are gone, they are infinitely low. The similarities of the
+        candidates of the search for this probe `alone` are known.
         """
         known = {candidate.number: candidate.similarity for candidate in alone.candidates}
         compared = may[self.finger]
         similarities = np.array([known.get(number, np.nan) for number in self.numbers.tolist()])
         similarities[~compared] = -np.inf
         left = np.isnan(similarities)
-        similarities[left] = search.similarities(probe, self.places[left], engine)
+        more = search.compare_some(probe, self.numbers[left], threads)
+        similarities[left] = -np.inf
+        similarities[np.isin(self.numbers, more.numbers)] = more.similarities
         return similarities
-
-    def compare_whole(
-        self,
-        search: Search,
-        probe: Any,
-        similarities: NDArray[np.float64],
-        subjects: Collection[str],
-    ) -> None:
-        """Compare a probe with prints of some subjects again, by the templates of the gallery."""
-        of_subjects = np.array([subject in subjects for subject, _ in self.names], np.bool_)
-        which = np.flatnonzero(of_subjects[self.finger] & np.isfinite(similarities))
-        known = similarities[which]
-        similarities[which] = search.whole_similarities(probe, self.places[which], known)
 
     def scored(
         self, similarities: NDArray[np.float64], calibration: Calibration
@@ -259,14 +216,11 @@ def _ranked(
     fingers: _Fingers,
     may: NDArray[np.bool_],
     scored: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
-    subjects: Collection[str] | None = None,
 ) -> list[_Row]:
-    """Return the subjects of which any finger was compared, best first; or some of them."""
+    """Return the subjects of which any finger was compared, best first."""
     scores, best = (np.array(of_probes) for of_probes in zip(*scored, strict=True))
     rows = []
     for subject, group in groupby(range(len(fingers.names)), lambda k: fingers.names[k][0]):
-        if subjects is not None and subject not in subjects:
-            continue
         which = list(group)
         score, pairs = assign_fingers(scores[:, which], may[:, which])
         if not pairs:

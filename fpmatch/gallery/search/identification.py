@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison
 
 
-OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "loss", "passed_on")
+OF_SEARCHES: Final = ("enrolled", "compared", "fingers", "effort", "passed_on")
 """What is stated of a search for one probe, apart from its candidates."""
 RIVALS: Final = 5  # others that are at least as similar as the one by which chance is measured
 
@@ -103,8 +103,8 @@ class SubjectCandidate:
 class _Outcome:
     """What every search states; candidates come best first.
 
-    After a pre-selection fewer prints are `compared` than are `enrolled`; one in stages is made for
-    a `loss`, and each stage has `passed_on` so many prints. An FMR under `smallest_measured_fmr`,
+    After a pre-selection fewer prints are `compared` than are `enrolled`; it has an `effort`, and
+    each stage has `passed_on` so many prints. An FMR under `smallest_measured_fmr`,
     that of the calibration, is extrapolated.
     """
 
@@ -112,7 +112,7 @@ class _Outcome:
     compared: int
     matcher: str
     smallest_measured_fmr: float
-    loss: float | None = None
+    effort: int | None = None
     passed_on: tuple[int, ...] = ()
 
     @property

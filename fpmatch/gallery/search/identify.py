@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from fpmatch.gallery.engine.in_threads import Threads
 from fpmatch.gallery.fingers.finger import fused_scores
+from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.identification import (
     RIVALS,
     Candidate,
@@ -21,14 +23,11 @@ from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.matching.result import compare_prepared, prepare_print
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.search.consolidated import ConsolidatedFingers
-    from fpmatch.gallery.search.search import Search, SearchOptions
-    from fpmatch.gallery.search.stages import Indices, Listed
+    from fpmatch.gallery.search.search import Compared, Search, SearchOptions, Subjects
     from fpmatch.templates.minutiae import Template
 
 
@@ -37,24 +36,21 @@ def identify(
     probe: Template,
     options: SearchOptions = USUAL,
     *,
-    consolidated: ConsolidatedFingers | None = None,
-    subject_of: Callable[[int], str | None] | None = None,
+    subjects: Subjects | None = None,
     skipped: Collection[int] = (),
     workers: int | None = None,
     **changes: Any,
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
-    What is compared and listed is in `options`, some of them replaced by `changes`; `consolidated`
-    reads the consolidated templates of an open gallery, and with it candidates are consolidated.
-    `subject_of` returns the subject of the entry with a number: each subject is then a candidate
-    once, by its best finger or impression (default: as often as it has any), and an entry without
-    one (None) is no candidate. Entries of the numbers in `skipped` are treated as if they were not
-    enrolled. So many `workers` are the threads that search (default: one a core; few prints are
-    searched by one in any case). The candidates are the same to the last bit.
+    What is compared and listed is in `options`, some of them replaced by `changes`. The `subjects`
+    have the labels of the prints (default: those of the search); a print without a subject is no
+    candidate. Entries of the numbers in `skipped` are treated as if they were not enrolled. So many
+    `workers` are the threads that search (default: one a core; few prints are searched by one in
+    any case). The candidates are the same to the last bit.
 
     Raises MatcherError if the matcher has no calibration or an option is out of range; GalleryError
-    if `consolidated` cannot read the gallery.
+    if the gallery cannot be read.
 
     Examples
     --------
@@ -73,13 +69,19 @@ def identify(
     >>> result.compared, result.candidates[0].number
     (1, 1)
     """
-    changes["consolidate"] = consolidated is not None
-    given = replace(options, **changes)
-    given = replace(given, all_mates=given.all_mates or bool(skipped))
-    compared, given = compare_probe(search, probe, given, workers)
-    return find_candidates(
-        compared, given, consolidated=consolidated, subject_of=subject_of, skipped=skipped
-    )
+    given = replace(options, **changes).checked(search.matcher)
+    one = compare_probe(search, probe, given, subjects=subjects, workers=workers)
+    return find_candidates(one, given, count_fingers(one, subjects, skipped), skipped=skipped)
+
+
+def count_fingers(
+    one: ComparedProbe, subjects: Subjects | None = None, skipped: Collection[int] = ()
+) -> int:
+    """Return how many fingers are enrolled: by their labels, where all prints were compared."""
+    if one.search.preselected:
+        return (subjects or one.search.subjects).fingers()
+    compared = one.compared.numbers.tolist()
+    return len({one.labels[n] for n in compared if n in one.labels and n not in skipped})
 
 
 class ComparedProbe(NamedTuple):
@@ -87,68 +89,74 @@ class ComparedProbe(NamedTuple):
 
     search: Search
     probe: Any
-    listed: Listed
+    compared: Compared
+    labels: dict[int, tuple[str, str]]
+    """Subject and finger, by number, of all entries of the subjects of the compared prints."""
 
 
 def compare_probe(
-    search: Search, probe: Template, options: SearchOptions, workers: int | None
-) -> tuple[ComparedProbe, SearchOptions]:
-    """Compare a probe by threads, as `identify`; return the options, too, which are checked."""
-    checked = options.checked(search.matcher)
-    (compared,) = compare_probes(search, [probe], checked, search.threads(workers))
-    return compared, checked
+    search: Search,
+    probe: Template,
+    options: SearchOptions,
+    *,
+    subjects: Subjects | None = None,
+    workers: int | None = None,
+) -> ComparedProbe:
+    """Compare a probe by threads, as `identify`; options are checked.
 
-
-def compare_probes(
-    search: Search, probes: Sequence[Template], options: SearchOptions, engine: Engine
-) -> list[ComparedProbe]:
-    """Compare a few probes with the prints that the stages of a search list for each."""
-    search = search.for_loss(options.loss)
-    prepared = [prepare_print(search.matcher, probe, None) for probe in probes]
-    with engine, closing(search.compare([prepared], options, engine)) as compared:
-        (listed,) = compared  # of one batch
-    return [ComparedProbe(search, *one) for one in zip(prepared, listed, strict=True)]
+    After a pre-selection, further impressions of the fingers that rank first are compared, too.
+    """
+    prepared = prepare_print(search.matcher, probe, None)
+    with Threads(workers if packs(search.matcher) else 1) as threads:
+        compared = search.compare(prepared, options, threads)
+        numbers = compared.numbers.tolist()
+        labels = {
+            number: (subject, finger)
+            for subject, fingers in (subjects or search.subjects).fingers_of(numbers).items()
+            for finger, of_finger in fingers.items()
+            for number in of_finger
+            if number not in search.damaged
+        }
+        if search.preselected:
+            best = {labels.get(n) for n in compared.most_similar(options.count).tolist()}
+            others = {n for n, label in labels.items() if label in best}.difference(numbers)
+            more = np.array(sorted(others), np.int64)
+            compared = compared.and_also(search.compare_some(prepared, more, threads))
+    return ComparedProbe(search, prepared, compared, labels)
 
 
 def find_candidates(
-    compared: ComparedProbe,
-    options: SearchOptions,
-    *,
-    consolidated: ConsolidatedFingers | None = None,
-    subject_of: Callable[[int], str | None] | None = None,
-    skipped: Collection[int] = (),
+    one: ComparedProbe, options: SearchOptions, fingers: int, *, skipped: Collection[int] = ()
 ) -> Identification:
-    """Return the candidates for a probe that was compared, as `identify`; options are checked."""
-    search = compared.search
-    scored = _Scored.of(compared, options, skipped)
+    """Return the candidates for a probe that was compared, as `identify`; options are checked.
+
+    So many `fingers` are enrolled.
+    """
+    scored = _Scored.of(one, options, skipped)
     best = scored.ranked()
-    if subject_of is not None:
-        best = _once_a_subject(best, scored.numbers, subject_of)
-    ranked = list(islice(best, min(max(options.count, RIVALS + 1), len(search))))
+    if options.listed == "subjects":
+        best = _once_a_subject(best, scored.numbers, one.labels)
+    ranked = list(islice(best, min(max(options.count, RIVALS + 1), len(one.search))))
     candidates = [
-        _candidate(rank, k, compared, scored, options)
+        _candidate(rank, k, one, scored, options)
         for rank, k in enumerate(ranked[: options.count], start=1)
     ]
-    if consolidated is not None:
-        candidates = consolidated.rerank(compared.probe, candidates)
     if options.listed != "impressions":  # whose rivals may be of the same finger
-        others = scored.scores[ranked[options.count :]]
-        scores = [*(one.score for one in candidates), *others]
-        expected = expected_by_chance(scores, scored.fingers)[: len(candidates)].tolist()
+        expected = expected_by_chance(scored.scores[ranked], fingers)[: len(candidates)].tolist()
         candidates = [
-            replace(one, expected_false=chance)
-            for one, chance in zip(candidates, expected, strict=True)
+            replace(candidate, expected_false=chance)
+            for candidate, chance in zip(candidates, expected, strict=True)
         ]
     assert options.calibration is not None
     return Identification(
         enrolled=scored.enrolled,
-        compared=len(scored.similarities),
-        candidates=tuple(one for one in candidates if options.allow(one)),
-        matcher=search.matcher.name,
+        compared=len(scored.numbers),
+        candidates=tuple(candidate for candidate in candidates if options.allow(candidate)),
+        matcher=one.search.matcher.name,
         smallest_measured_fmr=score_to_fmr(options.calibration.largest_measured_score),
-        fingers=scored.fingers,
-        loss=options.loss if search.in_stages else None,
-        passed_on=compared.listed.passed_on,
+        fingers=fingers,
+        effort=options.effort if one.search.preselected else None,
+        passed_on=one.compared.passed_on,
     )
 
 
@@ -158,49 +166,42 @@ class _Scored:
 
     For each print, `finger` is what is listed, a finger or an impression, `scores` has its score,
     and `impressions` how many it has; `singles` are the scores of single impressions. So many
-    entries are `enrolled`, of so many `fingers`.
+    entries are `enrolled`.
     """
 
-    places: Indices
     numbers: NDArray[np.int64]
     similarities: NDArray[np.float64]
     singles: NDArray[np.float64]
-    finger: Indices
+    finger: NDArray[np.intp]
     scores: NDArray[np.float64]
-    impressions: Indices
+    impressions: NDArray[np.intp]
     enrolled: int
-    fingers: int
 
     @classmethod
-    def of(
-        cls, compared: ComparedProbe, options: SearchOptions, skipped: Collection[int]
-    ) -> _Scored:
+    def of(cls, one: ComparedProbe, options: SearchOptions, skipped: Collection[int]) -> _Scored:
         """Score prints, and fingers by all their impressions."""
-        search = compared.search
-        gone, sizes = search.places_of(skipped), search.finger_sizes
-        left = ~np.isin(compared.listed.compared, gone)
-        places = compared.listed.compared[left]
-        similarities = compared.listed.similarities[left]
-        if len(gone):
-            sizes = sizes - np.bincount(search.finger_of[gone], minlength=len(sizes))
-        single = options.listed == "impressions"
-        listed, finger = np.unique(
-            places if single else search.finger_of[places], return_inverse=True
-        )
-        of_listed = np.ones(len(listed), np.intp) if single else sizes[listed]
+        labels = {n: label for n, label in one.labels.items() if n not in skipped}
+        compared = one.compared
+        left = np.array([n in labels for n in compared.numbers.tolist()], np.bool_)
+        numbers, similarities = compared.numbers[left], compared.similarities[left]
+        keys: list[Any] = numbers.tolist()
+        sizes: Counter[Any] = Counter(keys)
+        if options.listed != "impressions":
+            keys, sizes = [labels[number] for number in keys], Counter(labels.values())
+        place = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+        finger = np.array([place[key] for key in keys], np.intp)
+        of_listed = np.array([sizes[key] for key in place], np.intp)
         assert options.calibration is not None
         singles = options.calibration.scores(similarities)
-        finger = finger.ravel()
+        gone = np.isin(one.search.numbers, [*skipped]).sum() if skipped else 0
         return cls(
-            places=places,
-            numbers=search.numbers[places],
+            numbers=numbers,
             similarities=similarities,
             singles=singles,
             finger=finger,
             scores=fused_scores(singles, finger, of_listed)[finger],
             impressions=of_listed[finger],
-            enrolled=len(search) - len(gone),
-            fingers=int(np.count_nonzero(sizes)),
+            enrolled=len(one.search) - int(gone),
         )
 
     def ranked(self) -> Iterator[int]:
@@ -212,18 +213,18 @@ class _Scored:
 
 
 def _candidate(
-    rank: int, k: int, compared: ComparedProbe, scored: _Scored, options: SearchOptions
+    rank: int, k: int, one: ComparedProbe, scored: _Scored, options: SearchOptions
 ) -> Candidate:
     """Return print k as the candidate of a rank, with its comparison if that is wanted."""
-    search, score = compared.search, float(scored.scores[k])
-    comparison = None
-    if options.transforms and (score >= options.threshold or options.consolidate):
-        reference = search.print_at(int(scored.places[k]))
-        comparison = compare_prepared(search.matcher, compared.probe, reference)
+    score, number, comparison = float(scored.scores[k]), int(scored.numbers[k]), None
+    if options.transforms and score >= options.threshold:
+        reference = one.search.print_of(number)
+        if reference is not None:
+            comparison = compare_prepared(one.search.matcher, one.probe, reference)
     fmr = score_to_fmr(score)
     return Candidate(
         rank=rank,
-        number=int(scored.numbers[k]),
+        number=number,
         similarity=float(scored.similarities[k]),
         score=score,
         fmr=fmr,
@@ -235,12 +236,12 @@ def _candidate(
 
 
 def _once_a_subject(
-    ranked: Iterator[int], numbers: NDArray[np.int64], subject_of: Callable[[int], str | None]
+    ranked: Iterator[int], numbers: NDArray[np.int64], labels: dict[int, tuple[str, str]]
 ) -> Iterator[int]:
     """Yield the first impression of each subject."""
     seen = set()
     for place in ranked:
-        subject = subject_of(int(numbers[place]))
-        if subject is not None and subject not in seen:
+        subject, _ = labels[int(numbers[place])]
+        if subject not in seen:
             seen.add(subject)
             yield place

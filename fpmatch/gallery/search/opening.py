@@ -3,99 +3,126 @@
 from __future__ import annotations
 
 import warnings
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import MatcherError
+from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.finger import refuse_images
-from fpmatch.gallery.index.loss import DEFAULT_LOSS, EXHAUSTIVE_UP_TO
 from fpmatch.gallery.index.prints.compare import packs
+from fpmatch.gallery.search.subjects import GallerySubjects
 from fpmatch.gallery.search.whole import ENTRY, WholeSearch
+from fpmatch.gallery.store.stored_template import unpack_template
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import named, prepare_print
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search.search import Search
     from fpmatch.gallery.store.reader import GalleryReader
     from fpmatch.matching.result import Matcher
 
+EXHAUSTIVE_UP_TO: Final = 2_000  # prints, which are all compared
+
 
 def open_search(
-    gallery: Gallery,
+    gallery: GalleryReader,
     matcher: str | Matcher = DEFAULT_MATCHER,
     *,
     engine: Engine | None = None,
     progress: Progress = no_progress,
     note: Callable[[str], object] | None = None,
-    loss: float = DEFAULT_LOSS,
     before: Search | None = None,
 ) -> Search:
     """Prepare the prints that are in a gallery now for a search.
 
-    More than `EXHAUSTIVE_UP_TO` prints are indexed, unless a `loss` of 0, as it will be given to
-    `fpmatch.gallery.search.identify.identify`, demands that all are compared. The gallery may be
-    closed afterwards, but a search by an index connects to it again.
+    More than `EXHAUSTIVE_UP_TO` prints are indexed, for the default matcher. The gallery may be
+    closed afterwards: the search connects to it again.
 
-    The `engine` prepares prints (default: all cores); `progress` is called with stage "prepare" and
-    numbers of prints, and `note` with a line on files that cannot be used, and are prepared or
-    built again (default: a RuntimeWarning). The index of `before`, an earlier search of the
-    gallery, is continued. Raises GalleryError if the gallery cannot be read; MatcherError if the
-    matcher is unknown.
+    The `engine` prepares prints of an index (default: all cores); `progress` is called with stage
+    "prepare" and numbers of prints, and `note` with a line on files that cannot be used, and are
+    built again (default: a RuntimeWarning). An earlier search of the gallery, `before`, is
+    continued, with what it was opened with. Raises GalleryError if the gallery cannot be read;
+    MatcherError if the matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     refuse_images(chosen, "a gallery has templates alone")
-    given: dict[str, Any] = {"engine": engine, "progress": progress, "note": note or _warn}
-    if not packs(chosen):
-        return _prepared_one_by_one(gallery, chosen, progress)
-    large = gallery.has_over(EXHAUSTIVE_UP_TO)
-    if not (large and loss and chosen.name == DEFAULT_MATCHER):
-        return _prepared(gallery, chosen, **given)
-    from fpmatch.gallery.index.gallery_index import GalleryIndex  # noqa: PLC0415  (imports the index)
+    say = note or _warn
+    indexed = COMPILED and packs(chosen) and chosen.name == DEFAULT_MATCHER
+    if not (indexed and gallery.has_over(EXHAUSTIVE_UP_TO)):
+        return _whole(gallery, chosen, progress, before)
+    from fpmatch.gallery.index.follow import GalleryIndex  # noqa: PLC0415  (imports the index)
     from fpmatch.gallery.search.indexed import IndexedSearch  # noqa: PLC0415
 
     if isinstance(before, IndexedSearch):
-        return before.current(gallery)
-    index = GalleryIndex(gallery, chosen, **given)
-    whole = partial(_prepared, gallery, chosen, **given)
-    return IndexedSearch(index, gallery.damaged, whole)
+        index = before.index
+        index.follow(gallery)
+        if index.numbers is before.numbers:
+            before.take_gallery(gallery)
+            return before
+    else:
+        index = GalleryIndex(chosen, engine=engine, progress=progress, note=say)
+        index.follow(gallery)
+    return IndexedSearch(gallery, index)
 
 
-def _prepared(gallery: GalleryReader, matcher: Matcher, **given: Any) -> WholeSearch:
-    """Return the search of prints that are prepared from whole templates, and packed."""
-    from fpmatch.gallery.index.prepared import prepare_gallery  # noqa: PLC0415
+class _GallerySearch(WholeSearch):
+    """Search of the prints of a gallery in some state, with the digests of their entries."""
 
-    kept = prepare_gallery(gallery, matcher, **given)
-    return WholeSearch(matcher, kept.numbers, kept.fingers, kept.prints, dict(gallery.damaged))
+    state: str
+    digests: NDArray[np.int64]
 
 
-def _prepared_one_by_one(
-    gallery: GalleryReader, matcher: Matcher, progress: Progress
+def _whole(
+    gallery: GalleryReader,
+    matcher: Matcher,
+    progress: Progress,
+    before: Search | None,
 ) -> WholeSearch:
-    """Return the search of prints that cannot be packed."""
-    gallery.check_sums()
-    total = len(gallery)
-    progress("prepare", 0, total)
-    finger_of = gallery.fingers()
-    read, references = [], []
-    for number, template in gallery.templates():
-        read.append(number)
+    """Return the search of all prints; those that are in the search `before` are not read again."""
+    gallery.check_keys()
+    state, (enrolled, digests) = gallery.content_hash(), gallery.digests()
+    known: WholeSearch | None = None
+    new = enrolled.tolist()
+    if isinstance(before, _GallerySearch):
+        if before.state == state:
+            before.subjects = GallerySubjects(gallery)
+            return before
+        of_number = dict(zip(new, digests.tolist(), strict=True))
+        entries = zip(before.numbers.tolist(), before.digests.tolist(), strict=True)
+        same = [of_number.get(number) == digest for number, digest in entries]
+        known = before.take(np.flatnonzero(same))
+        new = sorted({*new}.difference(known.numbers.tolist()))
+        if len(known) and new and new[0] < known.numbers[-1]:  # their order would be another
+            known, new = None, enrolled.tolist()
+    numbers, prints = [], []
+    progress("prepare", 0, len(new))
+    of = None if known is None else new
+    for done, (number, data) in enumerate(gallery.packed_templates(of=of), start=1):
         try:
-            references.append(prepare_print(matcher, template, None))
+            template = unpack_template(data)
+        except FpmatchError as error:
+            gallery.damaged[number] = str(error)
+            continue
+        try:
+            prints.append(prepare_print(matcher, template, None))
         except MatcherError as error:
             raise named(error, f"{ENTRY}{number}") from error
-        progress("prepare", min(len(read), total), total)
-    numbers = np.array(read, np.int64)
-    fingers = np.array([finger_of.get(number, number) for number in read], np.int64)
-    return WholeSearch(matcher, numbers, fingers, references, dict(gallery.damaged))
+        numbers.append(number)
+        progress("prepare", min(done, len(new)), len(new))
+    subjects = GallerySubjects(gallery)
+    search = _GallerySearch(matcher, numbers, prints, subjects, dict(gallery.damaged), known)
+    search.state = state
+    search.digests = digests[np.isin(enrolled, search.numbers)]
+    return search
 
 
 def _warn(text: str) -> None:
     """Warn the caller of `open_search`."""
-    warnings.warn(text, RuntimeWarning, stacklevel=4)
+    warnings.warn(text, RuntimeWarning, stacklevel=5)

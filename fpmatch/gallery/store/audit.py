@@ -147,7 +147,7 @@ def audit_lines(gallery: Database) -> Iterator[bytes]:
     while True:
         with gallery.reading() as connection:
             if not after and _last(connection) is None:
-                why = "keeps no audit; `fpmatch gallery audit GALLERY --on` turns it on"
+                why = "keeps no audit; `fpmatch gallery audit switch GALLERY on` turns it on"
                 raise gallery.error(why, "no audit")
             query = sa.select(AUDIT.c.number, AUDIT.c.line).where(AUDIT.c.number > after)
             rows = connection.execute(query.order_by(AUDIT.c.number).limit(_LINES_PER_READ)).all()

@@ -2,8 +2,8 @@
 
 Each line contains the SHA-256 of the line before it, so that a line that is changed, removed or
 inserted is found. That the last lines are missing cannot be seen from the lines alone: keep their
-number and the last hash elsewhere. Files (`fpmatch.gallery.store.audit_log`) and galleries
-(`fpmatch.gallery.store.audit`) contain the same lines.
+number and the last hash elsewhere. Lines that were copied from a gallery
+(`fpmatch.gallery.store.audit`) into a file are checked alike.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ import os
 import platform
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from fpmatch.base.output import reason
 from fpmatch.base.parsing import ParseError, parse_json
 from fpmatch.errors import FpmatchError
 from fpmatch.printable import json_text
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 START: Final = "0" * 64  # what the first line contains in place of a hash
-INCOMPLETE: Final = "incomplete line"  # action: the line before was written in part
+_LONGEST_LINE: Final = 1 << 26
 OPERATOR: Final = "FPMATCH_OPERATOR"  # environment variable: who uses the commands
 _client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
 
@@ -38,11 +40,10 @@ class AuditError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class AuditState:
-    """The number of lines of an audit, the hash of the last, and the incomplete lines."""
+    """The number of lines of an audit, and the hash of the last."""
 
     events: int = 0
     last: str = START
-    incomplete: list[int] = field(default_factory=list)
 
 
 def hash_of(line: bytes) -> str:
@@ -62,25 +63,16 @@ def event_line(previous: str, client: str, action: str, details: Mapping[str, An
 
 def follow_chain(
     lines: Iterable[bytes], place: object
-) -> Iterator[tuple[int, str, dict[str, Any] | None]]:
+) -> Iterator[tuple[int, str, dict[str, Any]]]:
     """Yield number, hash and event of each line, checked against the line before it.
 
-    The event is None for a line that was written in part, which the event after it states. Raises
-    AuditError, which names the line, if one was changed, removed or inserted, or is damaged.
+    Raises AuditError, which names the line, if one was changed, removed or inserted, or is damaged.
     """
-    previous, torn, torn_hash = START, [], hashlib.sha256()
+    previous = START
     for number, line in enumerate(lines, 1):
         event = parse_line(line)
         if event is None:
-            torn_hash.update(line)
-            torn.append((number, hash_of(line)))
-            continue
-        if torn:
-            if event.get("action") != INCOMPLETE or event.get("after") != previous:
-                break
-            previous = torn_hash.hexdigest()
-            yield from ((number, digest, None) for number, digest in torn)
-            torn, torn_hash = [], hashlib.sha256()
+            raise AuditError(f"line {number} is damaged", path=place, code="damaged")
         if event.get("previous") != previous:
             raise AuditError(
                 f"line {number} does not follow the line before it: a line was changed, "
@@ -90,8 +82,23 @@ def follow_chain(
             )
         previous = hash_of(line)
         yield number, previous, event
-    if torn:
-        raise AuditError(f"line {torn[0][0]} is damaged", path=place, code="damaged")
+
+
+def check_audit_log(
+    path: str | os.PathLike[str], *, expect: tuple[int, str] | None = None
+) -> AuditState:
+    """Check the lines in a file, as `check_chain`; AuditError if it cannot be read, too."""
+    return check_chain(log_lines(path), path, expect=expect)
+
+
+def log_lines(path: str | os.PathLike[str]) -> Iterator[bytes]:
+    """Yield the lines of a file as they are; AuditError where it cannot be read."""
+    try:
+        with Path(path).open("rb") as stream:
+            while line := stream.readline(_LONGEST_LINE):
+                yield line
+    except OSError as error:
+        raise AuditError(f"cannot be read: {reason(error)}", path=path) from error
 
 
 def check_chain(
@@ -102,17 +109,15 @@ def check_chain(
     Raises AuditError as `follow_chain`; with `expect`, also if there are fewer lines (code
     "shortened"), or the line of that number has another hash (code "changed").
     """
-    events, last, incomplete = 0, START, []
-    for events, last, event in follow_chain(lines, place):
-        if event is None:
-            incomplete.append(events)
+    events, last = 0, START
+    for events, last, _ in follow_chain(lines, place):
         if expect is not None and events == expect[0] and last != expect[1]:
             why = f"line {events} is not the one expected: the lines up to it were written anew"
             raise AuditError(why, path=place, code="changed")
     if expect is not None and events < expect[0]:
         why = f"has {events} lines, not the {expect[0]} expected: the last ones were removed"
         raise AuditError(why, path=place, code="shortened")
-    return AuditState(events, last, incomplete)
+    return AuditState(events, last)
 
 
 def parse_line(line: bytes) -> dict[str, Any] | None:

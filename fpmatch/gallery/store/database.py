@@ -55,7 +55,7 @@ class Database:
     def __init__(
         self, where: str | os.PathLike[str], *, create: bool = False, patience: float | None = None
     ) -> None:
-        url = _as_url(where)
+        url, self.where = _as_url(where), str(where)
         self._patience = BUSY_S if patience is None else patience
         self.file: Path | None = None
         self._narrowed = False

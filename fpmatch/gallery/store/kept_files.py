@@ -1,4 +1,4 @@
-"""Files that are kept to search a gallery faster: their places, and their encryption.
+"""Files that are kept to search a gallery faster: their places.
 
 They are caches of its database, in ``prints.db.prepared/``, or in the user's cache folder where
 that is impossible, as for PostgreSQL. They may be deleted at any time.
@@ -7,28 +7,24 @@ that is impossible, as for PostgreSQL. They may be deleted at any time.
 from __future__ import annotations
 
 import hashlib
-from contextlib import nullcontext, suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from fpmatch.base.output import atomic_write
-from fpmatch.errors import FpmatchError
-from fpmatch.gallery.store.blocks import MAGIC
-from fpmatch.gallery.store.sealing import PLAIN
+from fpmatch.base.output import reason
+from fpmatch.errors import GalleryError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextlib import AbstractContextManager
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
-    from typing import BinaryIO
 
     from fpmatch.gallery.store.reader import GalleryReader
-    from fpmatch.gallery.store.sealing import Sealing
 
-PREPARED: Final = ".arrays"
 SEGMENT: Final = ".segment"
 INDEX: Final = ".index"
-SUFFIXES: Final = (PREPARED, SEGMENT, INDEX)
-"""Of files of prepared prints; of segments of an index; of the list of these."""
+"""Of files of segments of an index; of the list of these."""
+PREPARED: Final = ("*.arrays", ".*.part")
+"""Of files of prepared prints, which version 0.2 made, and of unfinished files."""
+PATTERNS: Final = (f"*{SEGMENT}", f"*{INDEX}", *PREPARED)
+"""Of all files."""
 
 STALE_S: Final = 3600.0  # age of an unfinished file that no process writes any more
 FAULTS: Final = {
@@ -50,37 +46,18 @@ def kept_folders(gallery: GalleryReader) -> list[Path]:
     return [*beside, cache / hashlib.sha256(name.encode("utf-8", "replace")).hexdigest()[:32]]
 
 
-def seal_files(gallery: GalleryReader) -> None:
-    """Encrypt all files of a gallery as it is encrypted now; those that cannot be are removed."""
-    sealing = gallery.sealing()
-    seal = seal_of(sealing)
-    for path in (path for folder in kept_folders(gallery) for path in folder.glob("*")):
+def kept_files(gallery: GalleryReader, patterns: Iterable[str] = PATTERNS) -> Iterator[Path]:
+    """Yield the files of all versions, unfinished ones too, or those of some patterns."""
+    for folder in kept_folders(gallery):
+        for pattern in patterns:
+            yield from folder.glob(pattern)
+
+
+def delete_files(gallery: GalleryReader, patterns: Iterable[str] = PATTERNS) -> None:
+    """Delete files of some patterns; raise GalleryError if one cannot be deleted."""
+    for path in kept_files(gallery, patterns):
         try:
-            content = _content(path, sealing) if path.suffix in SUFFIXES else None
-            if content is not None:
-                with atomic_write(path) as stream, seal(stream) as sealed:
-                    sealed.write(content)
-        except (FpmatchError, OSError):
-            content = None
-        if content is None:
-            with suppress(OSError):
-                path.unlink()
-
-
-def seal_of(sealing: Sealing | None) -> Callable[[BinaryIO], AbstractContextManager[Any]]:
-    """Return what yields the stream to write the content of a file to."""
-    return nullcontext if sealing is None or not sealing.encrypts else sealing.sealed_file
-
-
-def unseal_of(sealing: Sealing | None) -> Callable[[BinaryIO], memoryview] | None:
-    """Return what decrypts the content of a file; None where files are not encrypted."""
-    return sealing.unsealed_file if sealing is not None and sealing.encrypts else None
-
-
-def _content(path: Path, sealing: Sealing | None) -> bytes | memoryview | None:
-    """Return the content of a file, None for one that is not encrypted but should be."""
-    with path.open("rb") as stream:
-        if sealing is not None and stream.read(len(MAGIC)) == MAGIC:
-            return sealing.unsealed_file(stream)
-        stream.seek(0)
-        return stream.read() if sealing is None or PLAIN in sealing.keys else None
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            why = f"cannot be deleted: {reason(error)}"
+            raise GalleryError(f"{path.name}: {why}", path=gallery.name) from error

@@ -4,45 +4,34 @@ from __future__ import annotations
 
 import hashlib
 from collections import deque
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+import numpy as np
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.listing.entry import Failure, GallerySummary
-from fpmatch.gallery.store import digests, history
 from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.history import UNKNOWN
+from fpmatch.gallery.store.digests import check_row
 from fpmatch.gallery.store.rows import as_entry, as_packed, as_packed_entry, as_template
 from fpmatch.gallery.store.sealed_database import SealedDatabase
 from fpmatch.gallery.store.stored_template import stored_minutiae_digest
-from fpmatch.gallery.store.tables import ABOUT, ENTRY, FAILURE, GALLERY, is_sound, parts
+from fpmatch.gallery.store.tables import ABOUT, ENTRY, FAILURE, GALLERY, WHOLE, is_sound, parts
 from fpmatch.printable import as_text, printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
     from typing import Self
 
+    from numpy.typing import NDArray
+
     from fpmatch.gallery.listing.entry import Entry, PackedEntry
-    from fpmatch.gallery.store.history import Removal, Revision
     from fpmatch.templates.minutiae import Template
 
 Converted = TypeVar("Converted")
 
 ROWS_PER_READ: Final = 1000
-EXCHANGED: Final = (
-    "damaged: entries were removed, added or exchanged by something else than fpmatch; restore a "
-    "copy, or enrol what is left in a new gallery"
-)
 _COUNT: Final = sa.select(sa.func.count())
-_OTHER: Final = ENTRY.alias()
-_FINGERS: Final = sa.select(
-    ENTRY.c.id,
-    sa.select(sa.func.min(_OTHER.c.id))
-    .where(_OTHER.c.subject == ENTRY.c.subject, _OTHER.c.finger == ENTRY.c.finger)
-    .scalar_subquery(),
-)
 
 
 class GalleryReader(SealedDatabase):
@@ -98,15 +87,12 @@ class GalleryReader(SealedDatabase):
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
         """Yield the entries, or those of one subject, by ascending number.
 
-        A subject from the name of a file may be given as in that name, or as it is printed. After
-        all entries, GalleryError is raised as by `check_sums`.
+        A subject from the name of a file may be given as in that name, or as it is printed.
         """
         query = sa.select(*ABOUT)
         if subject is not None:
             query = query.where(_is_of(subject))
         yield from self._rows(query, as_entry)
-        if subject is None:
-            self.check_sums()
 
     def numbers_of(self, subject: str) -> list[int]:
         """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
@@ -138,15 +124,30 @@ class GalleryReader(SealedDatabase):
         with self.reading() as connection:
             return int(connection.scalar(query) or 0)
 
-    def entries_of_subjects(self, numbers: Sequence[int]) -> Iterator[Entry]:
-        """Yield all entries of the subjects that the entries of some numbers are of."""
-        yielded: set[int] = set()
+    def digests(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the numbers of all entries, ascending, and their digests; -1 for a missing one."""
+        digest = sa.func.coalesce(sa.cast(ENTRY.c.digest, sa.BigInteger), -1)
+        with self.reading() as connection:
+            rows = connection.execute(sa.select(ENTRY.c.id, digest).order_by(ENTRY.c.id)).all()
+        numbers, digests = np.array([tuple(row) for row in rows], np.int64).reshape(-1, 2).T
+        return numbers, digests
+
+    def count_fingers(self) -> int:
+        """Return the number of fingers."""
+        fingers = sa.select(ENTRY.c.subject, ENTRY.c.finger).distinct().subquery()
+        with self.reading() as connection:
+            return int(connection.scalar(_COUNT.select_from(fingers)) or 0)
+
+    def impressions_of_subjects(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
+        """Return number, subject and finger of all entries of the subjects of some, by number."""
+        labels = sa.select(ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger)
+        of_number: dict[int, tuple[int, str, str]] = {}
         for part in parts(numbers):
             theirs = ENTRY.c.subject.in_(sa.select(ENTRY.c.subject).where(ENTRY.c.id.in_(part)))
-            for entry in self._whole_rows(as_entry, where=theirs):
-                if entry.id not in yielded:
-                    yielded.add(entry.id)
-                    yield entry
+            with self.reading() as connection:
+                rows = connection.execute(labels.where(theirs)).all()
+            of_number |= {row.id: (row.id, row.subject, row.finger) for row in rows}
+        return [of_number[number] for number in sorted(of_number)]
 
     def entries_of(self, numbers: Collection[int]) -> Iterator[Entry]:
         """Yield the entries of some numbers; numbers without one, and damaged ones, are skipped."""
@@ -155,11 +156,11 @@ class GalleryReader(SealedDatabase):
 
     def entry(self, number: int) -> Entry:
         """Return the entry of a number; GalleryError (code "unknown") if there is none."""
-        return self._one(self.whole_rows, number, lambda row: as_entry(self.opened(row)))
+        return self._one(WHOLE, number, lambda row: as_entry(self.opened(row)))
 
     def template(self, number: int) -> Template:
         """Return the template of an entry; GalleryError if there is none or it is damaged."""
-        return self._one(self.whole_rows, number, lambda row: as_template(self.opened(row)))[1]
+        return self._one(WHOLE, number, lambda row: as_template(self.opened(row)))[1]
 
     def find_entry(self, number: int) -> Entry | None:
         """Return the entry of a number; None for one that is damaged, which is skipped."""
@@ -177,7 +178,7 @@ class GalleryReader(SealedDatabase):
         where: sa.ColumnElement[bool] | None = None,
     ) -> Iterator[Converted]:
         """Yield what is made of rows of all columns, opened; damaged ones are skipped."""
-        query = self.whole_rows if where is None else self.whole_rows.where(where)
+        query = WHOLE if where is None else WHOLE.where(where)
         return self._rows(query, lambda row: convert(self.opened(row)), after=after)
 
     def packed_templates(
@@ -205,39 +206,6 @@ class GalleryReader(SealedDatabase):
         """Yield number and content of all entries; each template was read once to check it."""
         return self._whole_rows(lambda row: (row.id, as_packed_entry(row)))
 
-    def fingers(self, *, after: int | None = None) -> dict[int, int]:
-        """Return for the number of each entry the lowest number of an entry of its finger.
-
-        Those of numbers over `after` take a time that does not depend on the size of the gallery.
-        """
-        if after is not None:
-            return dict(self._rows(_FINGERS, lambda row: (row[0], row[1]), after=after))
-        # with a column that is in no index: a damaged index would give other fingers
-        columns = (ENTRY.c.id, ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.minutiae)
-        first: dict[tuple[object, object], int] = {}
-        with self.reading() as connection:
-            rows = connection.execute(sa.select(*columns).order_by(ENTRY.c.id))
-            return {row[0]: first.setdefault((row[1], row[2]), row[0]) for row in rows}
-
-    def revision(self) -> Revision:
-        """Return the present revision, in a time that does not depend on the size of the gallery.
-
-        A gallery that an earlier version made, and that was not changed since, has no history: the
-        time grows with its size, and of later revisions the changes are not known.
-        """
-        with self.reading() as connection:
-            return _revision_of(connection)
-
-    def removals_since(self, before: Revision) -> list[Removal] | None:
-        """Return what was removed since a revision, in order; None if that is not known.
-
-        It is not known of a revision of another gallery, or of a copy that was changed since. The
-        entries that were added are those of numbers over ``before.last``.
-        """
-        with self.reading() as connection:
-            removals = history.removals_since(connection, before)
-        return [] if removals is None and before == self.revision() else removals
-
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
         with self.reading() as connection:
@@ -245,43 +213,22 @@ class GalleryReader(SealedDatabase):
         return [Failure(str(row.source), str(row.reason)) for row in rows]
 
     def content_hash(self) -> str:
-        """Return a hash that differs whenever the entries have changed."""
+        """Return a hash that differs whenever fpmatch has changed the entries."""
         with self.reading() as connection:
-            return content_of(connection)
+            state = connection.scalar(sa.select(GALLERY.c.state))
+            last = connection.scalar(sa.select(sa.func.max(ENTRY.c.id)))
+        return hashlib.sha256(f"{state} {last}".encode()).hexdigest()[:32]
 
-    def check_sums(self, *, after: int = 0, of: Iterable[int] = ()) -> None:
-        """Raise GalleryError (code "damaged") unless the entries are those that were enrolled.
-
-        With `after`, only entries of higher numbers are checked, and with a few numbers `of`
-        entries, only those blocks of 4,096: this takes as long in a gallery of any size.
-        """
+    def last_number(self) -> int:
+        """Return the greatest number of an entry; 0 if there is none."""
         with self.reading() as connection:
-            if self.digested and not digests.are_right(connection, after=after, of=of):
-                raise self.error(EXCHANGED, "damaged")
+            return connection.scalar(sa.select(sa.func.max(ENTRY.c.id))) or 0
 
     def check_rows(self) -> None:
         """Raise GalleryError (code "damaged") unless each entry is as it was enrolled."""
-        if self.digested:
-            deque(self._rows(self.whole_rows, digests.check_row), maxlen=0)
-        self.check_sums()
+        deque(self._rows(WHOLE, check_row), maxlen=0)
         for number, why in self.damaged.items():
             raise self.error(f"damaged: entry {number}: {why}", "damaged")
-
-    def check_whole(self, note: Callable[[str], object], *, after: int = 0) -> None:
-        """Check the sums as `check_sums`, and where all are checked, the structure of the file.
-
-        `note` is called with a line if that is damaged.
-        """
-        self.check_sums(after=after)
-        if after <= 0 and (fault := self.structure_fault()):
-            what = "entries may be missing, or under other names"
-            note(f"{self.name}: the database is damaged ({fault}): {what}; restore a copy")
-
-    def check_removed(self, number: int) -> None:
-        """Raise GalleryError (code "damaged") if an entry is missing and was not removed."""
-        with self.reading() as connection:
-            if not history.was_removed(connection, number):
-                raise self.error(f"damaged: entry {number} is missing; restore a copy", "damaged")
 
     def unknown(self, number: int) -> GalleryError:
         """Return the error about a number that no entry has."""
@@ -339,22 +286,6 @@ class GalleryReader(SealedDatabase):
             if len(rows) < ROWS_PER_READ:
                 return
             after = rows[-1].id
-
-
-def content_of(connection: sa.Connection) -> str:
-    """Return the content hash of a gallery within a transaction."""
-    revision = _revision_of(connection)
-    removals = () if revision.removals == UNKNOWN else (revision.removals,)
-    values = (revision.state, revision.last or None, *removals)
-    return hashlib.sha256(" ".join(map(str, values)).encode()).hexdigest()[:32]
-
-
-def _revision_of(connection: sa.Connection) -> Revision:
-    stored = history.revision(connection)
-    if stored.removals != UNKNOWN:
-        return stored
-    count = connection.scalar(_COUNT.select_from(ENTRY))
-    return replace(stored, state=f"{stored.state} {count}")
 
 
 def _is_of(subject: str) -> sa.ColumnElement[bool]:

@@ -12,16 +12,13 @@ from fpmatch.errors import EncryptionError
 from fpmatch.gallery.encryption.keys import KeyRing, load_keys
 from fpmatch.gallery.encryption.records import is_sealed
 from fpmatch.gallery.store.database import DamagedRowError, Database, mark_overwritten
-from fpmatch.gallery.store.digests import check_row, is_torn, row_digest
-from fpmatch.gallery.store.history import keep_history
+from fpmatch.gallery.store.digests import check_row, row_digest
 from fpmatch.gallery.store.sealing import ENCRYPTED_VERSION, create_sealing, read_sealing
 from fpmatch.gallery.store.tables import (
-    DIGESTED,
     ENTRY,
     GALLERY,
-    OLD_VERSIONS,
-    PACKED,
     VERSION,
+    WHOLE,
     create_tables,
 )
 
@@ -35,8 +32,7 @@ if TYPE_CHECKING:
 class SealedDatabase(Database):
     """A `Database` whose rows are opened with `key`: keys, or their source.
 
-    `damaged` has the reason of each row that was skipped as damaged, by its number; `digested` is
-    whether rows have digests.
+    `damaged` has the reason of each row that was skipped as damaged, by its number.
     """
 
     def __init__(
@@ -48,10 +44,9 @@ class SealedDatabase(Database):
         patience: float | None = None,
     ) -> None:
         super().__init__(where, create=create, patience=patience)
-        self._given = key
+        self.key = key
         self._sealing: Sealing | None = None
         self.damaged: dict[int, str] = {}
-        self.digested = False
 
     def sealing(self, connection: sa.Connection | None = None) -> Sealing | None:
         """Return how this gallery is encrypted now; None if it is not."""
@@ -59,7 +54,7 @@ class SealedDatabase(Database):
             with self.reading() as own:
                 return self.sealing(own)
         with self.naming_keys():
-            self._sealing = read_sealing(connection, self._given)
+            self._sealing = read_sealing(connection, self.key)
         return self._sealing
 
     def current_key(self) -> str:
@@ -67,7 +62,7 @@ class SealedDatabase(Database):
 
         Raises EncryptionError if none was, or they cannot be read.
         """
-        return as_keys(self._given).current.id
+        return as_keys(self.key).current.id
 
     def check_keys(self) -> None:
         """Raise GalleryError (code "missing key") unless all keys in use were given."""
@@ -88,20 +83,14 @@ class SealedDatabase(Database):
         sealing = self.sealing(connection)
         with self.naming_keys():
             stored = [row if sealing is None else sealing.seal_row(row) for row in rows]
-        return [row | {"digest": row_digest(row)} for row in stored] if self.digested else stored
-
-    @property
-    def whole_rows(self) -> sa.Select[Any]:
-        """The query for what `opened` takes."""
-        return DIGESTED if self.digested else PACKED
+        return [row | {"digest": row_digest(row)} for row in stored]
 
     def opened(self, row: Any) -> Any:
         """Return a row of all columns with the template as it was packed.
 
         Raises DamagedRowError if it is not what was stored; GalleryError if its key is missing.
         """
-        if self.digested:
-            check_row(row)
+        check_row(row)
         known = self._sealing
         if known is None and not (isinstance(row.template, bytes) and is_sealed(row.template)):
             return row
@@ -110,7 +99,7 @@ class SealedDatabase(Database):
         except DamagedRowError:
             with self.reading() as connection:  # its keys may have been changed meanwhile
                 changed = self.sealing(connection) != known
-                again = connection.execute(self.whole_rows.where(ENTRY.c.id == row.id)).first()
+                again = connection.execute(WHOLE.where(ENTRY.c.id == row.id)).first()
             if again is None or not changed:
                 raise
         return self.opened(again)
@@ -152,22 +141,17 @@ def check_or_create(gallery: SealedDatabase, *, create: bool, encrypt: bool) -> 
         with gallery.creating() as connection:
             if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
                 create_tables(connection, secrets.token_hex(16))
-                keep_history(connection)
                 mark_overwritten(connection)
                 if encrypt:
                     create_sealing(connection, (gallery.current_key(),))
                     connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
     with gallery.reading() as connection:
         version = connection.scalar(sa.select(GALLERY.c.version))
-        gallery.digested = version not in OLD_VERSIONS
-        torn = not gallery.digested and is_torn(connection)
-    if version is None or torn:
-        raise gallery.error("damaged: its version is missing or wrong", "damaged")
-    if gallery.digested and version not in {VERSION, ENCRYPTED_VERSION}:
-        raise gallery.error(
-            f"a gallery of version {version}; this fpmatch reads versions 1 to {ENCRYPTED_VERSION}",
-            "version",
-        )
-    if encrypt and version in {1, VERSION}:
+    if version is None:
+        raise gallery.error("damaged: its version is missing", "damaged")
+    if version not in {VERSION, ENCRYPTED_VERSION}:
+        known = f"this fpmatch reads versions {VERSION} and {ENCRYPTED_VERSION}"
+        raise gallery.error(f"a gallery of version {version}; {known}", "version")
+    if encrypt and version == VERSION:
         why = "is not encrypted; `fpmatch gallery rewrite --encrypt` encrypts it"
         raise gallery.error(why, "not encrypted")

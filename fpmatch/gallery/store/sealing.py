@@ -1,6 +1,6 @@
-"""Encryption of a gallery: the keys in use, and how its entries and prepared prints are sealed.
+"""Encryption of a gallery: the keys in use, and how its entries and its index are sealed.
 
-A gallery of version 2 or 4 has a table with its random id and the ids of the keys in use, the first
+A gallery of version 4 has a table with its random id and the ids of the keys in use, the first
 of which seals new entries. While a rotation is under way there are several; "plain" stands for
 templates that are not encrypted. A template is a sealed record that is bound to the gallery and to
 all columns of its row but the number.
@@ -15,23 +15,18 @@ from string import hexdigits
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
 import sqlalchemy as sa
 
 from fpmatch.errors import EncryptionError, FpmatchError
 from fpmatch.gallery.encryption.keys import ID_DIGITS, KeyRing, keys_for
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
-from fpmatch.gallery.store.blocks import sealed_blocks, unseal_blocks
 from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.tables import GALLERY, VERSION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from contextlib import AbstractContextManager
-    from typing import BinaryIO
 
     from fpmatch.gallery.encryption.keys import Key
-    from fpmatch.gallery.store.blocks import BlockWriter
 
 ENCRYPTED_VERSION: Final = VERSION + 1
 """Version of an encrypted gallery; others have `fpmatch.gallery.store.tables.VERSION`."""
@@ -39,9 +34,8 @@ ENCRYPTED_VERSION: Final = VERSION + 1
 PLAIN: Final = "plain"
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
-_PREPARED: Final = b"prepared prints"
+_INDEX: Final = b"index"
 _BOUND: Final = ("subject", "finger", "impression", "source", "content", "dpi", "minutiae")
-_ALIGNMENT: Final = 64
 
 _metadata = sa.MetaData()
 
@@ -56,7 +50,7 @@ ENCRYPTION: Final = sa.Table(
 
 @dataclass(frozen=True, slots=True)
 class Sealing:
-    """Seal and unseal the templates and the prepared prints of a gallery.
+    """Seal and unseal the templates and the index of a gallery.
 
     `gallery` is its id, `keys` are the ids of the keys in use, that of new entries first, and
     `given` are the keys that were given, or their source.
@@ -126,24 +120,17 @@ class Sealing:
             raise
         return SimpleNamespace(**columns | {"template": packed})
 
-    def sealed_file(self, stream: BinaryIO) -> AbstractContextManager[BlockWriter]:
-        """Yield a stream that seals a file of prepared prints."""
-        key = self.key(self.keys[0])
-        return sealed_blocks(stream, key, purpose=_PREPARED, bound=[self.gallery])
+    def seal_file(self, content: bytes) -> bytes:
+        """Return the content of a file of an index as it is stored."""
+        return seal(self.key(self.keys[0]), content, purpose=_INDEX, salt=self.gallery)
 
-    def unsealed_file(self, stream: BinaryIO) -> memoryview:
-        """Return the content of a file of prepared prints.
+    def unseal_file(self, stored: bytes) -> bytes:
+        """Return the content of a file of an index.
 
         Raises FpmatchError: code "damaged", or "other" if it is sealed with another key.
         """
         try:
-            return unseal_blocks(
-                self.ring(self.keys[0]),
-                stream,
-                purpose=_PREPARED,
-                bound=[self.gallery],
-                allocate=_aligned,
-            )
+            return unseal(self.ring(self.keys[0]), stored, purpose=_INDEX, salt=self.gallery)
         except EncryptionError as error:
             code = "damaged" if error.code == "damaged" else "other"
             raise FpmatchError(str(error), code=code) from error
@@ -154,7 +141,7 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
 
     Raises EncryptionError (code "damaged") if the keys in use are not recorded.
     """
-    if connection.scalar(sa.select(GALLERY.c.version)) not in {2, ENCRYPTED_VERSION}:
+    if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
         return None
     row = None
     if sa.inspect(connection).has_table(ENCRYPTION.name):
@@ -198,10 +185,3 @@ def _as_bytes(row: dict[str, Any]) -> Iterator[bytes]:
                 yield b"n" + struct.pack("<d", value)
             case _:
                 yield b"?"
-
-
-def _aligned(size: int) -> memoryview:
-    """Return memory whose first byte has an address that arrays like."""
-    room = np.empty(size + _ALIGNMENT, np.uint8)
-    start = -room.ctypes.data % _ALIGNMENT
-    return room[start : start + size].data

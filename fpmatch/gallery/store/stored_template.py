@@ -1,19 +1,15 @@
-"""Stored templates: one template in few bytes, as galleries and indices keep it.
-
-There are two layouts, which differ in the pictures of the ridges: that of a gallery, here, has them
-exactly, in about 2,700 bytes; the compact template of an index has samples of them, in about 670
-(`fpmatch.gallery.index.prints.compact_template`).
+"""Stored templates: one template in about 2,700 bytes, as galleries keep it.
 
 All numbers are little-endian; bits are packed from the highest of a byte on, each column of
 numbers beginning with a byte of its own::
 
-    two letters and the version of the layout, 1 where there is a ridge field and 2 where it shows
+    "fm" and the version, 1 where there is a ridge field and 2 where it shows
     the ridges; dpi in thousandths; width, height; number of minutiae; least x and y; bits of an x
     and of a y
     columns of the minutiae: x and y above the least, angle (8 bits), kind (2), quality (7)
     of a ridge field: step; rows, columns; first row and column of the box around its mask, and the
     box's rows and columns; the mask inside the box, a bit a cell; the orientation of the cells
-    inside the mask (4 bits), in row order; their pictures of the ridges, as the layout has them
+    inside the mask (4 bits), in row order; the binary images of their ridges (64 bits)
     CRC-32 of all before
 
 Positions are whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
@@ -26,8 +22,7 @@ from __future__ import annotations
 import hashlib
 import struct
 import zlib
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -50,14 +45,6 @@ from fpmatch.templates.bounds import (
 )
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from numpy.typing import NDArray
-
-    Mask = NDArray[np.bool_]
-    Words = NDArray[np.uint64]
-
 FIELD, RIDGES = 1, 2  # what there is beside the minutiae
 KIND_BITS: Final = 2
 QUALITY_BITS: Final = 7
@@ -71,44 +58,15 @@ ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(
 STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
-    """State what distinguishes one kind of stored templates from another.
-
-    `known` is the greatest content, `FIELD` or `RIDGES`, of each version that is read; `version`
-    is the one that is written, or `UNSTATED_VERSION`. The ridges of N cells take ``cell_bytes * N``
-    bytes, which `pack_ridges` makes of the words; `unpack_ridges` takes them, the orientation of
-    the cells in steps, and the mask, and returns the words of all cells, 0 outside the mask.
-    """
-
-    magic: bytes
-    version: int
-    known: Mapping[int, int]
-    cell_bytes: int
-    pack_ridges: Callable[[Words], bytes]
-    unpack_ridges: Callable[[bytes, NDArray[np.uint8], Mask], Words]
-
-
-def _unpack_words(data: bytes, _steps: NDArray[np.uint8], mask: Mask) -> Words:
-    """Return the pictures of the cells, each of 64 bits, the highest first."""
-    ridges = np.zeros(mask.shape, np.uint64)
-    ridges[mask] = np.frombuffer(data, ">u8")
-    return ridges
-
-
+MAGIC: Final = b"fm"
 VERSION: Final = 2
 UNSTATED_VERSION: Final = 3  # the same of a print whose resolution nothing states
-GALLERY_LAYOUT: Final = Layout(
-    magic=b"fm",
-    version=VERSION,
-    known={1: FIELD, VERSION: RIDGES, UNSTATED_VERSION: RIDGES},  # version 1 has no ridges
-    cell_bytes=8,
-    pack_ridges=lambda words: words.astype(">u8").tobytes(),
-    unpack_ridges=_unpack_words,
-)
+KNOWN: Final = {1: FIELD, VERSION: RIDGES, UNSTATED_VERSION: RIDGES}
+"""The greatest content of each version that is read; version 1 has no ridges."""
+CELL_BYTES: Final = 8  # of the binary image of the ridges in a cell
 
 
-def pack_template(template: Template, layout: Layout = GALLERY_LAYOUT) -> bytes:
+def pack_template(template: Template) -> bytes:
     """Return a template in few bytes; an unpacked one gives the same bytes again.
 
     Raises TemplateError if a number is outside the bounds of `fpmatch.templates.bounds`: minutiae
@@ -127,12 +85,11 @@ def pack_template(template: Template, layout: Layout = GALLERY_LAYOUT) -> bytes:
     zoom = STANDARD_DPI / (rounded_dpi(template) / DPI_UNITS)
     try:
         minutiae = _pack_minutiae(template)
-        field = b"" if template.field is None else _pack_field(template.field, zoom, layout)
+        field = b"" if template.field is None else _pack_field(template.field, zoom)
     except (struct.error, OverflowError) as error:
         raise TemplateError("template too large to be kept in a gallery") from error
-    unstated = not template.dpi_known and UNSTATED_VERSION in layout.known
-    version = UNSTATED_VERSION if unstated else layout.version
-    whole = layout.magic + bytes((version, content)) + minutiae + field
+    version = VERSION if template.dpi_known else UNSTATED_VERSION
+    whole = MAGIC + bytes((version, content)) + minutiae + field
     return whole + CRC.pack(zlib.crc32(whole))
 
 
@@ -149,7 +106,7 @@ def minutiae_digest(template: Template) -> bytes:
 
 
 def stored_minutiae_digest(data: bytes) -> bytes:
-    """Return the `minutiae_digest` of a stored template that was checked, of any layout."""
+    """Return the `minutiae_digest` of a stored template that was checked."""
     *_, count, _, _, bits_x, bits_y = HEAD.unpack(data[: HEAD.size])
     begin, end = HEAD.size - MINUTIAE_HEAD.size, HEAD.size + body_bytes(count, bits_x, bits_y)
     return _digest(data[begin:end]) if count >= LEAST_UNIQUE else b""
@@ -159,31 +116,29 @@ def _digest(packed_minutiae: bytes) -> bytes:
     return hashlib.blake2b(packed_minutiae, digest_size=16).digest()
 
 
-def unpack_template(data: bytes, layout: Layout = GALLERY_LAYOUT) -> Template:
+def unpack_template(data: bytes) -> Template:
     """Return the template that `pack_template` packed, its numbers rounded once.
 
     Raises TemplateError if `data` is of another version, damaged, or no stored template at all.
     """
-    check_packed(data, layout)
+    check_packed(data)
     try:
-        template = _unpack(ByteReader(data[: -CRC.size], TemplateError), layout)
-        if layout is GALLERY_LAYOUT:  # the templates of an index are not drawn
-            check_bounds(template)
+        template = _unpack(ByteReader(data[: -CRC.size], TemplateError))
+        check_bounds(template)
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
     return template
 
 
-def check_packed(data: bytes, layout: Layout = GALLERY_LAYOUT) -> tuple[int, float]:
+def check_packed(data: bytes) -> tuple[int, float]:
     """Check the checksum of a stored template; return its number of minutiae and its dpi.
 
     Raises TemplateError as `unpack_template`, which finds damage from before packing too.
     """
-    if data[:2] != layout.magic or len(data) < HEAD.size + CRC.size:
+    if data[:2] != MAGIC or len(data) < HEAD.size + CRC.size:
         raise TemplateError("not a packed template")
-    if data[2] not in layout.known:
-        latest = max(layout.known)
-        raise TemplateError(f"packed template of version {data[2]} (known: up to {latest})")
+    if data[2] not in KNOWN:
+        raise TemplateError(f"packed template of version {data[2]} (known: up to {max(KNOWN)})")
     if CRC.unpack(data[-CRC.size :])[0] != zlib.crc32(memoryview(data)[: -CRC.size]):
         raise TemplateError("packed template is damaged")
     _, _, _, dpi_units, _, _, count, *_ = HEAD.unpack(data[: HEAD.size])
@@ -195,16 +150,16 @@ def is_unstated(data: bytes) -> bool:
     return data[2] == UNSTATED_VERSION
 
 
-def body_bytes(count: Any, bits_x: Any, bits_y: Any) -> Any:
-    """Return the bytes of the columns of the minutiae of a template, or of each of many."""
+def body_bytes(count: int, bits_x: int, bits_y: int) -> int:
+    """Return the bytes of the columns of the minutiae of a template."""
     widths = (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
     return sum((count * width + 7) // 8 for width in widths)
 
 
-def _unpack(reader: ByteReader, layout: Layout) -> Template:
+def _unpack(reader: ByteReader) -> Template:
     head = HEAD.unpack(reader.take(HEAD.size))
     _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
-    if content > layout.known[version]:
+    if content > KNOWN[version]:
         raise TemplateError("it contains unknown data")
     if max(bits_x, bits_y) > MOST_BITS:
         raise TemplateError("its positions have too many bits")
@@ -219,7 +174,7 @@ def _unpack(reader: ByteReader, layout: Layout) -> Template:
         to_image(column, least, zoom, values)
     kind, quality = columns[3:].astype(np.uint8)
     minutiae = Minutiae(xy[0], xy[1], ANGLES[columns[2]], kind, quality)
-    field = _unpack_field(reader, zoom, layout if content == RIDGES else None) if content else None
+    field = _unpack_field(reader, zoom, ridged=content == RIDGES) if content else None
     if reader.left:
         raise TemplateError("it has too many bytes")
     return Template(minutiae, width, height, dpi, field, dpi_known=not is_unstated(reader.data))
@@ -240,7 +195,7 @@ def _pack_minutiae(template: Template) -> bytes:
     return head + body.tobytes()
 
 
-def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
+def _pack_field(field: RidgeField, zoom: float) -> bytes:
     mask = field.mask
     rows, columns = (np.logical_or.reduce(mask, axis=axis).nonzero()[0].tolist() for axis in (1, 0))
     inside = mask.ravel().nonzero()[0]
@@ -251,17 +206,18 @@ def _pack_field(field: RidgeField, zoom: float, layout: Layout) -> bytes:
     coded = np.zeros(len(steps) + len(steps) % 2, np.uint8)
     coded[: len(steps)] = steps.astype(np.int64) % 2**ORIENTATION_BITS
     orientation = coded[::2] << ORIENTATION_BITS | coded[1::2]
-    ridges = b"" if field.ridges is None else layout.pack_ridges(field.ridges.ravel()[inside])
+    words = field.ridges
+    ridges = b"" if words is None else words.ravel()[inside].astype(">u8").tobytes()
     box = np.packbits(mask[top:bottom, left:right])
     return head + box.tobytes() + orientation.tobytes() + ridges
 
 
-def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> RidgeField:
-    """Return a ridge field, with ridges where they follow in a layout."""
+def _unpack_field(reader: ByteReader, zoom: float, *, ridged: bool) -> RidgeField:
+    """Return a ridge field, with ridges where they follow."""
     step, rows, columns, top, left, height, width = FIELD_HEAD.unpack(reader.take(FIELD_HEAD.size))
     if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
-    cells, each = height * width, 0 if ridged is None else ridged.cell_bytes
+    cells, each = height * width, CELL_BYTES if ridged else 0
     first, last = reader.at, len(reader.data)
     if reader.left < (cells + 7) // 8:
         raise TemplateError("its ridge field is cut short")
@@ -280,6 +236,7 @@ def _unpack_field(reader: ByteReader, zoom: float, ridged: Layout | None) -> Rid
     orientation = np.zeros((rows, columns), np.float32)
     orientation[mask] = STEPS[steps]
     ridges = None
-    if ridged is not None:
-        ridges = ridged.unpack_ridges(reader.take(each * inside), steps, mask)
+    if ridged:
+        ridges = np.zeros(mask.shape, np.uint64)
+        ridges[mask] = np.frombuffer(reader.take(each * inside), ">u8")
     return RidgeField(step / zoom, orientation, mask, ridges)

@@ -23,8 +23,6 @@ Value = TypeVar("Value")
 
 VERSION: Final = 3
 """Version of these tables and of their content; it grows with every change of either."""
-OLD_VERSIONS: Final = {1: VERSION, 2: VERSION + 1}
-"""Versions without digests, and what they become; see `fpmatch.gallery.store.digests`."""
 
 _metadata = sa.MetaData()
 
@@ -34,7 +32,6 @@ GALLERY: Final = sa.Table(
     sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
     sa.Column("version", sa.Integer, nullable=False),
     sa.Column("state", sa.Text, nullable=False),  # random, replaced by every change of entries
-    sa.Column("sums", sa.LargeBinary),  # of the digests of entries
 )
 
 ENTRY: Final = sa.Table(
@@ -56,10 +53,8 @@ ENTRY: Final = sa.Table(
 
 ABOUT: Final = [column for column in ENTRY.columns if column.name not in {"digest", "template"}]
 """The columns of an `Entry`, in the order of its fields."""
-PACKED: Final = sa.select(*ABOUT, ENTRY.c.template)
+WHOLE: Final = sa.select(ENTRY)
 """Rows of `fpmatch.gallery.store.rows.as_packed` and `as_template`."""
-DIGESTED: Final = sa.select(ENTRY)
-"""The same with digests, which galleries of `OLD_VERSIONS` lack."""
 
 FAILURE: Final = sa.Table(
     "fpmatch_failure",
@@ -107,7 +102,7 @@ def is_sound(dialect: str) -> sa.ColumnElement[bool]:
     numbers = [ENTRY.c.dpi.between(MIN_DPI, MAX_DPI), ENTRY.c.minutiae.between(0, MOST_MINUTIAE)]
     if dialect != "sqlite":  # which alone keeps values of another type
         return sa.and_(*numbers)
-    kinds = [(column, _SQLITE_TYPES[type(column.type)]) for column in PACKED.selected_columns]
+    kinds = [(column, _SQLITE_TYPES[type(column.type)]) for column in (*ABOUT, ENTRY.c.template)]
     return sa.and_(*numbers, *(sa.func.typeof(column) == kind for column, kind in kinds))
 
 
@@ -121,7 +116,7 @@ def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
 def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
     _metadata.create_all(connection, checkfirst=False)
-    connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state, sums=b""))
+    connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state))
 
 
 class Conflicts:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.api import given_print
-from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.matching.registry import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ def identify(
     threshold: float = 0.0,
     matcher: str | Matcher = DEFAULT_MATCHER,
     dpi: float | None = None,
-    loss: float = DEFAULT_LOSS,
+    effort: int = 1,
     workers: int | None = None,
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
@@ -65,10 +64,9 @@ def identify(
         The matcher, or its name.
     dpi : float, optional
         Resolution of an image (default: that in the file, else by its ridges).
-    loss : float, optional
-        Share of the mates, of those that comparing all prints would find, that the search of a
-        gallery of more than 20,000 prints may miss: it is searched by an index. Of 0, all prints
-        are compared.
+    effort : int
+        1, 2 or 4: how many prints of a gallery of more than 2,000 are compared, and so how few
+        mates are missed.
     workers : int, optional
         Processes that prepare prints, and threads that search (default: one a core).
 
@@ -82,8 +80,8 @@ def identify(
     GalleryError
         If the gallery cannot be read.
     MatcherError
-        If the matcher is unknown or not calibrated, or `count`, `threshold` or `loss` is out of
-        range.
+        If the matcher is unknown or not calibrated, or `count`, `threshold` or `effort` is out
+        of range.
     """
     from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
@@ -95,11 +93,11 @@ def identify(
         "workers": workers,
         "count": count,
         "threshold": threshold,
-        "loss": loss,
+        "effort": effort,
     }
     path = Path(probe) if isinstance(probe, str | os.PathLike) else None
     with nullcontext(gallery) if isinstance(gallery, Gallery) else open_gallery(gallery) as opened:
-        search = open_search(opened, matcher, engine=processes(workers), loss=loss)
+        search = open_search(opened, matcher, engine=processes(workers))
         _, result, entries = identify_given(opened, search, given, **limits)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)

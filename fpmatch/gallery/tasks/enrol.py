@@ -32,7 +32,6 @@ from fpmatch.gallery.listing.prints import (
 from fpmatch.gallery.store.stored_template import is_unstated
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.consistency import check_added, find_added, find_copies
-from fpmatch.gallery.tasks.enrolment_index import EnrolmentIndex
 from fpmatch.printable import printable
 from fpmatch.prints.reading import group_by_note
 
@@ -142,17 +141,13 @@ def enrol(
             attempted = _of_files(
                 attempt_each(place, extractor or extract_opened, map(opener, new))
             )
-        index = EnrolmentIndex(gallery, engine=place, progress=progress)
         with closing(attempted) as attempts:
             for batch in _batches(attempts):
                 run.commit(batch)
-                index.extend(len(run.labels), run.total - run.done)
     run.commit([])
     added = find_added(gallery, run.subjects, run.contents.intersection)
     refused, unmatched = check_added(gallery, run.labels, added, strict=strict)
     copies = find_copies(gallery, run.labels, run.counts)
-    if run.labels:
-        index.finish()
     noted = [(run.labels[entry.label], (f"the same print as {other}",)) for entry, other in copies]
     return Enrolment(
         len(run.labels) - len(refused),
@@ -173,7 +168,7 @@ def earlier_resolutions(gallery: Gallery, prints: Sequence[PrintFile]) -> dict[P
     folders = {printable(f.path.absolute().parent): f.path.parent for f in prints if f.dpi is None}
     if not folders or not len(gallery):
         return {}
-    last = gallery.packed_templates(after=max(gallery.revision().last - LAST_ENTRIES, 0))
+    last = gallery.packed_templates(after=max(gallery.last_number() - LAST_ENTRIES, 0))
     unstated = [number for number, data in last if is_unstated(data)]
     entries = sorted(gallery.entries_of(unstated), key=lambda entry: entry.id)
     of_folder = {str(Path(entry.source).parent): entry.dpi for entry in entries}

@@ -14,13 +14,16 @@ import sqlalchemy as sa
 
 from fpmatch.gallery.encryption.records import MAGIC, record_head
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.store import audit, digests
+from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.kept_files import seal_files
+from fpmatch.gallery.store.digests import row_digest
+from fpmatch.gallery.store.kept_files import delete_files
 from fpmatch.gallery.store.sealing import PLAIN, create_sealing, set_keys
-from fpmatch.gallery.store.tables import ENTRY, GALLERY, TABLES
+from fpmatch.gallery.store.tables import ENTRY, GALLERY, TABLES, WHOLE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.store.sealing import Sealing
 
@@ -56,7 +59,7 @@ def rotate(
 def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
     target = PLAIN if decrypt else gallery.current_key()
     had_plain = _begin(gallery, target)
-    seal_files(gallery)
+    delete_files(gallery)
     sealed, damaged, after = 0, dict[int, str](), 0
     total = len(gallery)
     progress("rotate", 0, total)
@@ -66,7 +69,7 @@ def _rotate(gallery: Gallery, decrypt: bool, progress: Progress) -> Rotation:
         progress("rotate", min(sealed, total), total)
     if had_plain:
         gallery.vacuum(TABLES)  # no free page or dead row contains a plain template then
-        seal_files(gallery)  # of searches that began before
+        delete_files(gallery)  # of searches that began before
     _end(gallery, target, damaged)
     progress("rotate", total, total)
     return Rotation(target, sealed, damaged)
@@ -99,7 +102,7 @@ def _seal_some(
     begin = sa.func.substr(_TEMPLATE, 1, len(head))
     other = begin == head if target == PLAIN else begin != head
     with gallery.changing() as connection:
-        query = gallery.whole_rows.where(ENTRY.c.id > after, other)
+        query = WHOLE.where(ENTRY.c.id > after, other)
         sealing = _sealing(gallery, connection, target)
         rows = connection.execute(query.order_by(ENTRY.c.id).limit(ROWS_PER_COMMIT)).all()
         sealed: list[tuple[Any, bytes]] = []
@@ -112,8 +115,20 @@ def _seal_some(
             columns = {name: getattr(opened, name) for name in row._fields}
             sealed.append((row, sealing.seal_row(columns, target)["template"]))
         if sealed:
-            digests.replace_templates(connection, sealed)
+            _replace_templates(connection, sealed)
     return (len(sealed), rows[-1].id) if rows else None
+
+
+def _replace_templates(connection: sa.Connection, rows: Sequence[tuple[Any, bytes]]) -> None:
+    """Store other templates in rows; a digest that was wrong stays wrong."""
+    update = ENTRY.update().where(ENTRY.c.id == sa.bindparam("row"))
+    new = update.values(template=sa.bindparam("own"), digest=sa.bindparam("of_own"))
+    changes = []
+    for row, template in rows:
+        right = row.digest == row_digest(row._mapping)
+        digest = row_digest(row._asdict() | {"template": template}) if right else row.digest
+        changes.append({"row": row.id, "own": template, "of_own": digest})
+    connection.execute(new, changes)
 
 
 def _end(gallery: Gallery, target: str, damaged: dict[int, str]) -> None:

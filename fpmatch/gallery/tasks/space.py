@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.gallery.erasure import delete_outdated, size_of_prepared
+from fpmatch.gallery.erasure import delete_outdated, size_of_index
 from fpmatch.gallery.store.tables import TABLES
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FreedSpace:
-    """Sizes in bytes before and after: of the database, and of the prepared prints."""
+    """Sizes in bytes before and after: of the database, and of the index."""
 
     database_before: int
     database_after: int
@@ -30,17 +30,17 @@ class FreedSpace:
 
 
 def free_space(gallery: Gallery) -> FreedSpace:
-    """Rewrite the database of a gallery without free space, and delete outdated prepared prints.
+    """Rewrite the database without free space, and the index without removed prints.
 
     On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
     another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
     as before.
     """
-    before = gallery.size(TABLES), size_of_prepared(gallery)
+    before = gallery.size(TABLES), size_of_index(gallery)
     with gallery.changing():
         pass  # a gallery of an earlier version gets what this one adds
     gallery.record("compact")
     gallery.vacuum(TABLES)
     delete_outdated(gallery)
-    after = gallery.size(TABLES), size_of_prepared(gallery)
+    after = gallery.size(TABLES), size_of_index(gallery)
     return FreedSpace(before[0], after[0], before[1], after[1])

@@ -14,7 +14,6 @@ from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.consistency import check_added, find_added
 from fpmatch.gallery.tasks.enrol import Enrolment, count_added
-from fpmatch.gallery.tasks.enrolment_index import EnrolmentIndex
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
@@ -35,8 +34,8 @@ def enrol_gallery(
 
     Templates are checked and copied as they are, with their labels, sources and SHA-256; entries
     get new numbers, in the same order. A thousand are committed at once: a run that was killed
-    continues when it is started again. A failure is a damaged entry, one whose label or picture is
-    enrolled otherwise, and a source that lost entries. Either gallery may be encrypted. `prefix`,
+    continues when it is started again. A failure is a damaged entry, or one whose label or picture
+    is enrolled otherwise. Either gallery may be encrypted. `prefix`,
     `progress` and `strict` are as for `fpmatch.gallery.tasks.enrol.enrol`; GalleryError is raised
     if both are the same, too.
     """
@@ -48,7 +47,6 @@ def enrol_gallery(
     before, total = dict(source.damaged), len(source)
     progress("enrol", 0, total)
     entries = source.packed_entries()
-    index = EnrolmentIndex(gallery, progress=progress)
     enrolled, known, done = 0, 0, 0
     labels: list[Label] = []
     failures: list[Failure] = []
@@ -72,19 +70,12 @@ def enrol_gallery(
         added |= find_added(gallery, subjects, given)
         done += len(batch)
         progress("enrol", min(done, total), total)
-        index.extend(enrolled, max(0, total - done))
     damaged = source.damaged.items() - before.items()
     skipped = [
         Failure(f"{source.name}: entry {k}", f"damaged: {why}") for k, why in sorted(damaged)
     ]
-    try:
-        source.check_sums()
-    except GalleryError as error:
-        skipped.append(Failure(source.name, error.detail))
     gallery.add_packed([], skipped)
     refused, unmatched = check_added(gallery, labels, added, strict=strict)
-    if enrolled:
-        index.finish()
     return Enrolment(
         enrolled - len(refused),
         known,

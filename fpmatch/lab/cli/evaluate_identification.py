@@ -15,7 +15,6 @@ from fpmatch.gallery.cli.notes import notes_as_json, say_dpi_assumed
 from fpmatch.gallery.cli.options import (
     by_folder_option,
     key_option,
-    loss_option,
     pattern_option,
     places_argument,
     workers_option,
@@ -65,7 +64,6 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
     help="Fill the gallery with these prints, of fingers that are not in DIR; a gallery is not "
     "changed.",
 )
-@loss_option(help="With a background of more than 20,000 prints, as fpmatch identify --loss.")
 @click.option(
     "--fingers",
     metavar="N",
@@ -111,7 +109,6 @@ def evaluate_identification(
     bootstrap: int,
     seed: int,
     background: str | None,
-    loss: float,
     fingers: int | None,
     fpirs: tuple[float, ...],
     curves: Path | None,
@@ -157,7 +154,7 @@ def evaluate_identification(
                 filled = load_background(background, matcher, **given)
             of_matcher = []
             for size in sorted({1, fingers or 1}, reverse=True):  # first that of fewest subjects
-                test = IdentificationTest(size, tuple(fpirs) or FPIRS, bootstrap, seed, loss)
+                test = IdentificationTest(size, tuple(fpirs) or FPIRS, bootstrap, seed)
                 gallery = None if filled is None else filled.of_subjects(size)
                 given = {"matcher": matcher, "test": test, "progress": bars.show}
                 of_matcher.append(evaluate_searches(sets, gallery, **given))

@@ -10,8 +10,8 @@ import pytest
 from in_turn import OURS, cpu, in_turn
 from made_prints import prints, repeated, without_prefilter
 
+from fpmatch.gallery.index.descriptors import StoredDescriptors
 from fpmatch.gallery.index.prints.compare import similarities
-from fpmatch.gallery.index.prints.descriptor_scores import prefilter_scores
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verify import verify
@@ -120,8 +120,13 @@ def test_descriptors(benchmark: Any, side: str, many: PreparedPrints) -> None:
     """Score all prints by bit descriptors; the yardstick aligns them."""
     probe = many[0]
 
+    stored, which = (
+        StoredDescriptors.pack([many[k] for k in range(len(many))]),
+        np.arange(len(many)),
+    )
+
     def ours() -> NDArray[np.int32]:
-        return prefilter_scores(probe, many)
+        return stored.scores(probe, which)
 
     def yardstick() -> NDArray[np.float64]:
         with without_prefilter():

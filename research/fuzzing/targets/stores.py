@@ -11,7 +11,6 @@ import random
 import secrets
 import shutil
 import sqlite3
-import zlib
 from contextlib import closing, suppress
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -25,20 +24,16 @@ from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE, Key
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.prepared import load_prepared
-from fpmatch.gallery.index.prints.stored_descriptors import COLUMNS, StoredDescriptors
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.search import opening
 from fpmatch.gallery.search.entries import identify_entries
-from fpmatch.gallery.store.array_file import read_arrays, write_arrays
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.registry import get_matcher
 from fpmatch.printable import printable
 from research.fuzzing.damage import with_right_sum
-from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written
+from research.fuzzing.target import SAMPLES, Reader, Target, scratch
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,14 +44,13 @@ if TYPE_CHECKING:
 
 PRINTS = ("101_1", "101_2", "102_1", "103_1")
 PROBE = "101_3"
-RENEWED_ONE_IN = 30  # of the prepared files that are refused: that takes longer
 MINUTIAE = 16  # of each print: fewer are compared faster
-Kept = Literal["", "prepared", "index"]  # files of a gallery from before the damage
+Kept = Literal["", "index"]  # files of a gallery from before the damage
 RESULTS = "other candidates than before the damage, without an error or a note"
 
 
 def store_targets() -> list[Target]:
-    """Return the targets of galleries, prepared files and unfinished runs."""
+    """Return the targets of galleries, their indices and unfinished runs."""
     return [
         *(
             Target(
@@ -67,11 +61,9 @@ def store_targets() -> list[Target]:
             for encrypt in (False, True)
             for kept in get_args(Kept)
         ),
-        Target("prepared", _prepared, kernels=True),
         Target("index-list", partial(_index, "index"), kernels=True),
         Target("index-segment", partial(_index, "segment"), kernels=True),
         Target("packed-template", _packed, kernels=True),
-        Target("packed-descriptors", _descriptors, kernels=True),
         Target("stored-template", _stored, kernels=True),
         Target("unfinished-run", _unfinished),
     ]
@@ -92,7 +84,7 @@ def templates() -> dict[str, Template]:
 
 
 def gallery_file(*, encrypt: bool = False) -> Path:
-    """Return a gallery of the prints, with its prepared files beside it."""
+    """Return a gallery of the prints."""
     return _made_gallery(encrypt)
 
 
@@ -110,7 +102,6 @@ def _made_gallery(encrypt: bool) -> Path:
         open_gallery(path, create=True, encrypt=encrypt) as gallery,
     ):
         gallery.add(new)
-        opening.open_search(gallery, engine=serial())
     return path
 
 
@@ -173,40 +164,6 @@ def _gallery(kept: Kept, *, encrypt: bool = False) -> Reader:
     return Reader([made.read_bytes()], read)
 
 
-def _prepared() -> Reader:
-    """Damage the prepared file of a gallery, and search with it, or with what replaces it."""
-    made = gallery_file()
-    with open_gallery(made) as gallery:
-        expected, _ = candidates(gallery)
-    matcher = get_matcher("unit-circle")
-    (good,) = made.with_name(f"{made.name}.prepared").iterdir()
-
-    def read(data: bytes) -> list[str]:
-        gallery = _own_copy(os.getpid())
-        beside = scratch() / "copy" / "prints.db.prepared"
-        for one in beside.iterdir():
-            one.unlink()
-        path = beside / good.name
-        path.write_bytes(data)
-        if zlib.crc32(data) % RENEWED_ONE_IN:
-            load_prepared(path, matcher)
-        found, notes = candidates(gallery)
-        if found != expected:
-            raise AssertionError(RESULTS)
-        return notes
-
-    return Reader([good.read_bytes()], read)
-
-
-@cache
-def _own_copy(pid: int) -> Gallery:
-    """Return the open copy of the gallery of this process."""
-    path = scratch() / "copy" / "prints.db"
-    path.with_name(f"{path.name}.prepared").mkdir(parents=True)
-    shutil.copyfile(gallery_file(), path)
-    return open_gallery(path)
-
-
 def _compare(template: Template) -> None:
     """Prepare a template and compare it with a good one, both ways."""
     matcher = get_matcher("unit-circle")
@@ -249,21 +206,6 @@ def _index(kind: str) -> Reader:
         return notes
 
     return Reader([good[damaged]], read)
-
-
-def _descriptors() -> Reader:
-    prints = [MATCHER.prepare(template) for template in templates().values()]
-    path = scratch() / "descriptors"
-    write_arrays(path, StoredDescriptors.pack(prints).arrays(), COLUMNS, {})
-
-    def read(data: bytes) -> None:
-        loaded = StoredDescriptors.of_arrays(read_arrays(written("read", data), COLUMNS, {}))
-        if (loaded.scores(prints[0]) < 0).any():
-            raise AssertionError("a negative score")
-        for k in range(len(loaded)):
-            loaded[k]
-
-    return Reader([path.read_bytes()], read)
 
 
 def _stored() -> Reader:

@@ -12,7 +12,7 @@ import numpy as np
 from fpmatch.gallery.batch.pair_list import read_pairs
 from fpmatch.gallery.encryption.keys import load_keys, new_key
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
-from fpmatch.gallery.store.audit_log import AuditLog, check_audit_log
+from fpmatch.gallery.store.audit_chain import START, check_audit_log, event_line, hash_of
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
@@ -174,10 +174,11 @@ def _calibration() -> Reader:
 
 
 def _audit_log() -> Reader:
-    log = AuditLog(scratch() / "audit.jsonl")
+    lines: list[bytes] = []
     for client, action in (("ada", "enrol"), ("bob", "identify"), ("ada", "remove")):
-        log.append(client, action, {"entries": [1, 2], "score": 50.5})
-    return _of_file("audit.jsonl", check_audit_log, [log.path.read_bytes()])
+        previous = hash_of(lines[-1]) if lines else START
+        lines.append(event_line(previous, client, action, {"entries": [1, 2], "score": 50.5}))
+    return _of_file("audit.jsonl", check_audit_log, [b"".join(lines)])
 
 
 def _keys() -> Reader:

@@ -14,13 +14,12 @@ from made_prints import entries_of, entry_of, scattered
 
 from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
 from fpmatch.formats.files import save_template
+from fpmatch.gallery.batch import candidates as candidates_module
 from fpmatch.gallery.batch.candidates import COLUMNS, write_candidates
 from fpmatch.gallery.batch.sources import FolderSource
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.search import entries as entries_module
-from fpmatch.gallery.search import whole
-from fpmatch.gallery.search.consolidated import ConsolidatedFingers
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
@@ -28,8 +27,8 @@ from fpmatch.gallery.search.search import SearchOptions
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
     "over a threshold": SearchOptions(listed="subjects", count=2, threshold=1.0),
-    "fingers": SearchOptions(listed="fingers", consolidate=True, count=4),
-    "impressions": SearchOptions(listed="impressions", loss=0),
+    "fingers": SearchOptions(listed="fingers", count=4),
+    "impressions": SearchOptions(listed="impressions"),
 }
 
 
@@ -47,11 +46,10 @@ def probes(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def whole_gallery(tmp_path_factory):
-    """Return the folder of a gallery of sixty prints, which are prepared in a file."""
+    """Return the folder of a gallery of sixty prints."""
     folder = tmp_path_factory.mktemp("gallery")
     with open_gallery(folder / "prints.db", create=True) as opened:
         opened.add(entries_of(*(scattered(k % 37, 12 + k % 37) for k in range(60))))
-        open_search(opened)
     return folder
 
 
@@ -64,10 +62,9 @@ def gallery(whole_gallery, tmp_path):
 
 @pytest.fixture(autouse=True)
 def small_batches(monkeypatch):
-    """Several batches and pieces: chunks enough for runs that are interrupted."""
-    monkeypatch.setattr(entries_module, "MAX_BATCH", 2)
-    monkeypatch.setattr(whole, "LEAST_PIECES", 7)
-    monkeypatch.setattr(whole, "MIN_PIECE", 1)
+    """Several batches: enough for runs that are interrupted."""
+    for module in (entries_module, candidates_module):
+        monkeypatch.setattr(module, "BATCH", 2)
 
 
 def run(gallery, folder, output, options=OPTIONS["usual"], engine=None, **more):
@@ -88,11 +85,8 @@ def test_rows_are_the_candidates_of_single_searches(gallery, probes, tmp_path, o
     assert (done.probes, done.failed, done.resumed, done.rows) == (12, 2, 0, len(rows))
     assert [Path(path).name for path, _ in done.failures] == ["a=1.json", "broken.json"]
     search = open_search(gallery)
-    together = ConsolidatedFingers(gallery, search) if options.consolidate else None
     for k in range(10):
-        result, entries = identify_entries(
-            gallery, search, scattered(k, 12 + k), options, consolidated=together
-        )
+        result, entries = identify_entries(gallery, search, scattered(k, 12 + k), options)
         found = [row for row in rows if Path(row["probe"]).name == f"{k}.json"]
         expected = [
             {name: str(value) for name, value in one.items() if name != "extrapolated"}
@@ -128,7 +122,7 @@ def test_json_lines_have_a_document_for_each_probe(gallery, probes, tmp_path):
         )
         numbers = {name: getattr(result, name) for name in ("enrolled", "compared", "fingers")}
         found = documents[f"{k}.json"]
-        assert found.items() >= {**about, **numbers, "loss": None, "passed_on": []}.items()
+        assert found.items() >= {**about, **numbers, "effort": None, "passed_on": []}.items()
         assert found["candidates"] == result.candidate_dicts(entries)
         assert found["reason"] is None
     failed = documents["broken.json"]
@@ -188,8 +182,7 @@ def test_another_run_is_not_resumed(gallery, probes, tmp_path):
         ("/dev/null/c.csv", {}, OutputError, "cannot be written: "),
         ("c.csv", {"count": 0}, MatcherError, "at least 1"),
         ("c.csv", {"threshold": 101.0}, MatcherError, "between 0 and 100"),
-        ("c.csv", {"loss": 1.0}, MatcherError, "from 0 to under 1"),
-        ("c.csv", {"listed": "impressions", "consolidate": True}, MatcherError, "consolidated"),
+        ("c.csv", {"effort": 3}, MatcherError, "1, 2 or 4"),
     ],
 )
 def test_what_cannot_be_done_is_one_line(gallery, probes, tmp_path, name, options, error, reason):

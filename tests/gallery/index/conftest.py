@@ -1,6 +1,6 @@
-"""Tests of the index make prints as those of matching do."""
+"""Tests of the index make prints as those of matching do; `numpy_forms` lies beside them."""
 
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[2] / "matching"))
+sys.path += map(str, (Path(__file__).parents[2] / "matching", Path(__file__).parent))

@@ -26,7 +26,7 @@ NUMBERS = np.cumsum(np.arange(1, 13))
 
 def built(places):
     which = np.array(places, np.int64)
-    return Segment.build(NUMBERS[which], NUMBERS[which] - 1, [PRINTS[k] for k in which])
+    return Segment.build(NUMBERS[which], -NUMBERS[which], [PRINTS[k] for k in which])
 
 
 def same(one, other):

@@ -13,7 +13,7 @@ from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.fingers.fused_fingers import assign_fingers, fuse_fingers
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import fused as fused_module
-from fpmatch.gallery.search.entries import GallerySubjects, identify_entries_fused
+from fpmatch.gallery.search.entries import identify_entries_fused
 from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.whole import WholeSearch
@@ -102,10 +102,10 @@ def test_damaged_and_removed_entries_are_no_candidates(people):
     people.remove([1])
     probes = [template_at(20), template_at(60)]
     options = {"positions": ["left", "right"], "calibration": TEN_PER_TEN, "skipped": {5, 6}}
-    result = identify_fused(search, probes, GallerySubjects(people), **options)
+    result = identify_fused(search, probes, **options)
     assert {one.subject: len(one.fingers) for one in result.candidates} == {"ada": 1, "bob": 2}
     every = {"calibration": TEN_PER_TEN, "skipped": set(range(7))}
-    assert identify_fused(search, probes, GallerySubjects(people), **every).candidates == ()
+    assert identify_fused(search, probes, **every).candidates == ()
 
 
 @pytest.mark.parametrize(
@@ -134,6 +134,9 @@ class NumberedSubjects:
     def __len__(self):
         return self.count
 
+    def fingers(self):
+        return 2 * self.count
+
     def fingers_of(self, numbers):
         return {str(k): {"a": [2 * k], "b": [2 * k + 1]} for k in {n // 2 for n in numbers}}
 
@@ -142,17 +145,17 @@ class NumberedSubjects:
 @given(st.lists(st.tuples(st.integers(0, 99), st.integers(0, 99)), min_size=1, max_size=8))
 def test_agrees_with_comparing_one_by_one(enrolled):
     references = [FAKE.prepare(template_at(x)) for pair in enrolled for x in pair]
-    numbers = np.arange(len(references))
-    search = WholeSearch(FAKE, numbers, numbers, references)
+    subjects = NumberedSubjects(len(enrolled))
+    search = WholeSearch(FAKE, range(len(references)), references, subjects)
     options = {"positions": ["a", "b"], "calibration": TEN_PER_TEN}
     probes = [template_at(30), template_at(70)]
-    found = identify_fused(search, probes, NumberedSubjects(len(enrolled)), **options)
+    found = identify_fused(search, probes, **options)
     slow = sorted(
         (float(fuse_fingers([score_at(30, a), score_at(70, b)])) for a, b in enrolled), reverse=True
     )
     assert [one.score for one in found.candidates] == pytest.approx(slow[:10])
     options["positions"] = ["b", "a"]
-    turned = identify_fused(search, probes[::-1], NumberedSubjects(len(enrolled)), **options)
+    turned = identify_fused(search, probes[::-1], **options)
     assert [(o.subject, o.score) for o in turned.candidates] == [
         (o.subject, o.score) for o in found.candidates
     ]

@@ -1,15 +1,12 @@
 """A large gallery is searched by its index, in stages, as it is at the moment of each search."""
 
-from math import inf
-
 import pytest
 from made_prints import entry_of, scattered
 
 from fpmatch.errors import MatcherError
-from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine.engine import serial
+from fpmatch.gallery.fingers.finger import fused_score
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.loss import DEFAULT_LOSS, SearchPlan
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search import indexed as module
 from fpmatch.gallery.search import opening
@@ -17,6 +14,8 @@ from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.indexed import IndexedSearch
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.matching.matchers.unit_circle import MATCHER
 
 SIZE = 40
 
@@ -25,9 +24,8 @@ SIZE = 40
 def small_limits(monkeypatch):
     """Index galleries of more than ten prints; compare few of them."""
     monkeypatch.setattr(opening, "EXHAUSTIVE_UP_TO", 10)
-    monkeypatch.setattr(
-        module, "search_rounds", lambda loss, *_, **__: [(SearchPlan(loss, 0.5, 20, 6), inf)]
-    )
+    monkeypatch.setattr(module, "LEAST_BY_TERMS", 20)
+    monkeypatch.setattr(module, "BY_DESCRIPTORS", 6)
 
 
 def print_of(number):
@@ -71,21 +69,40 @@ def test_each_print_is_found_among_few_that_are_compared(filled):
         assert result.candidates[0].number == number + 1
         assert result.candidates[0].comparison.transform is not None
         assert (result.enrolled, result.fingers) == (SIZE, SIZE)
-        assert result.passed_on == (20, 6, 6)
+        assert result.passed_on == (20, 6)
         assert result.compared == 6
-        assert result.loss == DEFAULT_LOSS
+        assert result.effort == 1
         assert result.preselected
+        assert identify(search, print_of(number), count=3, effort=2).passed_on == (40, 12)
 
 
-def test_a_loss_of_0_compares_all_prints_and_so_does_a_search_of_a_small_gallery(large):
-    search, whole = opened(large), opened(large, loss=0)
-    assert not isinstance(whole, IndexedSearch)
-    probe = print_of(3)
-    one, other = (identify(s, probe, loss=0) for s in (search, whole))
-    assert one == other == identify(whole, probe)
-    assert (one.loss, one.passed_on, one.compared) == (None, (), SIZE)
+def test_a_small_gallery_is_compared_whole(large):
     large.remove(range(11, SIZE + 1))
-    assert not isinstance(opened(large), IndexedSearch)
+    search = opened(large)
+    assert not isinstance(search, IndexedSearch)
+    result = identify(search, print_of(3), effort=4)
+    assert (result.effort, result.passed_on, result.compared) == (None, (), 10)
+
+
+def test_a_search_changes_with_the_size_of_its_gallery(large):
+    search = opened(large)
+    large.remove(range(11, SIZE + 1))
+    assert identify_entries(large, search, print_of(3))[0].effort is None
+    large.add([new_entry(number) for number in range(50, 60)])
+    result, entries = identify_entries(large, search, print_of(55))
+    assert (result.effort, entries[0].source) == (1, new_entry(55).source)
+
+
+def test_all_impressions_of_a_finger_that_ranks_first_are_compared(gallery):
+    """Those that are not similar to the probe, too."""
+    gallery.add([new_entry(k, k // 4) for k in range(SIZE)])
+    search, whole = opened(gallery), WholeSearch.of([print_of(k) for k in range(SIZE)], MATCHER)
+    result = identify(search, print_of(9), count=1)
+    (candidate,) = result.candidates
+    assert (candidate.number, candidate.impressions, result.fingers) == (10, 4, 10)
+    alone = identify(whole, print_of(9), count=SIZE).candidates
+    scores = {one.number: one.score for one in alone}
+    assert candidate.score == pytest.approx(fused_score([scores[k] for k in (9, 10, 11, 12)]))
 
 
 def test_candidates_do_not_depend_on_the_segments(large, monkeypatch):
@@ -94,10 +111,9 @@ def test_candidates_do_not_depend_on_the_segments(large, monkeypatch):
         for path in large.file.with_name(f"{large.file.name}.prepared").iterdir():
             path.unlink()
         with monkeypatch.context() as patch:
-            patch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", most)
-            patch.setattr("fpmatch.gallery.index.state.MOST_OF_A_SIZE", 1000)
+            patch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", most)
             search = opened(large)
-        assert len(search.state.parts) == -(-SIZE // most)
+        assert len(search.index.segments) == -(-SIZE // most)
         assert [repr(identify(search, print_of(k)).candidates) for k in range(5)] == expected
 
 
@@ -113,32 +129,16 @@ def test_an_open_search_follows_the_gallery_and_so_does_that_of_another_server(f
         assert identify_entries(filled, search, print_of(5))[0].enrolled == SIZE - 1
 
 
-def test_a_removed_entry_is_no_candidate_of_a_search_that_does_not_follow(large):
-    search = opened(large, loss=0)
-    assert best(large, search, 5)[0] == 6
-    large.remove([6])
-    result, entries = identify_entries(large, search, print_of(5))
-    assert 6 not in [entry.id for entry in entries]
-    assert result.enrolled == SIZE - 1
-
-
 def test_skipped_entries_are_as_if_they_were_not_enrolled(gallery):
     gallery.add([new_entry(k, k // 2) for k in range(SIZE)])
     result = identify(opened(gallery), print_of(4), skipped={5, 999, 7, 8})
     assert result.candidates[0].number != 5
-    assert (result.enrolled, result.fingers) == (SIZE - 3, SIZE // 2 - 1)
+    assert result.enrolled == SIZE - 3
 
 
-@pytest.mark.parametrize("loss", [-1.0, 1.0, float("nan")])
-def test_an_impossible_loss_is_refused(large, loss):
-    with pytest.raises(MatcherError, match="loss"):
-        identify(opened(large), print_of(3), loss=loss)
-
-
-@pytest.fixture
-def probe(tmp_path):
-    save_template(tmp_path / "probe.json", print_of(3))
-    return str(tmp_path / "probe.json")
+def test_an_impossible_effort_is_refused(large):
+    with pytest.raises(MatcherError, match="an effort is 1, 2 or 4, not 3"):
+        identify(opened(large), print_of(3), effort=3)
 
 
 @pytest.mark.usefixtures("source")
@@ -148,28 +148,10 @@ def test_the_index_of_an_encrypted_gallery_is_encrypted(tmp_path):
         expected = best(gallery, opened(gallery), 5)
         paths = list((tmp_path / "g.db.prepared").iterdir())
         assert {path.suffix for path in paths} == {".segment", ".index"}
-        templates = [open_search(gallery, engine=serial()).state.segments[0].arrays()]
+        arrays = opened(gallery).index.segments[0].arrays()
         content = b"".join(path.read_bytes() for path in paths)
-        for name, array in templates[0].items():
+        for name, array in arrays.items():
             if array.nbytes > 64:
                 assert array.tobytes()[:64] not in content, name
         gallery.remove([1])
         assert best(gallery, opened(gallery), 5) == expected
-
-
-def test_prints_are_added_to_a_search_and_not_to_the_gallery(large):
-    search, before = opened(large), large.content_hash()
-    number = best(large, search, 3)[0]
-    last = max(entry.id for entry in large.entries())
-    with_more = search.with_prints([print_of(70), print_of(71)])
-    assert isinstance(with_more, IndexedSearch)
-    assert len(with_more) == SIZE + 2
-    assert (
-        with_more.numbers[-2:].tolist() == with_more.fingers[-2:].tolist() == [last + 1, last + 2]
-    )
-    found = [identify(with_more, print_of(k), count=1).candidates[0].number for k in (3, 70, 71)]
-    assert found == [number, last + 1, last + 2]
-    assert identify(with_more, print_of(71), skipped={last + 2}).candidates[0].number != last + 2
-    whole = identify(with_more, print_of(71), count=1, loss=0)
-    assert (whole.compared, whole.candidates[0].number) == (SIZE + 2, last + 2)
-    assert (len(search), large.content_hash()) == (SIZE, before)

@@ -35,7 +35,8 @@ def assert_private(folder, number):
         assert mode == (0o700 if (folder / name).is_dir() else 0o600), (name, oct(mode))
 
 
-def test_galleries_their_journals_and_prepared_prints(tmp_path, cache):
+def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
         open_search(gallery, engine=serial())
@@ -43,14 +44,16 @@ def test_galleries_their_journals_and_prepared_prints(tmp_path, cache):
             connection.exec_driver_sql("DELETE FROM fpmatch_failure")
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")
             assert (tmp_path / "g.db-journal").exists()
-            assert_private(tmp_path, 4)
+            assert_private(tmp_path, 5)
     (tmp_path / "g.db.prepared").rename(tmp_path / "kept")
     (tmp_path / "g.db.prepared").write_bytes(b"in the way: then the cache folder is used")
     (tmp_path / "g.db.prepared").chmod(0o600)
     with open_gallery(tmp_path / "g.db") as gallery:
-        open_search(gallery, engine=serial())
+        notes = []
+        open_search(gallery, engine=serial(), note=notes.append)
+    assert [note.startswith(f"the index of {tmp_path / 'g.db'} is kept in ") for note in notes]
     assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
-    assert_private(tmp_path, 8)
+    assert_private(tmp_path, 9)
 
 
 def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):

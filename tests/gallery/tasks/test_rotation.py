@@ -75,22 +75,29 @@ def test_a_plain_gallery_is_encrypted_and_decrypted(where, source):
             rotate(gallery, decrypt=True)
 
 
+@pytest.fixture
+def indexed(monkeypatch):
+    """Have small galleries indexed."""
+    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+
+
+@pytest.mark.usefixtures("indexed")
 def test_nothing_of_the_plain_templates_is_left(tmp_path):
     path = make(tmp_path / "g.db", encrypt=False)
     with open_gallery(path) as gallery:
-        before = open_search(gallery, engine=serial())
+        before = open_search(gallery, engine=serial()).index.segments[0].embedding.tobytes()
         assert readable(tmp_path, PRINTS[0])
         rotate(gallery)
         assert not any(readable(tmp_path, template) for template in PRINTS)
-        for file in tmp_path.glob("g.db.prepared/*"):
-            assert before.prints.xy[:4].tobytes() not in file.read_bytes()
-        notes = []
-        after = open_search(gallery, engine=serial(), note=notes.append)
-    assert notes == []  # the prepared prints were sealed, not made again
-    assert (after.prints.xy == before.prints.xy).all()
+        assert not list(tmp_path.glob("g.db.prepared/*"))
+        after = open_search(gallery, engine=serial(), note=pytest.fail)
+    assert after.index.segments[0].embedding.tobytes() == before
+    for file in tmp_path.glob("g.db.prepared/*"):
+        assert before[:64] not in file.read_bytes()
 
 
-def test_prepared_prints_follow_the_key(tmp_path, source):
+@pytest.mark.usefixtures("indexed")
+def test_the_index_follows_the_key(tmp_path, source):
     path = make(tmp_path / "g.db", encrypt=True)
     with open_gallery(path) as gallery:
         open_search(gallery, engine=serial())
@@ -104,7 +111,7 @@ def test_prepared_prints_follow_the_key(tmp_path, source):
     assert notes == []
 
 
-def test_a_plain_prepared_file_in_an_encrypted_gallery_is_not_sealed(tmp_path, source):
+def test_a_plain_file_of_an_earlier_version_is_deleted(tmp_path, source):
     path = make(tmp_path / "g.db", encrypt=True)
     (tmp_path / "g.db.prepared").mkdir()
     planted = tmp_path / "g.db.prepared" / "unit-circle-0-planted.arrays"
@@ -143,7 +150,7 @@ class Killed(Exception):
 def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt, decrypt):
     path = make(tmp_path / "g.db", encrypt=encrypt)
     target = add_key(source).current.id
-    for stop in ("seal_files", "_seal_some", "vacuum", "_end"):
+    for stop in ("delete_files", "_seal_some", "vacuum", "_end"):
         with monkeypatch.context() as patch:
             place = Gallery if stop == "vacuum" else rotation
             original, calls = getattr(place, stop), []

@@ -1,8 +1,5 @@
 # Types of the kernel. Arrays may be mapped from a file that cannot be written.
-from fpmatch.gallery.index.prints._descriptor_kernel cimport DescriptorReader
 from fpmatch.matching.pipeline._kernels._pipeline_kernel cimport Pipeline
-from fpmatch.matching.pipeline._kernels._ridge_kernel cimport RidgeCorrelator
-from fpmatch.matching.prints._kernels._prefilter_kernel cimport Prefilter
 from fpmatch.matching.prints._kernels._template_view_kernel cimport TemplateView
 
 
@@ -24,7 +21,6 @@ cdef class PreparedView:
     cpdef int attach(self, TemplateView into)
     cpdef int open(self, Py_ssize_t k, TemplateView into) noexcept nogil
     cpdef int unpack(self, Py_ssize_t k, TemplateView into) noexcept nogil
-    cpdef int score(self, Prefilter tables, Py_ssize_t first, int[::1] weight) noexcept
     cpdef int match(
         self, Pipeline pipeline, TemplateView reference, Py_ssize_t first,
         const signed char[::1] order, double[::1] similarity,

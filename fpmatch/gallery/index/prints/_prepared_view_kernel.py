@@ -12,8 +12,6 @@ if cython.compiled:
 else:
     from fpmatch.matching.pipeline.score_model import as_similarity
 
-MISSING = cython.declare(cython.double, float("nan"))
-
 
 @cython.final
 @cython.cclass
@@ -95,26 +93,6 @@ class PreparedView:
                 into.frame[i, 4, m] = 1.0 / (tolerance * tolerance)
                 weight = self.root_weight_of[self.root_weight[first + i, m]]
                 into.frame[i, 5, m] = weight
-        return 0
-
-    def score(self, tables, first, weight):
-        """Fill what the bit descriptors of prints from number `first` on have in common.
-
-        That is with the print in the tables of a prefilter, which comes first.
-        """
-        with cython.nogil:
-            for k in range(weight.shape[0]):
-                p: cython.Py_ssize_t = first + k
-                weight[k] = tables.score(
-                    self.minutiae_start[p],
-                    self.minutiae_start[p + 1],
-                    self.xy,
-                    self.direction_bin,
-                    self.neighbour_bits,
-                    self.orientation_bins,
-                    self.has_flow[p],
-                    False,
-                )
         return 0
 
     def match(self, pipeline, reference, first, order, similarity):

@@ -7,26 +7,21 @@ from typing import TYPE_CHECKING, Final, TypeGuard
 
 import numpy as np
 
-from fpmatch.gallery.index.prints._descriptor_kernel import DescriptorReader
-from fpmatch.gallery.index.prints.compact_template import print_areas
 from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.comparison import MIN_MINUTIAE, SMALL_AREA_PX2
+from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.parameters import USUAL
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.index.prints.compact_template import CompactTemplates
     from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-    from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
 
 if COMPILED:
-    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
+    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepare import prefilter_of
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do
 NEITHER_FIRST: Final = 0
@@ -73,34 +68,6 @@ def similarities(
     for k in np.flatnonzero(order == NEITHER_FIRST).tolist():
         similarity[k] = matcher.compare(probe, references[first + k]).similarity
     return similarity
-
-
-def ridge_agreement(
-    probe: PreparedTemplate,
-    descriptors: StoredDescriptors,
-    templates: CompactTemplates,
-    which: NDArray[np.integer],
-) -> NDArray[np.float64]:
-    """Return the agreement of the ridges of a probe and of some prints, by their numbers.
-
-    The prints are aligned rigidly, by the bit descriptors that agree in one rotation and shift. The
-    agreement is the mean correlation of the ridges, times the root of the number of cells; NaN
-    where one of the two prints has no ridges, or no descriptors agree, and where no kernels are
-    compiled.
-    """
-    agreement = np.full(len(which), np.nan)
-    if not COMPILED or probe.region.ridges is None or not len(which):
-        return agreement
-    small = probe.region.area <= SMALL_AREA_PX2
-    prints = print_areas(templates, which, estimate_ridges=small)
-    arrays = np.empty((4, 0)), np.empty(0), np.empty(0, np.int32), np.empty((0, 6, 0), np.float32)
-    correlator = pipeline_for(probe, len(probe)).scorer.correlator
-    tables, reader = prefilter_of(probe.bit_descriptors), DescriptorReader(descriptors)
-    numbers, own = np.ascontiguousarray(which, np.int64), view_of(probe)
-    prints.view.compare_ridges(
-        reader, numbers, tables, own, TemplateView(*arrays), correlator, agreement
-    )
-    return agreement
 
 
 def _fill(

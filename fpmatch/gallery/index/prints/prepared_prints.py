@@ -1,9 +1,4 @@
-"""Prepared prints, many of them in flat arrays, which a file may contain (`array_file`).
-
-They are not stored templates (`fpmatch.gallery.store.stored_template`), but what a matcher has
-prepared from templates. A file of them is a cache: it has to be recomputed whenever the templates
-or the matcher change.
-"""
+"""Prepared prints, many of them in flat arrays, so that one probe is compared with all at once."""
 
 from __future__ import annotations
 
@@ -18,13 +13,12 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints._prepared_view_kernel import PreparedView
 from fpmatch.gallery.index.prints.print_arrays import (
     MAX_MINUTIAE,
-    MAX_PX,
     PRINT,
     START,
     PrintArrays,
     of_each,
 )
-from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
+from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.prepared import (
@@ -38,20 +32,13 @@ from fpmatch.matching.prints.prepared import (
 from fpmatch.matching.prints.print_area import PrintArea
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
 PRINTS_AT_ONCE: Final = 1024  # put into arrays before these are joined
 _SIZE: Final = USUAL.neighbours
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
-# Beyond what is ever kept, and far from where a kernel's numbers would overflow:
-MAX_CELLS: Final = 1 << 24  # of a print, and rows and columns
-MAX_INDEX: Final = 1 << 16  # of a minutia in its template
-STEPS_PX: Final = (1e-2, 1e6)
-SCALES: Final = (1e-2, 1e2)  # 500 / dpi
-UNIT_TOLERANCE: Final = 1e-3  # of the square of a unit vector's length
-
 # dimensions of entries that are of a minutia, or of a cell, of all prints
 MINUTIA: Final = "minutiae_start"
 CELL: Final = "cell_start"
@@ -154,23 +141,8 @@ class PreparedPrints(PrintArrays):
             key=content_key(points, quality, region),
         )
 
-    @classmethod
-    def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> PreparedPrints:
-        """Return the prints of the arrays, among others, that are those of `COLUMNS`.
-
-        Raises MatcherError if a number would lead out of an array, or of what `pack` packs.
-        """
-        if not _is_sound(arrays):
-            raise MatcherError("damaged", code="damaged")
-        return cls(**{name: arrays[name] for name in COLUMNS})
-
 
 COLUMNS: Final = PreparedPrints.columns()
-
-
-def preparation() -> str:
-    """Return the parameters on which the contents of the arrays depend."""
-    return repr(USUAL)
 
 
 def _packed(prints: Sequence[PreparedTemplate]) -> PreparedPrints:
@@ -222,56 +194,3 @@ def inside_counts(cell: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[
     np.cumsum(cell > 0, out=counted[1:])
     counts: NDArray[np.int32] = counted[start[1:]] - counted[start[:-1]]
     return counts
-
-
-def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
-    """Return whether every index and size in arrays from a file lies within these."""
-    minutiae, cells = arrays["minutiae_start"], arrays["cell_start"]
-    n, of_print, size = np.diff(minutiae), np.diff(cells), arrays["neighbour"].shape[1]
-    for starts, length, most, array in (
-        (minutiae, n, MAX_MINUTIAE, arrays["xy"]),
-        (cells, of_print, MAX_CELLS, arrays["cell"]),
-    ):
-        if len(starts) != len(arrays["step"]) + 1 or starts[0] or starts[-1] != len(array):
-            return False
-        if (length < 0).any() or (length > most).any():
-            return False
-    shape = arrays["shape"].astype(np.int64)
-    rising = np.diff(arrays["index"], prepend=-1) > 0
-    rising[minutiae[:-1][n > 0]] = True  # the first minutia of a print
-    checks = (
-        (shape >= 0) & (shape <= MAX_CELLS),
-        shape[:, 0] * shape[:, 1] == of_print,
-        (arrays["inside"] >= 0) & (arrays["inside"] <= of_print),
-        np.abs(arrays["xy"]) <= MAX_PX,
-        _is_unit(arrays["direction"]),
-        _is_within(arrays["step"], STEPS_PX),
-        _is_within(arrays["to_500dpi"], SCALES),
-        (arrays["index"] >= 0) & (arrays["index"] < MAX_INDEX) & rising,
-        arrays["count"] <= size,
-        _most_of_each(arrays["neighbour"].ravel(), size * minutiae) < np.maximum(n, 1),
-        arrays["orientation_bins"] <= UNKNOWN_BIN,
-        arrays["has_flow"] <= 1,
-        arrays["has_ridges"] <= 1,
-    )
-    return all(bool(check.all()) for check in checks)
-
-
-def _is_unit(vectors: NDArray[np.float32]) -> NDArray[np.bool_]:
-    with np.errstate(over="ignore", invalid="ignore"):
-        squares: NDArray[np.float32] = np.einsum("ij,ij->i", vectors, vectors)
-        unit: NDArray[np.bool_] = np.abs(squares - np.float32(1.0)) < UNIT_TOLERANCE
-    return unit
-
-
-def _is_within(values: NDArray[np.float64], bounds: tuple[float, float]) -> NDArray[np.bool_]:
-    return (values >= bounds[0]) & (values <= bounds[1])
-
-
-def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
-    """Return the greatest of the values of each print; 0 for one that has none."""
-    most = np.zeros(len(starts) - 1, values.dtype)
-    some = np.flatnonzero(np.diff(starts))
-    if len(some):
-        most[some] = np.maximum.reduceat(values, starts[some])
-    return most

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     Arrays = Mapping[str, NDArray[Any]]
 
 MAX_MINUTIAE: Final = 256  # of a print, that a byte can number
-MAX_PX: Final = float(1 << 16)  # of a minutia from the origin at 500 dpi, beyond all that is kept
 # dimensions: one entry a print; one more than that. Others have the name of the array of starts.
 PRINT: Final = "print"
 START: Final = "start"

@@ -12,9 +12,7 @@ import numpy as np
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.listing.kinds import kind_of
-from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import (
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.search.search import Search
     from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.result import Matcher
 
@@ -44,7 +41,7 @@ class BackgroundPrints:
     Fingers are numbered from 0; a subject is None where it is not known.
     """
 
-    search: Search
+    search: WholeSearch
     finger: NDArray[np.intp]
     subjects: Sequence[Hashable]
 
@@ -57,7 +54,7 @@ class BackgroundPrints:
             named = [k if s is None else (s,) for k, s in enumerate(self.subjects)]
             codes = {name: code for code, name in enumerate(dict.fromkeys(named))}
             subject = np.array([codes[name] for name in named], np.intp)
-            return Background(self.search, subject[self.finger], np.zeros_like(self.finger))
+            return Background(self.search, subject[self.finger], self.finger)
         subject = np.full(len(self.subjects), -1)
         place = np.zeros(len(self.subjects), np.intp)
         for k, group in enumerate(group_fingers(self.subjects, fingers)):
@@ -87,22 +84,21 @@ def load_background(
     Prints that cannot be read are left out. None may be of the databases `apart_from`. `labels` are
     the parameters `pattern` and `by_folder` of `load_dataset`, `reading` further ones of
     `dataset_reader`; `dpi` is the resolution of all images, and `enhance` names the ridge
-    enhancement, as for `extract_image`. The stages of `progress` are "extract background", and
-    "prepare" for a gallery. Raises a `DatasetError` or a `GalleryError` if there is no such place,
-    it cannot be read, or a print is one that is searched for; a `TemplateError` if a gallery cannot
-    store a template.
+    enhancement, as for `extract_image`. The stage of `progress` is "extract background". Raises a
+    `DatasetError` or a `GalleryError` if there is no such place, it cannot be read, or a print is
+    one that is searched for; a `TemplateError` if a gallery cannot store a template.
     """
     how: dict[str, Any] = {"engine": engine, "progress": progress}
     probes = {os.path.realpath(one.path) for dataset in apart_from for one in dataset.impressions}
     if kind_of(place) == "gallery":
         with open_gallery(place) as gallery:
-            search = open_search(gallery, matcher, **how)
             labelled = {}
             for entry in gallery.entries():
                 labelled[entry.id] = entry.label.of_finger
                 _check_apart(place, entry.source, probes)
-            numbers = search.numbers.tolist()
-        fingers = [labelled.get(number) or Label(f"#{number}") for number in numbers]
+            enrolled = [row for row in gallery.templates() if row[0] in labelled]
+        search = WholeSearch.of([template for _, template in enrolled], matcher)
+        fingers = [labelled[number] for number, _ in enrolled]
         codes = {finger: code for code, finger in enumerate(dict.fromkeys(fingers))}
         numbered = np.array([codes[finger] for finger in fingers], np.intp)
         return BackgroundPrints(search, numbered, [finger.subject for finger in codes])

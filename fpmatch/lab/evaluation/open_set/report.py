@@ -56,17 +56,14 @@ class IdentificationReport:
     """The error rates of identification by one matcher, by databases and pooled.
 
     A subject is `fingers` fingers. `enrolled` are the fewest and most subjects in the gallery,
-    `background` of them without prints in the databases. `preselected` is whether only prints that
-    the index passed on were compared, and `loss` the share of mates that it may miss.
-    `presented` are the presentations that `searches` number.
+    `background` of them without prints in the databases. `presented` are the presentations that
+    `searches` number.
     """
 
     matcher: str
     fingers: int
     background: int
     enrolled: tuple[int, int]
-    preselected: bool
-    loss: float | None
     bootstrap: int
     seed: int
     sets: tuple[IdentificationRow, ...]
@@ -80,10 +77,7 @@ class IdentificationReport:
         low, high = self.enrolled
         enrolled = count(high, "subject") if low == high else f"{low} to {high} subjects"
         of = f", {self.background} of them background" if self.background else ""
-        listed = "; only prints that the index passed on were compared" if self.preselected else ""
-        if self.preselected and self.loss is not None:
-            listed += f", with a loss of {100 * self.loss:g} %"
-        return f"{count(self.fingers, 'finger')} a subject, {enrolled} in the gallery{of}{listed}"
+        return f"{count(self.fingers, 'finger')} a subject, {enrolled} in the gallery{of}"
 
     @property
     def titles(self) -> list[str]:
@@ -120,8 +114,6 @@ class IdentificationReport:
             "fingers": self.fingers,
             "enrolled": list(self.enrolled),
             "background": self.background,
-            "preselected": self.preselected,
-            "loss": self.loss,
             "bootstrap": self.bootstrap,
             "seed": self.seed,
             "sets": [row.as_json() for row in self.sets],

@@ -111,7 +111,7 @@ class Roles:
 class EnrolledSubjects:
     """The subject of each entry of a search, numbered from 0, and which of its fingers it is.
 
-    Entries of subject -1 are of no subject. It is a `fpmatch.gallery.search.fused.Subjects`.
+    Entries of subject -1 are of no subject. It is a `fpmatch.gallery.search.search.Subjects`.
     """
 
     numbers: NDArray[np.int64]
@@ -125,6 +125,10 @@ class EnrolledSubjects:
 
     def __len__(self) -> int:
         return int(self.subject.max(initial=-1)) + 1
+
+    def fingers(self) -> int:
+        """Return how many fingers there are."""
+        return len({*zip(self.subject.tolist(), self.finger.tolist(), strict=True)})
 
     def subject_of(self, number: int) -> str | None:
         """Return the subject of the entry of a number; None if it is of none."""

@@ -10,7 +10,6 @@ import numpy as np
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.finger import refuse_images
-from fpmatch.gallery.index.loss import DEFAULT_LOSS
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.background import no_background
 from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
@@ -45,15 +44,13 @@ class IdentificationTest:
 
     A subject is `fingers` fingers. `fpirs` are the false positive identification rates at which the
     FNIR is reported. `seed` draws the subjects that are enrolled, and the `bootstrap` replicates of
-    the intervals (0: none). `loss` is that of a search by the index of a background, and `options`
-    are further ones of `fpmatch.gallery.search.identify.identify`.
+    the intervals (0: none). `options` are those of `fpmatch.gallery.search.identify.identify`.
     """
 
     fingers: int = 1
     fpirs: Sequence[float] = FPIRS
     bootstrap: int = DEFAULT_BOOTSTRAP
     seed: int = 0
-    loss: float = DEFAULT_LOSS
     options: tuple[tuple[str, Any], ...] = ()
 
 
@@ -94,7 +91,6 @@ def evaluate_identification(
         background or no_background(chosen),
         calibration,
         progress=progress,
-        loss=test.loss,
         **dict(test.options),
     )
     database = np.repeat(np.arange(len(sets)), list(map(len, sizes)))
@@ -123,8 +119,6 @@ def evaluate_identification(
         fingers=test.fingers,
         background=0 if background is None else int(background.subject.max(initial=-1)) + 1,
         enrolled=(int(searches.enrolled.min()), int(searches.enrolled.max())),
-        preselected=searches.preselected,
-        loss=test.loss if background is not None and background.search.in_stages else None,
         bootstrap=test.bootstrap,
         seed=test.seed,
         sets=rows,

@@ -1,9 +1,8 @@
 """The searches of an open-set test: what is stated of the mate, or of the best other candidate.
 
 Each presentation is searched for once, in a gallery of all presentations and the background. A
-presentation that is not enrolled in a round is then left out of the candidates of this round. In a
-gallery that is compared as a whole this changes nothing. In a larger one, pre-selection chooses a
-few prints less of the background than it would.
+presentation that is not enrolled in a round is then left out of the candidates of this round. All
+prints are compared, so that this changes nothing.
 """
 
 from __future__ import annotations
@@ -15,11 +14,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.index.loss import EXHAUSTIVE_UP_TO
 from fpmatch.gallery.search.fused import identify_fused
 from fpmatch.gallery.search.identification import expected_by_chance
 from fpmatch.gallery.search.identify import identify
-from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.evaluation.open_set.roles import EnrolledSubjects
 
 if TYPE_CHECKING:
@@ -27,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.search.search import Search
+    from fpmatch.gallery.search.whole import WholeSearch
     from fpmatch.lab.evaluation.open_set.roles import Roles
     from fpmatch.matching.calibration import Calibration
     from fpmatch.templates.minutiae import Template
@@ -63,7 +60,6 @@ class Searches:
     least_chance: NDArray[np.float64]
     first: NDArray[np.intp]
     enrolled: NDArray[np.intp]
-    preselected: bool
 
     def of(self, which: NDArray[np.bool_]) -> Searches:
         """Return the searches for some of the presentations."""
@@ -89,7 +85,7 @@ class Background:
     Subjects are numbered from 0, fingers of a subject likewise; as for `EnrolledSubjects`.
     """
 
-    search: Search
+    search: WholeSearch
     subject: NDArray[np.intp]
     finger: NDArray[np.intp]
 
@@ -113,42 +109,34 @@ class _Gallery:
         self.presentations = presentations
         self.first = int(background.subject.max(initial=-1)) + 1  # number of the first presentation
         templates = [template for _, _, template in impressions]
-        self.search = (
-            background.search.with_prints(templates)
-            if self.first
-            else WholeSearch.of(templates, background.search.matcher)
-        )
+        self.search = background.search.with_prints(templates)
         subject, finger = np.array([(k, f) for k, f, _ in impressions], np.intp).reshape(-1, 2).T
         self.subjects = EnrolledSubjects(
             self.search.numbers,
             np.concatenate([background.subject, subject + self.first]),
             np.concatenate([background.finger, finger]),
         )
-        others = len(presentations) if len(self.search) <= EXHAUSTIVE_UP_TO else LIST_LENGTH
-        self.options = options | {"calibration": calibration, "count": LIST_LENGTH + others}
-        self.options["all_mates"] = True  # all impressions are searched at once
+        most = LIST_LENGTH + len(presentations)
+        self.options = options | {"calibration": calibration, "count": most}
         self.options["workers"] = 1  # the engine uses all cores already
 
-    def candidates(self, presentation: int) -> tuple[NDArray[np.intp], Scores, bool]:
-        """Return subjects and scores of the candidates, and whether there was a pre-selection."""
+    def candidates(self, presentation: int) -> tuple[NDArray[np.intp], Scores]:
+        """Return subjects and scores of the candidates."""
         shown = [(k, t) for k, t in enumerate(self.presentations[presentation]) if t is not None]
         if not shown:
-            return np.empty(0, np.intp), np.empty(0), False
+            return np.empty(0, np.intp), np.empty(0)
         if len(self.presentations[presentation]) == 1:
-            alone = identify(
-                self.search, shown[0][1], subject_of=self.subjects.subject_of, **self.options
-            )
+            how = {"subjects": self.subjects, "listed": "subjects", **self.options}
+            alone = identify(self.search, shown[0][1], **how)
             listed = [(self.subjects.subject_of(c.number), c.score) for c in alone.candidates]
-            preselected = alone.preselected
         else:
             probes, positions = [t for _, t in shown], [str(k) for k, _ in shown]
             fused = identify_fused(
-                self.search, probes, self.subjects, positions=positions, **self.options
+                self.search, probes, subjects=self.subjects, positions=positions, **self.options
             )
             listed = [(c.subject, c.score) for c in fused.candidates]
-            preselected = fused.preselected
         subject = np.array([int(name or -1) for name, _ in listed], np.intp)
-        return subject, np.array([score for _, score in listed]), preselected
+        return subject, np.array([score for _, score in listed])
 
 
 def search_all(
@@ -169,16 +157,15 @@ def search_all(
     gallery = _Gallery(presentations, background, calibration, options)
     rounds = [[roles.enrolled(g, t) for g in np.unique(roles.group)] for t in range(roles.turns)]
     of_fingers = len(presentations[0]) == 1
-    further = len(background.search.finger_sizes) if of_fingers else gallery.first
+    of_background = zip(background.subject.tolist(), background.finger.tolist(), strict=True)
+    further = len({*of_background}) if of_fingers else gallery.first
     there = np.array([any(t is not None for t in shown) for shown in presentations])
     among = [[further + int(there[e].sum()) for e in groups] for groups in rounds]
     mated: list[tuple[float, ...]] = []
     nonmated: list[tuple[float, ...]] = []
-    preselected = False
     for k in range(len(presentations)):
         progress("search", k, len(presentations))
-        subject, score, of_list = gallery.candidates(k)
-        preselected |= of_list
+        subject, score = gallery.candidates(k)
         own = subject >= gallery.first
         of_own = np.full(len(presentations), NO_SCORE)
         of_own[subject[own] - gallery.first] = score[own]
@@ -199,7 +186,6 @@ def search_all(
         highest=without[:, 2],
         least_chance=without[:, 4],
         enrolled=gallery.first + of_round,
-        preselected=preselected,
     )
 
 

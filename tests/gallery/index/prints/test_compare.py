@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     along,
-    fragment,
     impressions_of_a_finger,
     seeds,
     spread_points,
@@ -27,22 +26,16 @@ from matching_weights import (
     some_weights,
 )
 
-from fpmatch.gallery.index.prints.compact_template import CompactTemplates, expand
 from fpmatch.gallery.index.prints.compare import (
     NEITHER_FIRST,
     PROBE_FIRST,
     REFERENCE_FIRST,
     canonical_order,
     packs,
-    ridge_agreement,
     similarities,
 )
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.gallery.index.prints.stored_descriptors import StoredDescriptors
-from fpmatch.lab.synthesis.templates import make_templates
-from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.match import pipeline_for, view_of
 from fpmatch.matching.pipeline.score_model import as_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
@@ -216,30 +209,3 @@ def test_a_matcher_that_compares_in_its_own_way_does_so_with_many():
     assert packs(get_matcher("unit-circle:rounds=3"))
     assert not packs(get_matcher("unit-circle:rounds=4"))
     assert not packs(get_matcher("paper"))
-
-
-@pytest.fixture(scope="module")
-def fingers():
-    """Return two impressions each of three synthetic fingers; the first two are small."""
-    first, second, *others = make_templates(8, range(3), 2, preset="clean")
-    small = [fragment(first, 8), fragment(second, 8)]
-    assert max(prepare(one).region.area for one in small) <= SMALL_AREA_PX2
-    return [*small, *others]
-
-
-def agreement_with(probe, templates):
-    """Return the agreement of the ridges of a probe and of templates, compared in reverse order."""
-    descriptors = StoredDescriptors.pack(map(prepare, templates))
-    which = np.arange(len(templates))[::-1]
-    return ridge_agreement(probe, descriptors, CompactTemplates.pack(templates), which)[::-1]
-
-
-def test_ridges_agree_most_with_the_print_itself_then_with_its_mate(fingers):
-    for k, template in enumerate(fingers):
-        probe = prepare(template)
-        agreement = agreement_with(probe, fingers)
-        assert np.argsort(-agreement)[:2].tolist() == [k, k ^ 1]
-        correlator = pipeline_for(probe, len(probe)).scorer.correlator
-        stored = prepare(expand(CompactTemplates.pack([template]).content.tobytes()))
-        cells = correlator.compare_rigid(view_of(stored), view_of(probe), 1.0, 0.0, 0.0, 0.0)
-        assert agreement[k] == pytest.approx(correlator.correlation * np.sqrt(cells), rel=0.1)

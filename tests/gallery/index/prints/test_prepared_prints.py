@@ -1,21 +1,18 @@
-"""Many prepared prints: each comes back as it was, from memory and from a file, or is refused."""
+"""Many prepared prints: each comes back as it was; they are joined, and taken."""
 
 import numpy as np
 import pytest
 from extreme_prints import extreme_templates
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import (
-    some_templates,
-    spread_points,
-    template_of,
-    templates,
-)
+from matching_prints import SIZES, some_templates, template_of, templates
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.prepared_prints import PRINTS_AT_ONCE, PreparedPrints
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.parameters import MatchParameters
+from fpmatch.matching.prints.prepare import prepare
 
 
 def some_prints(sizes):
@@ -62,32 +59,37 @@ def test_more_prints_than_are_packed_at_once():
     assert_same(many[PRINTS_AT_ONCE + 1], print_)
 
 
-@pytest.mark.parametrize("columns", [2**31 - 1, 2**24 + 1])
-def test_rows_of_no_cells_are_bounded(columns):
-    """None of them is in the file, but a kernel adds to their number."""
-    many = PreparedPrints.pack(
-        [MATCHER.prepare(template_of(spread_points(np.random.default_rng(1), 0)))]
-    )
-    nothing = {"cell": many.cell[:0], "ridges": many.ridges[:0], "inside": many.inside * 0}
-    nothing |= {"cell_start": many.cell_start * 0, "shape": np.array([[0, 3, 0, 0]], np.int32)}
-    assert len(PreparedPrints.of_arrays(many.arrays() | nothing)) == 1
-    nothing["shape"] = np.array([[0, columns, 0, 0]], np.int32)
-    with pytest.raises(MatcherError):
-        PreparedPrints.of_arrays(many.arrays() | nothing)
-
-
-def test_starts_whose_differences_overflow_are_refused():
-    many = PreparedPrints.pack(some_prints((12, 9, 4)))
-    for name in ("minutiae_start", "cell_start"):
-        starts = getattr(many, name).copy()
-        starts[1:3] = 2**63 - 1, -(2**63) + starts[-1] + 1
-        with pytest.raises(MatcherError):
-            PreparedPrints.of_arrays(many.arrays() | {name: starts})
-
-
 @given(extreme_templates())
 def test_what_is_within_the_bounds_can_be_kept_and_packed(template):
     """So nothing that passes at enrolment can make a later search fail."""
     prepared = MATCHER.prepare(unpack_template(pack_template(template)))
     assert PreparedPrints.pack([prepared])[0].key == prepared.key
     assert np.isfinite(MATCHER.compare(prepared, prepared).similarity)
+
+
+def arrays_of(packed):
+    arrays = packed.arrays().items()
+    return {name: (array.dtype, array.shape, array.tobytes()) for name, array in arrays}
+
+
+@pytest.mark.parametrize("sizes", [(), (0,), SIZES])
+def test_parts_and_chosen_prints_are_those_of_the_whole(sizes):
+    prints = some_prints(sizes)
+    whole = PreparedPrints.pack(prints)
+    parts = [PreparedPrints.pack(part) for part in (prints[:2], [], prints[2:])]
+    assert arrays_of(PreparedPrints.concatenate(parts)) == arrays_of(whole)
+    which = [k for k in (3, 3, 0, 1, 4) if k < len(sizes)]
+    taken = whole.take(np.array(which, np.intp))
+    assert arrays_of(taken) == arrays_of(PreparedPrints.pack([prints[k] for k in which]))
+    for outside in (-1, len(sizes), 99):
+        with pytest.raises(IndexError, match=f"of {len(sizes)}"):
+            whole[outside]
+
+
+def test_more_minutiae_than_a_byte_can_number_are_refused():
+    points = np.zeros((4, 300))
+    points[0], points[2] = np.arange(300) * 7.0, 1
+    beyond = MatchParameters()
+    object.__setattr__(beyond, "max_minutiae", 300)  # out of range
+    with pytest.raises(MatcherError, match="300"):
+        PreparedPrints.pack([prepare(template_of(points), beyond)])

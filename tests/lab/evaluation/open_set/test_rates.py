@@ -41,7 +41,6 @@ def searches_of(scores, ranks, highest, enrolled=10):
         least_chance=chance_of(highest, enrolled),
         first=np.arange(len(highest)),
         enrolled=np.full(3, enrolled),
-        preselected=False,
     )
 
 

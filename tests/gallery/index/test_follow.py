@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -14,14 +15,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_prints import DAMAGES, changed, entry_of, scattered
 
-from fpmatch.errors import GalleryError, OutputError
+from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index import files as index_files
-from fpmatch.gallery.index import state as index_state
-from fpmatch.gallery.index.gallery_index import GalleryIndex
+from fpmatch.gallery.index.follow import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
@@ -39,30 +38,29 @@ def index_of(gallery, notes=None):
             pytest.fail(text)
         notes.append(text)
 
-    return GalleryIndex(gallery, MATCHER, engine=serial(), note=note)
+    return GalleryIndex(MATCHER, engine=serial(), note=note)
 
 
-def contents(index):
-    """Return number, finger and compact template of all prints of an index."""
-    index.refresh()
-    state = index.loaded()
-    segment, place = state.places(np.arange(len(state)))
-    assert state.indices(segment, place).tolist() == list(range(len(state)))
-    templates = [
-        pack_template(state.segments[s].templates[k])
-        for s, k in zip(segment.tolist(), place.tolist(), strict=True)
+def contents(index, gallery):
+    """Return number and content of all prints of an index that follows a gallery."""
+    index.follow(gallery)
+    prints = [
+        (one.number[0], [array.tobytes() for array in one.arrays().values()])
+        for segment in index.segments
+        for one in (segment.take(np.array([k])) for k in range(len(segment)))
     ]
-    found = zip(state.numbers.tolist(), state.fingers.tolist(), templates, strict=True)
-    return list(found)
+    left = [prints[k] for k in index.stored.tolist()]
+    assert index.numbers.tolist() == [number for number, _ in left]
+    return left
 
 
 def afresh(gallery):
-    """Return the same of an index that is built from nothing, in memory."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.gallery.index.gallery_index.kept_folders", lambda _: [])
-        found = contents(index_of(gallery, notes=[]))
-    assert {(number, finger) for number, finger, _ in found} == {*gallery.fingers().items()}
-    return found
+    """Return the same of an index that is built from nothing, in another folder."""
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fpmatch.gallery.index.files.kept_folders", lambda _: [Path(folder)])
+        made = contents(index_of(gallery, notes=[]), gallery)
+    assert [number for number, _ in made] == gallery.digests()[0].tolist()
+    return made
 
 
 def files_of(gallery):
@@ -83,38 +81,42 @@ def filled(where):
 
 
 def test_an_index_is_kept_and_opened_again(filled, monkeypatch):
-    first = contents(index_of(filled))
+    first = contents(index_of(filled), filled)
     assert len(first) == 10
-    monkeypatch.setattr("fpmatch.gallery.index.gallery_index._build", None)
-    assert contents(index_of(filled)) == first == contents(index_of(filled))
+    monkeypatch.setattr("fpmatch.gallery.index.follow._build", None)
+    assert contents(index_of(filled), filled) == first == contents(index_of(filled), filled)
 
 
 def test_two_open_indexes_see_the_changes_of_each_other(filled):
     one, other = index_of(filled), index_of(filled)
-    assert contents(one) == contents(other)
+    assert contents(one, filled) == contents(other, filled)
     for number in range(10, 30):
         filled.add([new_entry(number, number // 2)])
         if number % 7 == 0:
             filled.remove([number - 3])
         first, second = (one, other) if number % 2 else (other, one)
-        assert contents(first) == contents(second)
-    assert contents(one) == contents(other) == contents(index_of(filled)) == afresh(filled)
+        assert contents(first, filled) == contents(second, filled)
+    assert (
+        contents(one, filled)
+        == contents(other, filled)
+        == contents(index_of(filled), filled)
+        == afresh(filled)
+    )
 
 
 def test_only_what_is_new_is_built(filled, monkeypatch):
-    index = index_of(filled)
-    index.refresh()
-    built = []
-    build = GalleryIndex._built
+    index, built = index_of(filled), []
+    index.follow(filled)
+    build = GalleryIndex._segment_of
     monkeypatch.setattr(
         GalleryIndex,
-        "_built",
-        lambda self, rows, *_: built.append(len(rows)) or build(self, rows, *_),
+        "_segment_of",
+        lambda self, gallery, rows, *_: built.append(len(rows)) or build(self, gallery, rows, *_),
     )
     filled.add([new_entry(number) for number in (20, 21, 22)])
-    assert len(index.refresh()) == len(index_of(filled).refresh()) == 13
+    assert len(contents(index, filled)) == len(contents(index_of(filled), filled)) == 13
     filled.remove([1])
-    assert len(index.refresh()) == len(index_of(filled).refresh()) == 12
+    assert len(contents(index, filled)) == len(contents(index_of(filled), filled)) == 12
     assert built == [3]
 
 
@@ -124,8 +126,7 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
     """Each step adds some prints, removes some, or opens the index again."""
     folder = tmp_path_factory.mktemp("steps")
     with open_gallery(folder / "g.db", create=True) as gallery, pytest.MonkeyPatch.context() as p:
-        p.setattr(index_state, "MOST_OF_A_SIZE", 3)
-        p.setattr(index_state, "READ_AGAIN", 1)
+        p.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", 6)
         index, number = index_of(gallery), 0
         for step in steps:
             enrolled = [entry.id for entry in gallery.entries()]
@@ -139,21 +140,20 @@ def test_whatever_is_done_the_index_is_that_of_the_gallery(tmp_path_factory, ste
                     index = index_of(gallery)
                 case 9:
                     free_space(gallery)
-            index.refresh()
-            index.loaded()
-        assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+            index.follow(gallery)
+        assert contents(index, gallery) == contents(index_of(gallery), gallery) == afresh(gallery)
 
 
 def test_damaged_entries_are_known_to_every_index(gallery):
     gallery.add([new_entry(number) for number in range(4)])
     changed(gallery.file, "UPDATE fpmatch_entry SET template = x'00' WHERE id = 2")
-    assert [row[0] for row in contents(index_of(gallery))] == [1, 3, 4]
+    assert [row[0] for row in contents(index_of(gallery), gallery)] == [1, 3, 4]
     gallery.damaged.clear()
-    assert len(index_of(gallery).refresh()) == 3
+    assert len(contents(index_of(gallery), gallery)) == 3
     assert [*gallery.damaged] == [2]
     gallery.remove([2])
     gallery.damaged.clear()
-    assert len(index_of(gallery).refresh()) == 3
+    assert len(contents(index_of(gallery), gallery)) == 3
     assert not gallery.damaged
 
 
@@ -161,16 +161,16 @@ def test_damaged_entries_are_known_to_every_index(gallery):
 @pytest.mark.parametrize("which", ["list", "segment"])
 def test_what_is_damaged_is_built_again_with_a_note(gallery, damage, which):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.gallery.index.gallery_index.MOST_PRINTS", 4)
+        patch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", 4)
         gallery.add([new_entry(number, number // 3) for number in range(10)])
-        expected = contents(index_of(gallery))
+        expected = contents(index_of(gallery), gallery)
         path = segment_files(gallery)[1] if which == "segment" else files_of(gallery)[-1]
         assert path.suffix == (".segment" if which == "segment" else ".index")
         whole = [other for other in segment_files(gallery) if other != path]
         path.write_bytes(DAMAGES[damage](path.read_bytes()))
         notes = []
-        assert contents(index_of(gallery, notes)) == expected
-        assert contents(index_of(gallery)) == expected
+        assert contents(index_of(gallery, notes), gallery) == expected
+        assert contents(index_of(gallery), gallery) == expected
     what = "segments" if which == "segment" else "files"
     assert notes == [f"{what} of the index of {gallery.name} are damaged: built again"]
     if which == "segment":
@@ -179,51 +179,62 @@ def test_what_is_damaged_is_built_again_with_a_note(gallery, damage, which):
 
 def test_missing_files_are_built_again(gallery):
     gallery.add([new_entry(number) for number in range(5)])
-    expected = contents(index_of(gallery))
+    expected = contents(index_of(gallery), gallery)
     segment_files(gallery)[0].unlink()
     notes = []
-    assert contents(index_of(gallery, notes)) == expected
+    assert contents(index_of(gallery, notes), gallery) == expected
     assert len(notes) == 1
     shutil.rmtree(files_of(gallery)[0].parent)
-    assert contents(index_of(gallery)) == expected
+    assert contents(index_of(gallery), gallery) == expected
 
 
 @pytest.mark.parametrize("of", ["gallery", "version"])
 def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path, monkeypatch, of):
     gallery.add([new_entry(number) for number in range(5)])
-    expected = contents(index_of(gallery))
+    expected = contents(index_of(gallery), gallery)
     if of == "version":
         monkeypatch.setattr(index_files, "__version__", "99.0")
     else:
         with open_gallery(tmp_path / "other.db", create=True) as other:
             other.add([new_entry(50 + number) for number in range(5)])
-            contents(index_of(other))
+            contents(index_of(other), other)
             folder = files_of(gallery)[0].parent
             shutil.rmtree(folder)
             shutil.copytree(files_of(other)[0].parent, folder)
     notes = []
-    assert contents(index_of(gallery, notes)) == expected
+    assert contents(index_of(gallery, notes), gallery) == expected
     assert notes == [
         f"files of the index of {gallery.name} are of another version or gallery: built again"
     ]
-    assert contents(index_of(gallery)) == expected
+    assert contents(index_of(gallery), gallery) == expected
     assert len(segment_files(gallery)) == 1
 
 
-def test_removals_that_fpmatch_did_not_make_are_not_followed(gallery):
+def test_what_another_program_removes_is_masked_with_the_next_change(gallery):
     gallery.add([new_entry(number) for number in range(5)])
-    expected, notes = contents(index_of(gallery)), []
-    changed(gallery.file, "INSERT INTO fpmatch_removal (entry) VALUES (2)")  # which is still there
-    assert contents(index_of(gallery, notes)) == expected
-    assert [note.endswith("built again") for note in notes] == [True]
+    index = index_of(gallery)
+    contents(index, gallery)
     changed(gallery.file, "DELETE FROM fpmatch_entry WHERE id = 3")
-    with pytest.raises(GalleryError, match="exchanged by something else"):
-        index_of(gallery).refresh()
+    gallery.add([new_entry(9)])
+    assert [number for number, _ in contents(index, gallery)] == [1, 2, 4, 5, 6]
+    assert contents(index, gallery) == afresh(gallery)
+
+
+def test_entries_that_were_exchanged_are_indexed_again(gallery):
+    """As where a copy of the gallery takes its place, in which others were enrolled."""
+    gallery.add([new_entry(number) for number in range(5)])
+    index = index_of(gallery, notes := [])
+    contents(index, gallery)
+    gallery.remove([5])
+    changed(gallery.file, "UPDATE sqlite_sequence SET seq = 4 WHERE name = 'fpmatch_entry'")
+    gallery.add([new_entry(9)])
+    assert contents(index, gallery) == afresh(gallery)
+    assert len(notes) <= 1
 
 
 def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):
     gallery.add([new_entry(number) for number in range(4)])
-    contents(index_of(gallery))
+    contents(index_of(gallery), gallery)
     before = {path: path.read_bytes() for path in files_of(gallery)}
 
     def full(path, *_, **__):
@@ -235,15 +246,15 @@ def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):
         index = index_of(gallery, notes)
         for number in range(4, 8):
             gallery.add([new_entry(number)])
-            assert contents(index) == afresh(gallery)
+            assert contents(index, gallery) == afresh(gallery)
         why = "cannot be written: no space left on device"
         assert notes == [f"the index of {gallery.name} is kept in memory: {why}"]
         assert {path: path.read_bytes() for path in files_of(gallery)} == before
         gallery.remove([3, 5])  # what cannot be copied without them is deleted
         assert files_of(gallery) == []
-        assert contents(index) == afresh(gallery)
+        assert contents(index, gallery) == afresh(gallery)
     gallery.add([new_entry(9)])
-    assert contents(index) == contents(index_of(gallery)) == afresh(gallery)
+    assert contents(index, gallery) == contents(index_of(gallery), gallery) == afresh(gallery)
 
 
 WORK = """
@@ -251,17 +262,17 @@ import sys
 from pathlib import Path
 import platformdirs
 sys.path[:0] = sys.argv[4:]
-from test_index import GalleryIndex, MATCHER, new_entry, open_gallery, serial
+from test_follow import GalleryIndex, MATCHER, new_entry, open_gallery, serial
 platformdirs.user_cache_path = lambda name: Path(sys.argv[2], name)
 with open_gallery(sys.argv[1]) as gallery:
-    index = GalleryIndex(gallery, MATCHER, engine=serial())
+    index = GalleryIndex(MATCHER, engine=serial())
     for number in range(int(sys.argv[3]), 10**6):
         print("now", flush=True)
         gallery.add([new_entry(number, number // 3)])
-        index.refresh()
+        index.follow(gallery)
         if number % 5 == 0:
-            gallery.remove([max(index.loaded().numbers.tolist()) - 2])
-            index.refresh()
+            gallery.remove([max(index.numbers.tolist()) - 2])
+            index.follow(gallery)
 """
 
 
@@ -289,6 +300,10 @@ def test_killed_at_30_random_moments_the_index_is_that_of_the_gallery(tmp_path):
     states = set()
     for copy in copies:
         with open_gallery(copy / "g.db") as gallery:
-            states.add(gallery.revision())
-            assert contents(index_of(gallery)) == contents(index_of(gallery)) == afresh(gallery)
+            states.add(gallery.content_hash())
+            assert (
+                contents(index_of(gallery), gallery)
+                == contents(index_of(gallery), gallery)
+                == afresh(gallery)
+            )
     assert len(states) > 5

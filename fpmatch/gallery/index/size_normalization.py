@@ -1,4 +1,4 @@
-"""Scores of prints by their bit descriptors, and their normalization by the sizes of prints."""
+"""Normalization of the scores of bit descriptors by the sizes of prints."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-    from fpmatch.matching.prints.prepared import PreparedTemplate
-
 SIZE_OFFSET: Final = 5
 """Added to the minutiae of the smaller print, by which its score is divided."""
 LARGEST_SIZE: Final = 255  # larger prints are taken as of this size
@@ -21,23 +18,6 @@ USUAL_MEAN: Final = 0.73  # of fewer, those of synthetic prints
 USUAL_DEVIATION: Final = 0.335
 LEAST_VARIANCE: Final = 0.1  # in relation to the mean one of all sizes
 _LOG_SIZE: Final = np.log(np.arange(LARGEST_SIZE + 1) + float(SIZE_OFFSET))
-PRINTS_AT_ONCE: Final = 2048
-"""Prints that one thread scores before it takes others: some milliseconds."""
-
-
-def prefilter_scores(
-    probe: PreparedTemplate, prints: PreparedPrints, first: int = 0, last: int | None = None
-) -> NDArray[np.int32]:
-    """Return how much the bit descriptors of each print from `first` to `last` have in common.
-
-    Only compiled kernels find it.
-    """
-    from fpmatch.matching.prints.prepare import prefilter_of  # noqa: PLC0415
-
-    first, last, _ = slice(first, last).indices(len(prints))
-    scores = np.zeros(max(last - first, 0), np.int32)
-    prints.view.score(prefilter_of(probe.bit_descriptors), first, scores)
-    return scores
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,34 @@
+# mypy: ignore-errors
+"""Kernel: scores of the bit descriptors of many prints against those of a probe."""
+
+import cython
+
+
+@cython.locals(k=cython.Py_ssize_t, i=cython.Py_ssize_t)
+def score_prints(
+    tables, start, xy, direction_bin, neighbour_bits, orientation_bins, has_flow, which, room, score
+):
+    """Fill `score` with what the prints `which` have in common with the print in the tables.
+
+    The minutiae of print k are those from ``start[k]`` to ``start[k + 1]``; `room` is for the
+    positions of one print. Other threads may run meanwhile.
+    """
+    with cython.nogil:
+        for t in range(which.shape[0]):
+            k = which[t]
+            first: cython.Py_ssize_t = start[k]
+            last: cython.Py_ssize_t = start[k + 1]
+            for i in range(first, last):
+                room[i - first, 0] = xy[i, 0]
+                room[i - first, 1] = xy[i, 1]
+            score[t] = tables.score(
+                0,
+                last - first,
+                room,
+                direction_bin[first:last],
+                neighbour_bits[first:last],
+                orientation_bins[first:last],
+                has_flow[k],
+                False,
+            )
+    return 0

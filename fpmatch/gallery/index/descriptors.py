@@ -1,0 +1,106 @@
+"""The bit descriptors of many prints in flat arrays, scored as the prefilter scores two prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.gallery.index._descriptor_kernel import score_prints
+from fpmatch.gallery.index.prints.print_arrays import (
+    MAX_MINUTIAE,
+    PRINT,
+    START,
+    PrintArrays,
+    of_each,
+)
+from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
+from fpmatch.matching.prints.prepare import prefilter_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.prints.prepared import PreparedTemplate
+
+MINUTIA: Final = "minutiae_start"  # dimension: one entry a minutia that has a word
+NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
+_SHORT: Final = np.iinfo(np.int16)
+
+
+@dataclass(frozen=True, eq=False)
+class StoredDescriptors(PrintArrays):
+    """The bit descriptors of prints in flat arrays.
+
+    Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``: those with a
+    neighbour. Positions are rounded to whole pixels at 500 dpi, y pointing up, as galleries contain
+    them. Where `has_flow` is 0, the orientation is not known.
+    """
+
+    minutiae_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
+    xy: NDArray[np.int16] = field(metadata=of_each(MINUTIA, "<i2", 2))
+    direction_bin: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1"))
+    neighbour_bits: NDArray[np.uint16] = field(metadata=of_each(MINUTIA, "<u2", NEIGHBOUR_WORDS))
+    orientation_bins: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", ORIENTATION_WORDS))
+    has_flow: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
+
+    @classmethod
+    def pack(cls, prints: Sequence[PreparedTemplate]) -> StoredDescriptors:
+        """Return the bit descriptors of prepared prints."""
+        given = [print_.bit_descriptors for print_ in prints]
+        kept = [((one.neighbour_bits & NO_WORD) != NO_WORD).any(axis=1) for one in given]
+        columns: dict[str, Any] = {
+            name: np.concatenate(
+                [
+                    np.empty((0, *map(int, column.shape[1:]))),
+                    *(getattr(one, name)[some] for one, some in zip(given, kept, strict=True)),
+                ]
+            )
+            for name, column in COLUMNS.items()
+            if column.shape[0] == MINUTIA
+        }
+        columns["xy"] = np.clip(np.rint(columns["xy"]), _SHORT.min, _SHORT.max)
+        columns["minutiae_start"] = np.cumsum([0, *(int(some.sum()) for some in kept)])
+        columns["has_flow"] = np.array([one.has_flow for one in given])
+        return cls(**{name: columns[name].astype(c.dtype) for name, c in COLUMNS.items()})
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> StoredDescriptors:
+        """Return the prints of the arrays, among others, that are those of `COLUMNS`.
+
+        Raises MatcherError if a number would lead out of an array, or of what `pack` makes.
+        """
+        start = arrays["minutiae_start"]
+        length = np.diff(start)
+        if not (
+            len(start) == len(arrays["has_flow"]) + 1
+            and start[0] == 0
+            and start[-1] == len(arrays["xy"])
+            and ((length >= 0) & (length <= MAX_MINUTIAE)).all()
+            and (arrays["orientation_bins"] <= UNKNOWN_BIN).all()
+            and (arrays["has_flow"] <= 1).all()
+        ):
+            raise MatcherError("damaged", code="damaged")
+        return cls(**{name: arrays[name] for name in COLUMNS})
+
+    def __len__(self) -> int:
+        return len(self.has_flow)
+
+    def scores(self, probe: PreparedTemplate, which: NDArray[np.integer]) -> NDArray[np.int32]:
+        """Return how much the prints of some numbers have in common with a probe.
+
+        Raises IndexError if a number is that of no print.
+        """
+        numbers, scores = np.ascontiguousarray(which, np.int64), np.empty(len(which), np.int32)
+        if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
+            raise IndexError(f"a print outside of {len(self)}")
+        room = np.empty((MAX_MINUTIAE, 2), np.float32)
+        tables, arrays = prefilter_of(probe.bit_descriptors), self.arrays().values()
+        score_prints(tables, *arrays, numbers, room, scores)
+        return scores
+
+
+COLUMNS: Final = StoredDescriptors.columns()

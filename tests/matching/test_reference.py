@@ -163,6 +163,13 @@ def test_crowded_pairs_have_the_same_mesh(seed):
     assert ours == theirs
 
 
+def test_a_pair_on_the_border_of_a_wide_mesh_has_no_ring():
+    """The octagon of the frame points does not hold the corners of a very wide print."""
+    z = np.array([0, 293 + 32765j])
+    mesh = pair_mesh.mesh_of_pairs(z, z, np.arange(2), (1 + 0j, 0j))
+    assert mesh.rings == [[], []]
+
+
 @pytest.mark.parametrize("first", range(4))
 def test_of_co_circular_points_the_last_is_not_on_the_diagonal(first):
     square = np.roll(np.array([0, 1, 1 + 1j, 1j]), first)

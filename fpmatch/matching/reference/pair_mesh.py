@@ -151,6 +151,9 @@ def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> list
     for border in inside[:, :, None] & ~beyond:
         following = dict(zip(start[border].tolist(), end[border].tolist(), strict=True))
         rings.append(chain(following) if len(following) == border.sum() else [])
+    for k, i in enumerate(owner[FRAME:].tolist(), FRAME):
+        if k in rings[i]:  # on the border of the mesh: nothing encloses it
+            rings[i] = []
     return rings
 
 

@@ -4,8 +4,8 @@
 One print is put into tables: under each cell, a bit for each of its minutiae that has a neighbour
 there. So a minutia of another print is compared with all of them at once: the bits under its words
 are counted for all minutiae in parallel. Minutiae that agree in enough words are pairs; the score
-is the weight of the pairs that agree in rotation and shift (see `_consistency_kernel`). It is the
-same whichever of the two prints is in the tables.
+is the weight of the pairs that agree in one rotation and one shift. It is the same whichever of the
+two prints is in the tables.
 """
 
 import cython
@@ -22,7 +22,7 @@ from cython.cimports.fpmatch.matching.prints._kernels._bits import (
     lowest_place,
     second,
 )
-from cython.cimports.fpmatch.matching.prints._kernels._consistency_kernel import PairSet
+from cython.cimports.libc.string import memset
 
 from fpmatch.matching.constants import prints
 
@@ -32,23 +32,44 @@ BINS = cython.declare(cython.int, prints.ORIENTATION_BINS)
 UNKNOWN = cython.declare(cython.int, prints.UNKNOWN_BIN)
 ALL = cython.declare(cython.ulonglong, 0xFFFFFFFFFFFFFFFF)
 ONE = cython.declare(cython.ulonglong, 1)
+TURN = cython.declare(cython.int, 16)  # 256ths of a turn in one group: `most_turn` at least
+TURNS_APART = cython.declare(cython.int, 16)  # groups in a turn
 
 
 @cython.final
 @cython.cclass
 class Prefilter:
-    """Score prints against one print, which is in the tables; for one thread."""
+    """Score prints against one print, which is in the tables; for one thread.
+
+    ``pair[:, k]`` are the number of the own minutia, that of the other's, and the weight; `count`
+    pairs are set. At most `most_pairs`, 64 or fewer, are compared with each other: two agree where
+    they lie at most ``sqrt(near_px² + (near_per_px * d)²)`` pixels off, d apart, and their
+    rotations differ by at most `pair_turn_deg`, which is 22.5 or less.
+    """
 
     def __init__(self, parameters) -> None:
         self.neighbour_table = np.zeros(LAST + 1, np.uint64)
         self.orientation_table = np.zeros((WORDS, UNKNOWN + 1), np.uint64)
-        self.used = np.zeros(2 * ROOM * WORDS, np.int32)
-        self.used_words = self.coded = 0
+        self.coded = 0
         self.has_flow = False
         self.own_turn = np.zeros(ROOM, np.int32)
         self.own_xy = np.zeros((ROOM, 2))
         self.cell = np.zeros((2, ROOM, WORDS), np.uint16)
-        self.pairs = PairSet(ROOM, parameters)
+        p, most = parameters, parameters.most_pairs
+        self.count = self.least = 0
+        self.most = self.equal = most
+        self.near2, self.spread2 = p.near_px * p.near_px, p.near_per_px * p.near_per_px
+        self.most_turn = round(p.pair_turn_deg * prints.TURNS / 360)
+        angle = np.arange(256) * (2 * np.pi / 256)
+        self.cosine_of, self.sine_of = np.cos(angle), np.sin(angle)
+        self.pair, self.turned = np.zeros((2, 3, ROOM * ROOM), np.int32)
+        self.start = np.zeros(ROOM + 2, np.int32)
+        self.row = np.zeros((2, most), np.int32)
+        self.a, self.b = np.zeros((2, 2, most))
+        self.angle, self.bound = np.zeros((2, most), np.int32)
+        self.of_weight = np.zeros(MOST_WEIGHT + 1, np.int32)
+        self.of_turn = np.zeros(TURNS_APART, np.uint64)
+        self.consistent = np.zeros(most, np.uint64)
 
     @cython.locals(k=cython.Py_ssize_t, b=cython.int, d=cython.int)
     def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
@@ -57,28 +78,22 @@ class Prefilter:
         Minutiae without a word of a neighbour are left out, and those after the 64th that has one.
         """
         bit = ONE
-        for k in range(self.used_words):
-            self.neighbour_table[self.used[k]] = 0
-        for k in range(WORDS):
-            for b in range(BINS):
-                self.orientation_table[k, b] = 0
-        self.used_words = self.coded = 0
-        self.has_flow = has_flow
+        memset(cython.address(self.neighbour_table[0]), 0, 8 * self.neighbour_table.shape[0])
+        memset(cython.address(self.orientation_table[0, 0]), 0, 8 * WORDS * (UNKNOWN + 1))
+        self.coded, self.has_flow = 0, has_flow
         for i in range(xy.shape[0]):
             if self.coded == ROOM:
                 break
-            words = self.used_words
+            some: cython.bint = False
             for k in range(WORDS):
                 word: cython.int = neighbour_bits[i, k]
                 if not word & NOT_FIRST:
                     self.neighbour_table[word & CELL] |= bit
-                    self.used[self.used_words] = word & CELL
-                    self.used_words += 1
+                    some = True
                 if not word & NOT_SECOND:
                     self.neighbour_table[second(word)] |= bit
-                    self.used[self.used_words] = second(word)
-                    self.used_words += 1
-            if self.used_words == words:
+                    some = True
+            if not some:
                 continue
             for k in range(WORDS):
                 if orientation_bins[i, k] != UNKNOWN:
@@ -102,11 +117,11 @@ class Prefilter:
         """
         flowing = flowing and self.has_flow
         self._pair(first, last, neighbour_bits, orientation_bins, flowing, other_first)
-        if other_first and self.pairs.count > 1:
-            self.pairs.order_by_own(self.coded)
-        self.pairs.keep_best()
-        self.pairs.locate(self.own_turn, self.own_xy, first, xy, direction_bin, other_first)
-        return self.pairs.consistent_weight()
+        if other_first and self.count > 1:
+            self._order_by_own()
+        self._keep_best()
+        self._locate(first, xy, direction_bin, other_first)
+        return self._consistent_weight()
 
     @cython.locals(k=cython.Py_ssize_t, flowing=cython.bint, bits=cython.ulonglong)
     @cython.locals(n1=cython.ulonglong, n2=cython.ulonglong, n4=cython.ulonglong)
@@ -124,14 +139,14 @@ class Prefilter:
         beside those before them.
         """
         table = cython.address(self.neighbour_table[0])
-        own_of = cython.address(self.pairs.pair[0, 0])
-        other_of = cython.address(self.pairs.pair[1, 0])
-        weight_of = cython.address(self.pairs.pair[2, 0])
-        of_weight = cython.address(self.pairs.of_weight[0])
+        own_of = cython.address(self.pair[0, 0])
+        other_of = cython.address(self.pair[1, 0])
+        weight_of = cython.address(self.pair[2, 0])
+        of_weight = cython.address(self.of_weight[0])
         for k in range(MOST_WEIGHT + 1):
             of_weight[k] = 0
-        most = self.pairs.most
-        room: cython.int = self.pairs.pair.shape[1]
+        most = self.most
+        room: cython.int = self.pair.shape[1]
         gathered = above = least = limit = t = 0
         for j in range(first, last):
             at: cython.Py_ssize_t = (j - first) % ROOM
@@ -212,9 +227,9 @@ class Prefilter:
                     least += 1
                     above -= of_weight[least]
                     limit = least - 1 if other_first else least
-        self.pairs.count = gathered
-        self.pairs.least = least
-        self.pairs.equal = most - above
+        self.count = gathered
+        self.least = least
+        self.equal = most - above
         return gathered
 
     def _find_cells(self, first, count, neighbour_bits):
@@ -228,6 +243,126 @@ class Prefilter:
             cell: cython.int = second(words[k]) + (words[k] >> 2 & BEYOND)
             other[k] = min(cell, LAST)
         return 0
+
+    @cython.locals(k=cython.int, entry=cython.int)
+    def _order_by_own(self):
+        """Put the pairs in the order of the own minutiae, then of the others."""
+        own: cython.int = self.coded
+        # the starts run one ahead while the pairs are sorted, two while they are counted
+        for k in range(own + 2):
+            self.start[k] = 0
+        for k in range(self.count):
+            self.start[self.pair[0, k] + 2] += 1
+        for k in range(own):
+            self.start[k + 2] += self.start[k + 1]
+        for k in range(self.count):
+            place = self.start[self.pair[0, k] + 1]
+            self.start[self.pair[0, k] + 1] += 1
+            for entry in range(3):
+                self.turned[entry, place] = self.pair[entry, k]
+        for entry in range(3):
+            for k in range(self.count):
+                self.pair[entry, k] = self.turned[entry, k]
+        return 0
+
+    @cython.locals(entry=cython.int)
+    def _keep_best(self):
+        """Keep pairs that weigh more than `least`, and the first `equal` that weigh as much."""
+        kept: cython.int = 0
+        equal: cython.int = self.equal
+        if self.count <= self.most:
+            return self.count
+        for k in range(self.count):
+            if self.pair[2, k] < self.least or (self.pair[2, k] == self.least and equal == 0):
+                continue
+            equal -= self.pair[2, k] == self.least
+            for entry in range(3):
+                self.pair[entry, kept] = self.pair[entry, k]
+            kept += 1
+        self.count = kept
+        return kept
+
+    @cython.locals(h=cython.Py_ssize_t)
+    def _locate(self, first, xy, direction_bin, other_first):
+        """Write rows and positions of the pairs in prints A and B, and the rotation of B onto A."""
+        of_own = 1 if other_first else 0
+        for h in range(self.count):
+            own: cython.Py_ssize_t = self.pair[0, h]
+            other = first + self.pair[1, h]
+            # a number below 64: there are no more own minutiae, nor pairs
+            self.row[0, h] = own
+            if other_first:
+                g = 0
+                while self.pair[1, g] != self.pair[1, h]:
+                    g += 1
+                self.row[0, h] = g
+            self.row[1, h] = self.pair[1 - of_own, h]
+            apart = self.own_turn[own] - cython.cast(cython.int, direction_bin[other])
+            self.angle[h] = (-apart if other_first else apart) & 255
+            for k in range(2):
+                self.a[k, h] = xy[other, k] if other_first else self.own_xy[own, k]
+                self.b[k, h] = self.own_xy[own, k] if other_first else xy[other, k]
+        return 0
+
+    @cython.locals(best=cython.int)
+    def _consistent_weight(self):
+        """Return the greatest weight of pairs that agree with one of them in rotation and shift.
+
+        Only pairs of about the same rotation are compared.
+        """
+        best = 0
+        for h in range(TURNS_APART):
+            self.of_turn[h] = 0
+        for h in range(self.count):
+            self.consistent[h] = (ONE << h) & ALL
+            self.bound[h] = self.pair[2, h]
+        for h in range(self.count - 1, -1, -1):
+            turn: cython.Py_ssize_t = self.angle[h] // TURN
+            left = self.of_turn[turn]
+            left |= self.of_turn[(turn + 1) % TURNS_APART]
+            left |= self.of_turn[(turn + TURNS_APART - 1) % TURNS_APART]
+            self.of_turn[turn] |= (ONE << h) & ALL
+            c = self.cosine_of[self.angle[h]]
+            s = self.sine_of[self.angle[h]]
+            while left:
+                g: cython.Py_ssize_t = lowest_place(left)
+                left &= left - 1
+                apart: cython.int = (self.angle[g] - self.angle[h] + self.most_turn) & 255
+                dx = self.b[0, g] - self.b[0, h]
+                dy = self.b[1, g] - self.b[1, h]
+                ex = c * dx - s * dy - (self.a[0, g] - self.a[0, h])
+                ey = s * dx + c * dy - (self.a[1, g] - self.a[1, h])
+                near: cython.bint = ex * ex + ey * ey <= self.near2 + self.spread2 * (
+                    dx * dx + dy * dy
+                )
+                if near & (apart <= 2 * self.most_turn):
+                    self.consistent[h] |= (ONE << g) & ALL
+                    self.consistent[g] |= (ONE << h) & ALL
+                    self.bound[h] += self.pair[2, g]
+                    self.bound[g] += self.pair[2, h]
+        for h in range(self.count):
+            if self.bound[h] > best:
+                best = max(best, self._weight_with(h))
+        return best
+
+    def _weight_with(self, h):
+        """Return the weight of the pairs that agree with pair h.
+
+        Of the pairs of one minutia, of either print, the first counts.
+        """
+        total: cython.int = 0
+        counted = 0
+        last: cython.int = -1
+        left = self.consistent[h]
+        while left:
+            g: cython.Py_ssize_t = lowest_place(left)
+            left &= left - 1
+            if self.row[1, g] == last or counted >> self.row[0, g] & 1:
+                continue
+            last = self.row[1, g]
+            counted |= (ONE << self.row[0, g]) & ALL
+            total += self.pair[2, g]
+        return total
 
 
 @cython.cfunc

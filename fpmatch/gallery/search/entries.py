@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 from contextlib import closing
 from dataclasses import replace
@@ -9,6 +10,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fpmatch.errors import GalleryError, MatcherError
+from fpmatch.gallery.encryption.keys import KEY_VARIABLE
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.fused import identify_fused
@@ -148,7 +150,9 @@ class _Place:
 
     def __reduce__(self) -> tuple[Any, ...]:
         gallery = self.gallery
-        return _open_place, (gallery.where, gallery.key, self.search.matcher, self.options)
+        # that of this process: the environment of workers may be of before
+        key = gallery.key or os.environ.get(KEY_VARIABLE)
+        return _open_place, (gallery.where, key, self.search.matcher, self.options)
 
 
 def _open_place(

@@ -79,7 +79,6 @@ def _http() -> Reader:
     def read(data: bytes) -> list[str]:
         gallery = scratch() / "served.db"
         shutil.copyfile(made, gallery)
-        shutil.copytree(f"{made}.prepared", f"{gallery}.prepared", dirs_exist_ok=True)
         application.state.settings = replace(settings, gallery=str(gallery))
         status, content = runner.run(_response(observer, data))
         if status >= 500 and status not in {503, 504}:

@@ -132,6 +132,7 @@ def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("who", ["nobody", "somebody else", "nonsense"])
 def test_no_scheduler_is_one_line(monkeypatch, who):
+    pytest.importorskip("distributed")
     monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = who if who == "nonsense" else f"tcp://127.0.0.1:{server.getsockname()[1]}"
@@ -145,6 +146,7 @@ def test_no_scheduler_is_one_line(monkeypatch, who):
 
 @pytest.mark.slow
 def test_a_worker_without_fpmatch_is_one_line(other_cluster):
+    pytest.importorskip("distributed")
     address, _ = other_cluster("without")
     with (
         pytest.raises(EngineError, match=r"a worker cannot import fpmatch .*") as raised,

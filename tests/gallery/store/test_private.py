@@ -11,6 +11,7 @@ from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.matching.compiled import COMPILED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="rights are those of the folder there")
 
@@ -35,6 +36,7 @@ def assert_private(folder, number):
         assert mode == (0o700 if (folder / name).is_dir() else 0o600), (name, oct(mode))
 
 
+@pytest.mark.skipif(not COMPILED, reason="an index needs compiled kernels")
 def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:

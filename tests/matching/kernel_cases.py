@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from fpmatch.matching.matchers.unit_circle import index_neighbours, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline.evidence import Evidence, load_weights
-from fpmatch.matching.pipeline.match import index_neighbours, view_of
 from fpmatch.matching.reference.neighbourhood import local_similarity
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)

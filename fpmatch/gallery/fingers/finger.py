@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
     from fpmatch.templates.minutiae import Template
 
 MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with

@@ -11,8 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.matching.constants import comparison as fixed
-from fpmatch.matching.pipeline.evidence import Evidence, load_weights
-from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
+from fpmatch.matching.pipeline.evidence import (
+    FEATURES,
+    RIDGE_FEATURES,
+    STANDARD,
+    Evidence,
+    amount_terms,
+    load_weights,
+)
 from fpmatch.matching.prints.prepared import lies_off_ridges
 from fpmatch.matching.prints.print_area import codes_at
 from fpmatch.matching.reference.pair_mesh import measure
@@ -22,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.parameters import MatchParameters
-    from fpmatch.matching.pipeline.score_model import ScoreModel
+    from fpmatch.matching.pipeline.evidence import ScoreModel
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.alignment import Pairing

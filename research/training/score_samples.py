@@ -178,7 +178,7 @@ def _features(
     sides = view_of(a), view_of(b)
     aligner, scorer, search = pipeline.aligner, pipeline.scorer, pipeline.search
     aligner.load(a.points, len(a), b.points, len(b))
-    aligner.relax(similarity)
+    aligner.relaxation.load(a.points, len(a), b.points, len(b), similarity)
     scorer.choose_model(*sides)
     found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     steps: tuple[Callable[[int], int], ...] = (aligner.start_hypothesis, aligner.refine)

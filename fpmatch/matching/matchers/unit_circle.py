@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.templates.minutiae import Template
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
 if COMPILED:
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.prepare import (
         encode,
         prefilter_of,
@@ -304,7 +304,8 @@ def index_neighbours(pipeline: Any, probe: PreparedTemplate) -> None:
 @lru_cache(maxsize=PREPARED_KEPT)
 def view_of(prepared: PreparedTemplate) -> TemplateView:
     """Return a print as the kernels take it."""
-    return prepared.for_kernels()
+    p, n = prepared, prepared.neighbourhoods
+    return TemplateView(p.points, p.quality, n.count, n.frame, p.bit_descriptors, p.region)
 
 
 @lru_cache(maxsize=PREPARED_KEPT)

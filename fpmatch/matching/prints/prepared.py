@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.parameters import MatchParameters
-    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.templates.minutiae import Template
 
@@ -77,14 +76,6 @@ class PreparedTemplate:
 
     def __len__(self) -> int:
         return len(self.index)
-
-    def for_kernels(self) -> TemplateView:
-        """Return a view of the print for the kernels."""
-        from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView  # noqa: PLC0415
-
-        n = self.neighbourhoods
-        arrays = self.points, self.quality, n.count, n.frame
-        return TemplateView(*arrays, self.bit_descriptors, self.region)
 
 
 def prepare_by(

@@ -19,8 +19,7 @@ from fpmatch.matching.pipeline.evidence import (
     amount_terms,
     load_weights,
 )
-from fpmatch.matching.prints.prepared import lies_off_ridges
-from fpmatch.matching.prints.print_area import codes_at
+from fpmatch.matching.prints.prepared import codes_at, lies_off_ridges
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 
@@ -29,8 +28,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.parameters import MatchParameters
     from fpmatch.matching.pipeline.evidence import ScoreModel
-    from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
 

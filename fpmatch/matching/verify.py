@@ -11,12 +11,7 @@ import numpy as np
 
 from fpmatch.matching.calibration import allowance as allowance_of
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.matching.decision import (
-    DEFAULT_THRESHOLD,
-    Rule,
-    find_reachable,
-    find_shortage,
-)
+from fpmatch.matching.decision import Rule, find_reachable, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import (
     INCONCLUSIVE,
@@ -44,8 +39,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
-
-__all__ = ["DEFAULT_THRESHOLD", "Rule", "Verification", "decide", "verify"]
 
 MIRRORED_SHARE: Final = 0.5  # of the false match rate, for the tries of a mirrored probe
 MIRRORED: Final = (

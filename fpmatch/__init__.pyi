@@ -23,7 +23,7 @@ from .lab.points.match import match_points as match_points
 from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr
 from .matching.registry import matcher_names as matcher_names
-from .matching.verification import Verification as Verification
+from .matching.verify import Verification as Verification
 from .pointset.geometry.point_match import PointMatch as PointMatch
 from .pointset.geometry.similarity import Similarity as Similarity
 from .templates.minutiae import Minutia as Minutia

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.base.html import html_table
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.verification import Verification
+from fpmatch.matching.verify import Verification
 from fpmatch.matching.verify import verify as verify_templates
 from fpmatch.prints.report import as_rows
 from fpmatch.templates.minutiae import Template

@@ -30,9 +30,9 @@ sys.path += [str(ROOT / "research" / "benchmarks"), str(ROOT)]
 PACKAGE = Path(fpmatch.__file__).parent
 KERNEL = re.compile(r"\b_[a-z]\w*_kernel\b(?! import COMPILED\b)")
 RUNS_COMPILED = re.compile(
-    r"fpmatch\.matching\.(pipeline\.(match|_kernels)|prints\.(_kernels|prepare ))"
+    r"fpmatch\.matching\.(pipeline\._kernels|prints\.(_kernels|prepare ))"
     r"|fpmatch\.gallery\.(index\.(follow|segment|terms)|search(\.| import )indexed)"
-    r"|import .*prefilter_scores|from (kernel|score)_cases|from ablation"
+    r"|matchers\.unit_circle import .*view_of|from kernel_cases|from ablation"
     r"|research\.training\.(evidence_quantiles|score)"
 )
 # One core may be busy with something else: no deadline on single examples, and the same examples

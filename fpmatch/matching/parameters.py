@@ -1,7 +1,7 @@
 """The parameters of the default matcher; each is an argument of the matcher.
 
 Kernels and reference read them from here: a change of one compiles nothing. Weights and thresholds
-of the score are learned, see `fpmatch.matching.pipeline.score_model`.
+of the score are learned, see `fpmatch.matching.pipeline.evidence`.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.quality.print_quality import PrintQuality
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
 
 # Shares of the false match rate where not all resolutions are stated; their sum is 1:
 FIRST_SHARE: Final = 0.9  # for the first try,

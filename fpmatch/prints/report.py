@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Identity
     from fpmatch.matching.scale import ScaleMeasurement
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
     from fpmatch.pointset.geometry.similarity import Similarity
 
 

@@ -25,9 +25,8 @@ from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import LINK_SCORE, SEARCHED_UP_TO
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.decision import find_shortage
+from fpmatch.matching.decision import DEFAULT_THRESHOLD, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene.items import Ink
     from fpmatch.drawing.scene.palette import Colour
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
     from fpmatch.prints.pair import ComparedPair, PairOptions
     from fpmatch.server.prints import PrintOptions
     from fpmatch.templates.minutiae import Template

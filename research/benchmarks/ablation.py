@@ -18,15 +18,14 @@ import repository  # noqa: F401
 
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.matching.constants.comparison import LEAST_SPREAD, LOG_10, MIN_MINUTIAE
-from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.match import pipeline_for
-from fpmatch.matching.pipeline.score_model import (
+from fpmatch.matching.matchers.unit_circle import MATCHER, pipeline_for
+from fpmatch.matching.pipeline.evidence import (
     FEATURES,
     MODELS,
     RATES,
     RIDGE_FEATURES,
     ScoreWeights,
+    load_weights,
 )
 from fpmatch.matching.reference.evidence import most_decades
 from research.commands import (

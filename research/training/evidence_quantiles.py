@@ -25,11 +25,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.matchers.unit_circle import MATCHER, index_neighbours, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
-from fpmatch.matching.pipeline.match import index_neighbours, view_of
-from fpmatch.matching.pipeline.score_model import (
+from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     MINUTIAE_ALONE,
     MODELS,
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.matching.pipeline.score_model import ScoreWeights
+    from fpmatch.matching.pipeline.evidence import ScoreWeights
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
 
@@ -92,7 +91,7 @@ class AmountSample:
 
     `sums` (N,): weighted sums of the features; of genuine comparisons -ln(FMR). `features` (N, F):
     those of the best alignment. `amounts` (N, 5): the terms of
-    `fpmatch.matching.pipeline.score_model.AMOUNTS`. `weight`: weight of all of them together.
+    `fpmatch.matching.pipeline.evidence.AMOUNTS`. `weight`: weight of all of them together.
     """
 
     sums: NDArray[np.float64]

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, ScoreModel, ScoreWeights
+from fpmatch.matching.pipeline.evidence import FEATURES, RIDGE_FEATURES, ScoreModel, ScoreWeights
 from research.training.rounding import round_significant
 from research.training.score_samples import LOCAL_HYPOTHESES, NO_PREFILTER, NO_QUANTILES
 

@@ -11,11 +11,10 @@ import numpy as np
 
 from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
-from fpmatch.matching.pipeline.match import view_of
-from fpmatch.matching.pipeline.score_model import (
+from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     FEATURES,
     MODELS,
@@ -62,7 +61,7 @@ class ScoreSample:
 
     `name`: the database. `features` (N, H, 11): those of the comparisons that found something, of
     each hypothesis, refined, its ridges compared; NaN where there are fewer. See
-    `fpmatch.matching.pipeline.score_model.FEATURES`. `coarse` (N, H, 11): those in coarse
+    `fpmatch.matching.pipeline.evidence.FEATURES`. `coarse` (N, H, 11): those in coarse
     alignment, of the minutiae alone. `descriptors` (N, 2): the prefilter's score, and the minutiae
     of the smaller print. `strength` (N,): that of the relaxed local matches. `genuine` (N,):
     whether both prints are of one finger. `nothing`: numbers of the other genuine and impostor
@@ -179,7 +178,7 @@ def _features(
     sides = view_of(a), view_of(b)
     aligner, scorer, search = pipeline.aligner, pipeline.scorer, pipeline.search
     aligner.load(a.points, len(a), b.points, len(b))
-    aligner.relax(similarity)
+    aligner.relaxation.load(a.points, len(a), b.points, len(b), similarity)
     scorer.choose_model(*sides)
     found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     steps: tuple[Callable[[int], int], ...] = (aligner.start_hypothesis, aligner.refine)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.matching.verification import Verification
+from fpmatch.matching.verify import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 

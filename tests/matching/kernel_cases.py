@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from fpmatch.matching.matchers.unit_circle import index_neighbours, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
 from fpmatch.matching.pipeline.evidence import Evidence, load_weights
-from fpmatch.matching.pipeline.match import index_neighbours, view_of
 from fpmatch.matching.reference.neighbourhood import local_similarity
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -41,7 +41,7 @@ def overlay(a, b, partner, transform=IDENTITY, *, weights=None, pipeline=None):
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     pipeline = pipeline or pipeline_for(a, b, weights=weights)
     aligner = impose(pipeline.aligner, a, b, partner, transform)
-    aligner.relax(similarity)
+    aligner.relaxation.load(a.points, len(a), b.points, len(b), similarity)
     sides, scorer = (view_of(a), view_of(b)), pipeline.scorer
     scorer.choose_model(*sides)
     scorer.weigh(*sides, aligner, similarity, True)

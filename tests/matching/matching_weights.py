@@ -9,7 +9,7 @@ import pytest
 
 from fpmatch.matching import reference
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.score_model import (
+from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     FEATURES,
     MODELS,

@@ -21,10 +21,9 @@ from matching_weights import REJECTING, all_with, scored_by, some_model, some_we
 from scipy.stats import poisson
 
 from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
+from fpmatch.matching.matchers.unit_circle import view_of
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline.evidence import Evidence, load_weights
-from fpmatch.matching.pipeline.match import view_of
-from fpmatch.matching.pipeline.score_model import MODELS, amount_terms
+from fpmatch.matching.pipeline.evidence import MODELS, Evidence, amount_terms, load_weights
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.evidence import (

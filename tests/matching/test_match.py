@@ -21,9 +21,9 @@ from matching_prints import (
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
 from fpmatch.matching import reference
+from fpmatch.matching.matchers import unit_circle as own
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline import match as own
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
 from fpmatch.matching.reference.alignment import grow, one_pair, seeded

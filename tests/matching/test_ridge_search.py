@@ -8,12 +8,11 @@ from hypothesis import example, given
 from matching_prints import packed_pictures, plane, seeds, spread_points, template_of
 
 from fpmatch.image.extract import extract
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline._kernels._relaxation_kernel import Relaxation
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.pipeline._kernels._ridge_search_kernel import RidgeSearch
-from fpmatch.matching.pipeline.match import view_of
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.ridges import search_by_ridges

@@ -19,6 +19,7 @@ from matching_prints import (
     template_of,
 )
 
+from fpmatch.matching.matchers.unit_circle import view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.pipeline._kernels._ridge_kernel import RidgeCorrelator
@@ -46,7 +47,7 @@ def compared(a, b, transform=IDENTITY, partner=None):
     pairs = np.full(len(a), -1, np.int32) if partner is None else partner
     correlator = RidgeCorrelator(len(b))
     mesh = impose(Aligner(len(a), len(b), USUAL), a, b, pairs, transform).mesh
-    cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
+    cells = correlator.compare(view_of(a), view_of(b), mesh, *transform)
     return correlator.correlation, cells
 
 

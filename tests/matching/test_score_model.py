@@ -8,16 +8,17 @@ from hypothesis.extra.numpy import arrays
 from matching_weights import OF_RIDGES, REJECTING, some_weights
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.pipeline.evidence import WEIGHTS_FILE, load_weights
-from fpmatch.matching.pipeline.score_model import (
+from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     FEATURES,
     LIMITS,
     MODELS,
     RATES,
     STANDARD,
+    WEIGHTS_FILE,
     ScoreModel,
     ScoreWeights,
+    load_weights,
 )
 
 SHAPES = {

@@ -19,8 +19,7 @@ from fpmatch import Minutiae, Template, as_template
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.result import Compared
-from fpmatch.matching.verification import Verification
-from fpmatch.matching.verify import verify
+from fpmatch.matching.verify import Verification, verify
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.prints.report import as_dict, as_rows, as_text, odds
 

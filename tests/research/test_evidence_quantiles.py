@@ -4,13 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.pipeline.score_model import (
+from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     MODELS,
     RATES,
     SMALL_WITH_RIDGES,
     WITH_RIDGES,
+    load_weights,
 )
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.evidence_quantiles import (

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpmatch.matching.pipeline.score_model import FEATURES, MODELS, ScoreWeights
+from fpmatch.matching.pipeline.evidence import FEATURES, MODELS, ScoreWeights
 from research.training.score_fit import (
     OF_RIDGES,
     FitParameters,

@@ -4,11 +4,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.matchers.unit_circle import MATCHER, index_neighbours, view_of
 from fpmatch.matching.parameters import USUAL
 from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
-from fpmatch.matching.pipeline.match import index_neighbours, view_of
-from fpmatch.matching.pipeline.score_model import FEATURES, ScoreModel, ScoreWeights
+from fpmatch.matching.pipeline.evidence import FEATURES, ScoreModel, ScoreWeights
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import OF_RIDGES
 from research.training.score_samples import (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.scene.items import Scene
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
 
 SUFFIXES: Final = (".png", ".svg")
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from fpmatch.drawing.scene.items import Matrix, Point
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
     from fpmatch.templates.minutiae import Minutiae
 
 Entry: TypeAlias = "tuple[str, Iterable[Path | Circle]]"

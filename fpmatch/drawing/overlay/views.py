@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from fpmatch.drawing.scene.items import Matrix
     from fpmatch.drawing.scene.palette import Colour
     from fpmatch.matching.reference.ridges import RidgeMap
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
 

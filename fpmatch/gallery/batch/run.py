@@ -19,8 +19,8 @@ from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import COLUMNS, csv_lines, failure_reason
 from fpmatch.gallery.batch.sources import unpack
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.result import is_own
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence

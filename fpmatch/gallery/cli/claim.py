@@ -13,9 +13,9 @@ from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.registry import matcher_name, states_rho
 from fpmatch.matching.result import named
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import json_text
 from fpmatch.prints.report import LABEL_WIDTH, as_dict, as_text
 

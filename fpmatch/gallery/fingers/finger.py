@@ -24,9 +24,10 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
+from fpmatch.matching.decision import DEFAULT_THRESHOLD, Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import check_repeats, compare_prepared, prepare_print
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, Rule, decide
+from fpmatch.matching.verify import decide
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
     from fpmatch.templates.minutiae import Template
 
 MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with

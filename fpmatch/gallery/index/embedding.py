@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
 
 LENGTH: Final = 128
 SIDE: Final = 32  # cells of a picture

@@ -18,8 +18,8 @@ from fpmatch.gallery.search.identify import compare_probe, count_fingers, find_c
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import allowance
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.result import named
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.gallery.fingers.finger import verify_finger
 from fpmatch.matching.calibration import allowance
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
 from fpmatch.printable import count, printable
 from fpmatch.prints.pair import FIRST_SHARE, other_resolutions
 from fpmatch.prints.reading import GivenPrint, dpi_source

@@ -29,7 +29,7 @@ from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
 from fpmatch.lab.evaluation.rates.intervals import Interval, interval_of
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.printable import count
 from fpmatch.prints.report import odds
 

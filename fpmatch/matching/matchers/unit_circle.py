@@ -8,8 +8,10 @@ unit circle (eq. 3), and fits a transform (eq. 1). docs/explanation/how_it_works
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Final
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
@@ -17,8 +19,14 @@ from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
-from fpmatch.matching.pipeline.evidence import Alignment, Evidence, all_reasons, main_reason
-from fpmatch.matching.pipeline.score_model import amount_terms, as_similarity
+from fpmatch.matching.pipeline.evidence import (
+    Alignment,
+    Evidence,
+    all_reasons,
+    amount_terms,
+    as_similarity,
+    main_reason,
+)
 from fpmatch.matching.prints.prepared import lies_off_ridges
 from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -34,7 +42,9 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 if COMPILED:
-    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for, view_of
+    from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
+    from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
+    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
     from fpmatch.matching.prints.prepare import (
         encode,
         prefilter_of,
@@ -47,6 +57,9 @@ UNPAIRED: Final = "no minutiae of the two prints can be paired"
 FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
+PREPARED_KEPT: Final = 64  # views and indices of prints, used last: a fifth of a megabyte each
+LEAST_CAPACITY: Final = 64  # minutiae, of a thread's pipeline
+_THREAD: Final = threading.local()
 
 
 class UnitCircleMatcher(Matcher):
@@ -261,3 +274,46 @@ def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
         if len(side) < FEW_MINUTIAE
     ]
     return "; ".join(few)
+
+
+def pipeline_for(
+    probe: PreparedTemplate, minutiae: int, parameters: MatchParameters = USUAL
+) -> Pipeline:
+    """Return the thread's own pipeline, which holds a probe, for prints of so many minutiae.
+
+    `minutiae` is the number of those of the larger print.
+    """
+    pipeline: Pipeline | None = getattr(_THREAD, "pipeline", None)
+    if (
+        pipeline is None
+        or pipeline.capacity < minutiae
+        or pipeline.parameters is not parameters
+        or pipeline.weights is not score.load_weights()
+    ):
+        capacity = max(LEAST_CAPACITY, 1 << (minutiae - 1).bit_length())
+        pipeline = _THREAD.pipeline = Pipeline(capacity, parameters, score.load_weights())
+    pipeline.load(view_of(probe))
+    return pipeline
+
+
+def index_neighbours(pipeline: Any, probe: PreparedTemplate) -> None:
+    """Let a pipeline have the index of the neighbours of the probe that it holds."""
+    pipeline.neighbours = _index_of(probe, threading.get_ident(), pipeline.parameters)
+
+
+@lru_cache(maxsize=PREPARED_KEPT)
+def view_of(prepared: PreparedTemplate) -> TemplateView:
+    """Return a print as the kernels take it."""
+    p, n = prepared, prepared.neighbourhoods
+    return TemplateView(p.points, p.quality, n.count, n.frame, p.bit_descriptors, p.region)
+
+
+@lru_cache(maxsize=PREPARED_KEPT)
+def _index_of(
+    prepared: PreparedTemplate, thread: int, parameters: MatchParameters
+) -> NeighbourIndex:
+    """Sort the neighbours of a print's minutiae so that similar ones are found at once.
+
+    There is one a thread: an index has scratch arrays.
+    """
+    return NeighbourIndex(prepared.neighbourhoods.count, prepared.neighbourhoods.frame, parameters)

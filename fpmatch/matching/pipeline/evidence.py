@@ -1,26 +1,225 @@
-"""Evidence: what a score is made of, and the reasons against one finger that it gives.
+"""Evidence: what a score is made of, its learned model, and the reasons against one finger.
 
 The score is learned by logistic regression on synthetic prints by ``python -m research train
 score``. docs/explanation/how_it_works.md describes its features, how their sum is conditioned on
-the amount of evidence, and its bounds; `score_model` has the weights. The result is an estimate of
--ln(FMR), on one scale for prints with and without ridges. The similarity, ``log(1 + e^estimate)``,
-is positive. Prints that the prefilter rejects get an estimate of -5 or less, by how far they fall
-short.
+the amount of evidence, and its bounds. The result is an estimate of -ln(FMR), on one scale for
+prints with and without ridges. The similarity, ``log(1 + e^estimate)``, is positive. Prints that
+the prefilter rejects get an estimate of -5 or less, by how far they fall short.
 """
 
 from __future__ import annotations
 
+import json
+import math
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from fpmatch.matching.pipeline.score_model import ScoreWeights, as_similarity
+import numpy as np
+
+from fpmatch.base.parsing import parse_json
+from fpmatch.errors import MatcherError
+from fpmatch.matching.constants.comparison import (
+    ENOUGH_AREA,
+    ENOUGH_MINUTIAE,
+    LEAST_AREA,
+    SMALL_AREA_PX2,
+    UNIT_AREA,
+)
 from fpmatch.printable import count
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json"
+
+FEATURES: Final = (
+    "relaxed similarity",
+    "places on the circle",
+    "weights in the ring",
+    "fullness of the rings",
+    "local similarity",
+    "unpaired",
+    "overlap",
+    "share of the minutiae",
+    "ridges",
+    "area of the ridges",
+    "ridges by area",
+)
+"""The names of the features, in the order in which the kernel has them."""
+
+RIDGE_FEATURES: Final = FEATURES[-3:]  # that minutiae alone do not have
+STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")  # rows of `ScoreModel.standard`
+LIMITS: Final = (
+    "prefilter_base",
+    "prefilter_growth",
+    "prefilter_limit",
+    "relaxation_threshold",
+    "refine_threshold",
+    "confident_threshold",
+    "bias",
+)
+"""The numbers of a model beside its features, in the order in which the kernel has them."""
+
+AMOUNTS: Final = (
+    "1",
+    "1 / (n + 1)",
+    "1 / (n + 1)^2",
+    "log(a / 10000 px^2)",
+    "log(a / 10000 px^2) / (n + 1)",
+)
+"""The terms of the amount of evidence, in the order in which the kernel has them."""
+
+RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
+
+MODELS: Final = ("with ridges", "minutiae alone", "small with ridges")
+"""The models, in the order in which the kernel has them."""
+
+WITH_RIDGES, MINUTIAE_ALONE, SMALL_WITH_RIDGES = MODELS
+FEW_MINUTIAE: Final = 12  # fewer are too few for the data of whole prints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreModel:
+    """The weights that were learned for one kind of prints.
+
+    Prints are aligned if the score of their bit descriptors reaches a base plus a growth with the
+    minutiae of the smaller print, up to a limit. The coefficients of the terms of `AMOUNTS` make
+    the sums that so many impostor comparisons reach, and the -ln(FMR) that half of the genuine
+    comparisons reach, where the amount is that of the smaller print.
+    """
+
+    standard: NDArray[np.float64]  # (4, 11): the rows are those of `STANDARD`
+    bias: float  # added to the sum
+    prefilter: tuple[float, float, float]  # base, growth, limit
+    relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried
+    refine_threshold: float  # of the sum: above, prints are refined, and their ridges compared
+    confident_threshold: float  # of the sum: above, a hypothesis is refined alone
+    quantiles: NDArray[np.float64]  # (2, 5), for each of `RATES`
+    genuine_median: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(AMOUNTS)))
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """The numbers of `LIMITS`."""
+        sums = self.relaxation_threshold, self.refine_threshold, self.confident_threshold
+        return np.array([*self.prefilter, *sums, self.bias])
+
+    def as_document(self) -> dict[str, Any]:
+        """Return the model as what JSON can hold."""
+        columns = self.standard.T.tolist()
+        reached = [dict(zip(AMOUNTS, row, strict=True)) for row in self.quantiles.tolist()]
+        return {
+            **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
+            "impostor_quantiles": dict(zip(map(str, RATES), reached, strict=True)),
+            "genuine_median": dict(zip(AMOUNTS, self.genuine_median.tolist(), strict=True)),
+            "features": [
+                {"name": name, **dict(zip(STANDARD, column, strict=True))}
+                for name, column in zip(FEATURES, columns, strict=True)
+            ],
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ScoreModel:
+        """Return the model that `as_document` wrote; of other features, raise MatcherError."""
+        rows = document["features"]
+        if tuple(row["name"] for row in rows) != FEATURES:
+            raise MatcherError("weights of the score: of other features than this version has")
+        standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
+        base, growth, most, *sums, bias = (float(document[name]) for name in LIMITS)
+        relaxation, refine, confident = sums
+        reached = (document["impostor_quantiles"][str(rate)] for rate in RATES)
+        amounts = [[float(row[name]) for name in AMOUNTS] for row in reached]
+        median = [float(document["genuine_median"][name]) for name in AMOUNTS]
+        limits = (base, growth, most), relaxation, refine, confident
+        return cls(standard, bias, *limits, np.array(amounts), np.array(median))
+
+    def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the weighted sums of features, shape (..., 11), as the kernel makes them."""
+        middle, spread, weight, _ = self.standard
+        return np.asarray(self.bias + (features - middle) / spread @ weight)
+
+
+def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
+    """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
+    x = 1.0 / (_saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
+    y = math.log(max(_saturated(area, ENOUGH_AREA), LEAST_AREA) / UNIT_AREA)
+    return np.array([1.0, x, x * x, y, x * y])
+
+
+def _saturated(amount: float, enough: float) -> float:
+    """Return about the amount where it is much less than `enough`, else about `enough`."""
+    share = amount / enough
+    share = share * share
+    return amount / math.sqrt(math.sqrt(1.0 + share * share))
+
+
+def as_similarity(minus_log_fmr: float) -> float:
+    """Return ``log(1 + e^x)``: positive, and for more than a few the estimate x itself."""
+    if minus_log_fmr > 0.0:
+        return minus_log_fmr + math.log1p(math.exp(-minus_log_fmr))
+    return math.log1p(math.exp(minus_log_fmr))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreWeights:
+    """The models of `MODELS`, and from what they were learned."""
+
+    models: tuple[ScoreModel, ...]
+    provenance: Mapping[str, Any]
+
+    def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
+        """Return the model by which two prints are scored."""
+        if a.region.ridges is None or b.region.ridges is None:
+            return self.models[MODELS.index(MINUTIAE_ALONE)]
+        small = min(a.region.area, b.region.area) <= SMALL_AREA_PX2
+        return self.models[MODELS.index(SMALL_WITH_RIDGES if small else WITH_RIDGES)]
+
+    def is_small(self, a: PreparedTemplate, b: PreparedTemplate) -> bool:
+        """Return whether two prints show their ridges, and the smaller one is small."""
+        return self.model_of(a, b) is self.models[MODELS.index(SMALL_WITH_RIDGES)]
+
+    def typical(
+        self, probe: NDArray[np.float64], references: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the -ln(FMR) that half of the genuine comparisons of prints reach.
+
+        `probe` and `references`, shape (..., 5), are what the matcher's `amount` returns. Few
+        minutiae on much skin are beyond the data of the model for such prints: there, that of
+        small prints bounds the result.
+        """
+        minutiae, area = np.moveaxis(np.minimum(probe[..., :2], references[..., :2]), -1, 0)
+        both = np.minimum(probe[..., 2], references[..., 2]) > 0.0  # with ridges
+        x = np.maximum(probe[..., 3], references[..., 3])
+        y = np.minimum(probe[..., 4], references[..., 4])
+        terms = np.stack([np.ones_like(x), x, x * x, y, x * y], axis=-1)
+        by_model = {
+            name: terms @ one.genuine_median for name, one in zip(MODELS, self.models, strict=True)
+        }
+        typical = np.where(both, by_model[WITH_RIDGES], by_model[MINUTIAE_ALONE])
+        small = by_model[SMALL_WITH_RIDGES]
+        typical = np.where(both & (minutiae < FEW_MINUTIAE), np.minimum(typical, small), typical)
+        return np.asarray(np.where(both & (area <= SMALL_AREA_PX2), small, typical))
+
+    def as_json(self) -> str:
+        """Return the weights as the text of a JSON file."""
+        models = {n: model.as_document() for n, model in zip(MODELS, self.models, strict=True)}
+        document = {"provenance": self.provenance, "models": models}
+        return f"{json.dumps(document, indent=1)}\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> ScoreWeights:
+        """Read what `as_json` wrote; of another text or other features, raise MatcherError."""
+        try:
+            document = parse_json(text)
+            models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
+            return cls(tuple(models), document["provenance"])
+        except (LookupError, TypeError, ValueError) as error:
+            raise MatcherError("weights of the score: not such a file") from error
 
 
 class Evidence(NamedTuple):

@@ -35,8 +35,7 @@ from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.templates.minutiae import Template
 
 

@@ -8,7 +8,7 @@ local matches that agree support each other (`relaxation`); *pairs* that *grow* 
 the unit circle by eq. (3) and (4) (`alignment`, `pair_mesh`); the *ridges* (`ridges`); the
 *evidence*, its *bounds* and the *score* (`evidence`). `transform_of` fits eq. (1) in the pixels of
 the images. Before `match`, `rejected` applies the *prefilter* (`prefilter`). The area of a print is
-a `fpmatch.matching.prints.print_area.PrintArea`; `fpmatch.matching.verify` calibrates and decides.
+a `fpmatch.matching.prints.prepared.PrintArea`; `fpmatch.matching.verify` calibrates and decides.
 
 The compiled matcher takes the same steps, many times as fast. Both make the same pairs, and the
 same evidence to 1e-9, unless the last bit of a sum decides between equals, because numpy adds in
@@ -54,8 +54,8 @@ if TYPE_CHECKING:
         BitDescriptors,
         Neighbourhoods,
         PreparedTemplate,
+        PrintArea,
     )
-    from fpmatch.matching.prints.print_area import PrintArea
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.templates.minutiae import Template
 

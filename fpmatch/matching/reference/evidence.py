@@ -11,10 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.matching.constants import comparison as fixed
-from fpmatch.matching.pipeline.evidence import Evidence, load_weights
-from fpmatch.matching.pipeline.score_model import FEATURES, RIDGE_FEATURES, STANDARD, amount_terms
-from fpmatch.matching.prints.prepared import lies_off_ridges
-from fpmatch.matching.prints.print_area import codes_at
+from fpmatch.matching.pipeline.evidence import (
+    FEATURES,
+    RIDGE_FEATURES,
+    STANDARD,
+    Evidence,
+    amount_terms,
+    load_weights,
+)
+from fpmatch.matching.prints.prepared import codes_at, lies_off_ridges
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.ridges import compare_ridges, drift_of
 
@@ -22,9 +27,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.parameters import MatchParameters
-    from fpmatch.matching.pipeline.score_model import ScoreModel
-    from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.pipeline.evidence import ScoreModel
+    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
 

@@ -59,13 +59,7 @@ def local_similarity(
 
     A neighbour in A counts by the most similar one in B, or not at all.
     """
-    total = like_neighbours(a, b, p.neighbour_cosine)
-    share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
-    return (total.astype(np.float32) * np.outer(share_a, share_b)).astype(np.float32)
-
-
-def like_neighbours(a: Neighbourhoods, b: Neighbourhoods, min_cosine: float) -> NDArray[np.float64]:
-    """Return the weight of the neighbours of A's minutiae that are like some of B's, (N, M)."""
+    min_cosine = p.neighbour_cosine
     (owner_a, rank_a, ours), (owner_b, _, theirs) = map(_neighbours, (a, b))
     reach = 1.01 * np.sqrt(1.0 / ours[4].min(initial=1.0))
     apart = np.subtract.outer(ours[0], theirs[0]) ** 2
@@ -80,7 +74,9 @@ def like_neighbours(a: Neighbourhoods, b: Neighbourhoods, min_cosine: float) -> 
     best, own = np.zeros((a.frame.shape[2], len(a.count), len(b.count))), a.frame[:, 5].T
     above = value > 0.0
     np.maximum.at(best, (rank_a[i[above]], owner_a[i[above]], owner_b[j[above]]), value[above])
-    return np.asarray((best * own[:, :, None]).sum(axis=0))
+    total = (best * own[:, :, None]).sum(axis=0).astype(np.float32)
+    share_a, share_b = (1.0 / np.sqrt(np.maximum(s.count, p.fewest_neighbours)) for s in (a, b))
+    return np.asarray(total * np.outer(share_a, share_b), np.float32)
 
 
 def _neighbours(of: Neighbourhoods) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[Any]]:

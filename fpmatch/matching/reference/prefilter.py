@@ -14,16 +14,14 @@ import numpy as np
 
 from fpmatch.matching.constants import prints as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.prepared import BitDescriptors
-from fpmatch.matching.prints.print_area import codes_at
+from fpmatch.matching.prints.prepared import BitDescriptors, codes_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate, PrintArea
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.intp]

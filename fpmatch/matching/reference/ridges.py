@@ -24,14 +24,13 @@ from fpmatch.matching.constants.comparison import (
 )
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.print_area import codes_at
+from fpmatch.matching.prints.prepared import codes_at
 from fpmatch.matching.reference.pair_mesh import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.prints.print_area import PrintArea
+    from fpmatch.matching.prints.prepared import PreparedTemplate, PrintArea
     from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.pair_mesh import PairMesh
 

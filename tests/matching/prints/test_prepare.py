@@ -21,8 +21,13 @@ from matching_prints import (
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepare import prepare
-from fpmatch.matching.prints.prepared import ROOT_WEIGHTS, qualities, root_weight_codes
-from fpmatch.matching.prints.print_area import codes_at, orientation_codes
+from fpmatch.matching.prints.prepared import (
+    ROOT_WEIGHTS,
+    codes_at,
+    orientation_codes,
+    qualities,
+    root_weight_codes,
+)
 from fpmatch.matching.reference.neighbourhood import neighbourhoods
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW

@@ -10,7 +10,7 @@ from cython.cimports.libc.math import sqrt
 if cython.compiled:
     from cython.cimports.fpmatch.matching.pipeline._kernels._evidence_kernel import as_similarity
 else:
-    from fpmatch.matching.pipeline.score_model import as_similarity
+    from fpmatch.matching.pipeline.evidence import as_similarity
 
 
 @cython.final

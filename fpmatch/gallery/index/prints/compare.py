@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 if COMPILED:
-    from fpmatch.matching.pipeline.match import index_neighbours, pipeline_for
+    from fpmatch.matching.matchers.unit_circle import index_neighbours, pipeline_for
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 
 ORDERED_BY: Final = 3  # minutiae that decide which print comes first, before the whole keys do

@@ -26,10 +26,10 @@ from fpmatch.matching.prints.prepared import (
     BitDescriptors,
     Neighbourhoods,
     PreparedTemplate,
+    PrintArea,
     content_key,
     root_weight_codes,
 )
-from fpmatch.matching.prints.print_area import PrintArea
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

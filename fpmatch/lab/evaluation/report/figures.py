@@ -19,7 +19,7 @@ from fpmatch.lab.evaluation.report.det import (
     in_percent,
 )
 from fpmatch.lab.evaluation.report.results import split_scores
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

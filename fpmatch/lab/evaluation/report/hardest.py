@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
     from fpmatch.lab.evaluation.report.results import RatesReport
-    from fpmatch.matching.verification import Verification
+    from fpmatch.matching.verify import Verification
 
 
 DEFAULT_COUNT: Final = 6

@@ -26,7 +26,7 @@ from fpmatch.lab.evaluation.report.rate_text import (
 )
 from fpmatch.lab.evaluation.report.results import split_scores
 from fpmatch.lab.plots.style import check_matplotlib
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:

@@ -26,7 +26,6 @@ cdef class Aligner:
     cpdef int load(
         self, double[:, ::1] a, Py_ssize_t size_a, double[:, ::1] b, Py_ssize_t size_b
     ) noexcept nogil
-    cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
     cpdef int refine(self, Py_ssize_t k) noexcept nogil
     cpdef int start_from(self, Py_ssize_t i, Py_ssize_t j, Py_ssize_t row) noexcept nogil

@@ -76,10 +76,6 @@ class Aligner:
                 self.sorted[row, e] = b[row, self.order[e]]
         return 0
 
-    def relax(self, similarity):
-        """Select and relax the local matches; return how many candidates there are."""
-        return self.relaxation.load(self.a, self.size_a, self.b, self.size_b, similarity)
-
     def start_hypothesis(self, k):
         """Grow hypothesis k, the next one, coarsely; keep it in row k; return its number of pairs.
 

@@ -2,7 +2,7 @@
 """Kernel: the evidence in an alignment of two prints, its weighted sum, and the bounds of the FMR.
 
 ``evidence`` has the entries named below; `fpmatch.matching.pipeline.evidence` describes them. The
-same computation in numpy is in `fpmatch.matching.reference.evidence` and `.bounds`.
+same computation in numpy is in `fpmatch.matching.reference.evidence`.
 """
 
 import cython

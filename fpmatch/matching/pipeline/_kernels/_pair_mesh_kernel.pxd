@@ -1,6 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 cdef class PairMesh:
-    cdef readonly Py_ssize_t capacity, vertices, triangles
+    cdef readonly Py_ssize_t vertices, triangles
     cdef readonly double[::1] ax, ay, bx, by
     cdef readonly int[:, ::1] corner
     cdef readonly int[::1] owner, vertex_of

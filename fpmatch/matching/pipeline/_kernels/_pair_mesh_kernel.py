@@ -48,7 +48,6 @@ class PairMesh:
     def __init__(self, parameters, size_a) -> None:
         p = parameters
         room = size_a + FRAME
-        self.capacity = room
         self.ax, self.ay, self.bx, self.by = np.zeros((4, room))
         self.owner = np.zeros(room, np.int32)
         self.vertex_of = np.full(max(size_a, 1), -1, np.int32)

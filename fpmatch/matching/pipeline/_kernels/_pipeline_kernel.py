@@ -103,7 +103,7 @@ class Pipeline:
         """Match print A with print B, whose local similarities are given."""
         self.aligner.load(a.points, a.size, b.points, b.size)
         self.scorer.choose_model(a, b)
-        self.aligner.relax(self.similarity)
+        self.aligner.relaxation.load(a.points, a.size, b.points, b.size, self.similarity)
         best = self._pair_and_grow(a, b)
         doubtful: cython.bint = a.has_ridges and b.has_ridges and not self._is_confident(best)
         best = self._grow_to_the_end(a, b, best)

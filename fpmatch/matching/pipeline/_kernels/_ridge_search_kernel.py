@@ -142,13 +142,7 @@ class RidgeSearch:
         for k in range(self.samples):
             x = self.c * self.sample[0, k] - self.s * self.sample[1, k] + self.x
             y = self.s * self.sample[0, k] + self.c * self.sample[1, k] + self.y
-            x = x * large.per_px - large.first_column
-            y = -y * large.per_px - large.first_row
-            if not (0.0 <= x < large.columns and 0.0 <= y < large.rows):
-                continue
-            row: cython.Py_ssize_t = int(y)
-            column: cython.Py_ssize_t = int(x)
-            code: cython.int = large.cell[large.cell_at + row * large.columns + column]
+            code: cython.int = large.code_at(x, y)
             if code == 0:
                 continue
             common += 1

@@ -36,7 +36,7 @@ from fpmatch.gallery.index.prints.compare import (
 )
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.pipeline.score_model import as_similarity
+from fpmatch.matching.pipeline.evidence import as_similarity
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.registry import get_matcher
 

@@ -11,7 +11,7 @@ from fpmatch.lab.evaluation.report.hardest import (
     hardest_pairs,
 )
 from fpmatch.lab.evaluation.run import evaluate
-from fpmatch.matching.verification import Verification
+from fpmatch.matching.verify import Verification
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import Minutiae, Template
 

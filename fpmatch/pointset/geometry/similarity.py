@@ -165,20 +165,6 @@ class Similarity:
         return Similarity(self.scale * first.scale, rotation, tx, ty, mirrored=mirrored)
 
 
-def fit_moves(p: NDArray[np.complex128], q: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return least-squares moves (s·cos θ, s·sin θ, tx, ty), shape (K, 4), of K lists of points.
-
-    The points `p` and `q`, x + iy, are paired, shape (K, N). With Σ|p|² and Σp̄q of centred points,
-    s·(cos θ + i·sin θ) = Σp̄q / Σ|p|². A move is all 0 where that is 0 or not defined.
-    """
-    p_mean, q_mean = p.mean(axis=1, keepdims=True), q.mean(axis=1, keepdims=True)
-    spread = (np.abs(p - p_mean) ** 2).sum(axis=1, keepdims=True)
-    turn = ((p - p_mean).conj() * (q - q_mean)).sum(axis=1, keepdims=True)
-    turn /= np.where(spread > 0, spread, np.inf)
-    moves = np.hstack([turn, q_mean - turn * p_mean]) * (turn != 0)
-    return np.asarray(moves.view(np.float64))
-
-
 def _rotation_matrix(angle: float) -> NDArray[np.float64]:
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.array([[cosine, -sine], [sine, cosine]])

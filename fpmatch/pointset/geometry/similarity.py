@@ -137,10 +137,9 @@ class Similarity:
     @property
     def matrix(self) -> NDArray[np.float64]:
         """The matrix ``[A | t]``, shape (2, 3), as ``cv2.warpAffine`` takes it."""
-        linear = self.scale * _rotation_matrix(self.rotation)
-        if self.mirrored:
-            linear = linear * (1.0, -1.0)
-        return np.column_stack([linear, [self.tx, self.ty]])
+        a, b = self.scale * math.cos(self.rotation), self.scale * math.sin(self.rotation)
+        side = -1.0 if self.mirrored else 1.0
+        return np.array([[a, -b * side, self.tx], [b, a * side, self.ty]])
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Map `points` (array_like, shape (N, 2)); returns float64 of the same shape."""

@@ -201,13 +201,3 @@ def test_whole_pixels_stay_whole_pixels():
     assert xy[:, :distinct].T.tolist() == [[0, 2], [0, 33], [143, 194], [288, 0]]
     assert order[0, :distinct].tolist() == [2, 1, 4, 0]
     assert order[1].tolist() == [3, 1, 0, -1, 2]
-
-
-@given(families, seeds, st.integers(3, 40))
-def test_compiled_and_interpreted_agree(plain, family, seed, n):
-    points = made(family, seed, n)
-    expected, mesh = triangulate(points), plain("pointset.delaunay.triangulate").triangulate(points)
-    for name in ("triangles", "edges", "hull", "ring_start", "ring", "interior"):
-        found = getattr(mesh, name)
-        assert found.tolist() == getattr(expected, name).tolist()
-        assert found.dtype == getattr(expected, name).dtype

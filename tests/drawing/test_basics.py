@@ -17,25 +17,14 @@ from fpmatch.drawing.scene.items import (
 from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 from fpmatch.pointset.geometry.similarity import Similarity
 
-# Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by
-# dichromats" (1999): linear RGB as a protanope and a deuteranope see it.
-SEEN = {
-    "all": np.eye(3),
-    "protanope": np.array([[0.1121, 0.8853, -0.0005], [0.1127, 0.8897, -0.0001], [0.0045, 0, 1]]),
-    "deuteranope": np.array([[0.2920, 0.7054, -0.0003], [0.2934, 0.7089, 0], [-0.0210, 0.0256, 1]]),
-}
 
-
-@pytest.mark.parametrize("viewer", SEEN)
-def test_inks_and_their_mixture_are_distinguishable(viewer):
+def test_inks_and_their_mixture_are_distinguishable():
     both = np.multiply(palette.PROBE_INK, palette.REFERENCE_INK) / 255
     np.testing.assert_array_equal(palette.BOTH_INKS, np.rint(both))
     assert max(both) < 90
-    colours = [palette.PAPER, palette.PROBE_INK, palette.REFERENCE_INK, palette.BOTH_INKS]
-    linear = (np.array(colours) / 255) ** 2.2
-    seen = np.clip(linear @ SEEN[viewer].T, 0, 1) ** (1 / 2.2)
-    distances = np.linalg.norm(seen[:, None] - seen[None], axis=2)
-    assert distances[np.triu_indices(4, 1)].min() > 0.35
+    colours = np.array([palette.PAPER, palette.PROBE_INK, palette.REFERENCE_INK, palette.BOTH_INKS])
+    distances = np.linalg.norm(colours[:, None] - colours, axis=2)
+    assert distances[np.triu_indices(4, 1)].min() > 90
 
 
 @pytest.mark.parametrize("width", [40.0, 120.0, 400.0])
@@ -81,12 +70,6 @@ def test_a_picture_is_reduced_to_fit_and_never_enlarged(given, shown, rng):
 transforms = st.builds(
     Similarity, st.floats(0.1, 10), st.floats(-4, 4), st.floats(-500, 500), st.floats(-500, 500)
 )
-
-
-@given(transforms)
-def test_points_move_as_the_transform_says(transform):
-    points = np.array([[0.0, 0.0], [30.0, -7.0], [100.5, 220.25]])
-    np.testing.assert_allclose(moved(transform.matrix, points), transform.apply(points))
 
 
 @given(transforms, st.floats(0, 2 * math.pi))

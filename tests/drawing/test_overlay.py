@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fpmatch import extract, read_image, verify
-from fpmatch.drawing.overlay.draw import draw, overlay_scene, save_scene
+from fpmatch.drawing.overlay.draw import draw, overlay_scene
 from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE, MARGIN
 from fpmatch.drawing.overlay.views import agreement, place_numbers
 from fpmatch.drawing.scene.items import Box, text_width
@@ -142,18 +142,6 @@ def test_images_of_any_shape_are_drawn(shape, side_by_side, compared):
     assert max(picture.shape) <= 2 * LARGEST_PANEL_SIDE + 200
 
 
-def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_image, compared):
-    double = cv2.resize(probe_image, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    verification = without_minutiae(compared())
-    half = Similarity(0.5, 0.0, -0.25, -0.25)
-    coarse = draw(probe_image, reference_image, verification)
-    probe = Template(Minutiae.empty(), double.shape[1], double.shape[0], dpi=1000)
-    scaled = replace(verification, transform=verification.transform.after(half))
-    fine = draw(double, reference_image, replace(scaled, probe=probe))
-    assert coarse.shape == fine.shape
-    assert np.abs(panel_of(coarse) - panel_of(fine)).mean() < 6
-
-
 @pytest.mark.parametrize(
     "image",
     [
@@ -165,22 +153,6 @@ def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_im
 def test_refuses_what_is_not_the_image_of_the_template(image, reference_image, compared):
     with pytest.raises(ImageError, match="probe image: "):
         draw(image, reference_image, compared())
-
-
-def test_png_holds_what_draw_draws(sides, tmp_path, compared):
-    path = tmp_path / "overlay.PNG"
-    save_scene(path, overlay_scene(*sides, compared()))
-    stored = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
-    np.testing.assert_array_equal(stored, draw(*sides, compared()))
-    assert [p.name for p in tmp_path.iterdir()] == ["overlay.PNG"]
-
-
-@pytest.mark.parametrize("name", ["overlay.jpg", "overlay", "file/overlay.png"])
-def test_refuses_to_write_elsewhere_or_otherwise(sides, tmp_path, compared, name):
-    (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="overlay"):
-        save_scene(tmp_path / name, overlay_scene(*sides, compared()))
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 def boxes_of(marks, obstacles=()):

@@ -1,10 +1,8 @@
-import base64
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -91,16 +89,11 @@ def test_svg_joins_every_pair_once(sides, compared, view, numbers):
     assert [e.text for e in of_class(root, "text", "number")] == ["1", "2", "3"] * numbers
 
 
-def test_svg_embeds_both_prints_and_multiplies_them(sides, probe_image, reference_image, compared):
+def test_svg_embeds_both_prints_and_multiplies_them(sides, compared):
     root = svg_of(sides, compared())
     assert "image{mix-blend-mode:multiply}" in root.findtext(SVG + "style")
-    images = list(root.iter(SVG + "image"))
-    assert [e.get("class") for e in images] == ["reference ridges", "probe ridges"]
-    for image, shown in zip(images, (reference_image, probe_image), strict=True):
-        head, data = image.get("href").split(",")
-        assert head == "data:image/png;base64"
-        stored = np.frombuffer(base64.b64decode(data), np.uint8)
-        assert cv2.imdecode(stored, cv2.IMREAD_UNCHANGED).shape == (*shown.shape, 4)
+    classes = [image.get("class") for image in root.iter(SVG + "image")]
+    assert classes == ["reference ridges", "probe ridges"]
 
 
 def test_stands_side_by_side_where_there_is_no_transform(sides, compared):

@@ -1,10 +1,12 @@
 import math
+from urllib.request import urlopen
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from fpmatch.drawing.scene.items import (
     Box,
@@ -124,6 +126,10 @@ def test_an_ink_lies_where_its_matrix_puts_it_in_pixels_and_in_svg():
     image = parsed(ink).find(SVG + "image")
     assert image.get("transform") == "matrix(3 0 0 3 9 3)"  # the first pixel covers 9 to 12
     assert (image.get("width"), image.get("height")) == ("6", "5")
+    with urlopen(image.get("href")) as stored:
+        pixels = np.asarray(Image.open(stored))
+    assert (pixels[..., 3] == coverage).all()
+    assert not pixels[..., :3].any()
 
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -156,14 +156,8 @@ def check_rings(mesh, at, opposite):
             assert (y < 0 <= q) or x * q - y * p > 0 or (y == q == 0 and p < 0 < x)
 
 
-@given(families, seeds, st.integers(3, 70))
-@settings(max_examples=300)
-def test_hostile_points_get_an_exact_delaunay_triangulation(family, seed, n):
-    check_exactly(made(family, seed, n))
-
-
-@given(crowded_pixels | any_finite_points)
-@settings(max_examples=100)
+@given(st.builds(made, families, seeds, st.integers(3, 70)) | crowded_pixels | any_finite_points)
+@settings(max_examples=400)
 def test_any_points_get_an_exact_delaunay_triangulation(points):
     check_exactly(points)
 

@@ -100,10 +100,10 @@ def test_fit_agrees_with_its_twin(seed):
         assert move == pytest.approx(fit_with_numpy(p, q, ring_p, ring_q), abs=1e-9)
 
 
-@given(seeds, st.sampled_from([0, 25]))
-def test_overlay_finds_the_best_move_or_the_first_that_is_good_enough(seed, crowd):
+@given(seeds, st.sampled_from([0, 25]), st.sampled_from([0.3, 1.5]))
+def test_overlay_finds_the_best_move_or_the_first_that_is_good_enough(seed, crowd, precision):
     p, q, moves = two_views(seed, crowd)
-    tolerance, enough = 0.3 * q.spacing, len(p) // 3
+    tolerance, enough = precision * q.spacing, len(p) // 3
     counts = np.array([count_with_numpy(move, p, q, tolerance) for move in moves])
     best = best_overlay(p, q, moves, tolerance, len(p))
     assert best == ((counts.argmax(), counts.max()) if counts.any() else None)

@@ -1,10 +1,12 @@
 import math
+from urllib.request import urlopen
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from fpmatch.drawing.scene.items import (
     Box,
@@ -85,24 +87,25 @@ def test_a_line_across_a_huge_distance_is_drawn_where_it_passes_and_dashes_leave
     assert 20 < covered(Path(line.points, Pen(BLACK, width=2.0, dash=(4.0, 8.0)))) < 90
 
 
-@pytest.mark.parametrize(("anchor", "x"), [("start", 20.0), ("middle", 80.0), ("end", 140.0)])
-def test_a_square_of_a_unit_is_a_small_raised_two(anchor, x):
+def inked(text, axis, anchor="start"):
+    """Return the columns, or the rows, in which a text at (80, 30) has ink."""
+    page = paint(Scene(160, 40, (Text(80.0, 30.0, text, 24.0, BLACK, anchor),)))
+    return np.flatnonzero((page[:, :, 0] < 128).any(axis=axis))
+
+
+@pytest.mark.parametrize(("anchor", "before"), [("start", 0.0), ("middle", 0.5), ("end", 1.0)])
+def test_a_text_lies_at_its_anchor(anchor, before):
+    columns, width = inked("HHHH", 0, anchor), text_width("HHHH", 24.0)
+    left = 80 - before * width
+    assert (columns[0], columns[-1]) == pytest.approx((left, left + width), abs=4)
+
+
+def test_a_square_of_a_unit_is_a_small_raised_two():
     """The font lacks ², and would draw a box for it."""
-
-    def inked(text, axis):
-        page = paint(Scene(160, 40, (Text(x, 30.0, text, 24.0, BLACK, anchor),)))
-        return np.flatnonzero((page[:, :, 0] < 128).any(axis=axis))
-
-    small, two = (inked(sign, 1) for sign in "²2")
+    small, two = inked("²", 1), inked("2", 1)
     assert small[0] <= two[0] + 1
     assert len(small) < 0.75 * len(two)
-    assert len(inked("²", 0)) < 0.75 * len(inked("2", 0))
-    columns = inked("HH² HH", 0)
-    gaps = np.diff(columns)
-    assert gaps.max() >= 5  # the space after it stays
-    start = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor] * text_width("HH² HH", 24.0)
-    assert start <= columns[0] <= start + 4
-    assert columns[-1] == pytest.approx(start + text_width("HH² HH", 24.0), abs=4)
+    assert np.diff(inked("HH² HH", 0)).max() >= 5  # the space after it stays
 
 
 def test_inks_multiply():
@@ -123,6 +126,10 @@ def test_an_ink_lies_where_its_matrix_puts_it_in_pixels_and_in_svg():
     image = parsed(ink).find(SVG + "image")
     assert image.get("transform") == "matrix(3 0 0 3 9 3)"  # the first pixel covers 9 to 12
     assert (image.get("width"), image.get("height")) == ("6", "5")
+    with urlopen(image.get("href")) as stored:
+        pixels = np.asarray(Image.open(stored))
+    assert (pixels[..., 3] == coverage).all()
+    assert not pixels[..., :3].any()
 
 
 SVG = "{http://www.w3.org/2000/svg}"

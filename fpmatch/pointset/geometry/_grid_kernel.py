@@ -196,9 +196,10 @@ class CellGrid:
         """
         start = np.asarray(self.start)
         cells = np.flatnonzero(np.diff(start) > _CROWD)
+        if not len(cells):
+            return
         ranges = np.column_stack([start[cells], start[cells + 1]]).tolist()
-        if ranges:
-            self.axis = np.zeros(self.x.shape[0], np.uint8)
+        self.axis = np.zeros(self.x.shape[0], np.uint8)
         xy, order = np.array([self.x, self.y]), np.array(self.order)
         while ranges:
             low, high = ranges.pop()

@@ -137,10 +137,9 @@ class Similarity:
     @property
     def matrix(self) -> NDArray[np.float64]:
         """The matrix ``[A | t]``, shape (2, 3), as ``cv2.warpAffine`` takes it."""
-        linear = self.scale * _rotation_matrix(self.rotation)
-        if self.mirrored:
-            linear = linear * (1.0, -1.0)
-        return np.column_stack([linear, [self.tx, self.ty]])
+        a, b = self.scale * math.cos(self.rotation), self.scale * math.sin(self.rotation)
+        side = -1.0 if self.mirrored else 1.0
+        return np.array([[a, -b * side, self.tx], [b, a * side, self.ty]])
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Map `points` (array_like, shape (N, 2)); returns float64 of the same shape."""
@@ -163,20 +162,6 @@ class Similarity:
         rotation = math.remainder(self.rotation + turn, 2 * math.pi)
         mirrored = self.mirrored != first.mirrored
         return Similarity(self.scale * first.scale, rotation, tx, ty, mirrored=mirrored)
-
-
-def fit_moves(p: NDArray[np.complex128], q: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return least-squares moves (s·cos θ, s·sin θ, tx, ty), shape (K, 4), of K lists of points.
-
-    The points `p` and `q`, x + iy, are paired, shape (K, N). With Σ|p|² and Σp̄q of centred points,
-    s·(cos θ + i·sin θ) = Σp̄q / Σ|p|². A move is all 0 where that is 0 or not defined.
-    """
-    p_mean, q_mean = p.mean(axis=1, keepdims=True), q.mean(axis=1, keepdims=True)
-    spread = (np.abs(p - p_mean) ** 2).sum(axis=1, keepdims=True)
-    turn = ((p - p_mean).conj() * (q - q_mean)).sum(axis=1, keepdims=True)
-    turn /= np.where(spread > 0, spread, np.inf)
-    moves = np.hstack([turn, q_mean - turn * p_mean]) * (turn != 0)
-    return np.asarray(moves.view(np.float64))
 
 
 def _rotation_matrix(angle: float) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ from fpmatch.errors import PointSetError, number_text
 from fpmatch.pointset.geometry.frames import between_sets
 from fpmatch.pointset.geometry.pairing import greedy_pairs, index_pairs
 from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, fewest_above, rms_distance
-from fpmatch.pointset.geometry.similarity import Similarity, fit_moves
+from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper import _one_ring_kernel as kernel
 from fpmatch.pointset.paper.one_rings import PreparedPoints, prepare_points
 
@@ -57,12 +57,9 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
-    Plane = NDArray[np.complex128]  # points as x + iy
 
 DEFAULT_AREA_TOLERANCE: Final = 0.1
 """Largest difference of the areas of similar rings, the circle's own area being π."""
-
-_PAIRS_AT_ONCE: Final = 100_000  # of rings, which bounds the memory
 
 DEFAULT_RHO: Final = 0.6
 """ρ, the share of the smaller set that must be exceeded: the least of the paper's experiments."""
@@ -167,29 +164,14 @@ def fit_rings(p: PreparedPoints, q: PreparedPoints, ring_pairs: Ints) -> Floats:
     boundary. It is all 0 where there is no such fit.
     """
     moves = np.empty((len(ring_pairs), 4))
-    degrees = p.rings.degree[ring_pairs[:, 0]]
-    for degree in np.unique(degrees).tolist():
-        equal = np.flatnonzero(degrees == degree)
-        for part in np.array_split(equal, len(equal) // _PAIRS_AT_ONCE + 1):
-            u, image_u, z_p = _rings_of(p, ring_pairs[part, 0], degree)
-            v, image_v, z_q = _rings_of(q, ring_pairs[part, 1], degree)
-            # entry k is the correlation with the second circle shifted by k
-            correlation = np.fft.ifft(np.fft.fft(u).conj() * np.fft.fft(v))
-            correlation += degree * image_u.conj() * image_v
-            shift = np.abs(correlation).argmax(axis=1)[:, None]
-            order = 1 + (np.arange(degree) + shift) % degree
-            z_q[:, 1:] = np.take_along_axis(z_q, order, axis=1)
-            moves[part] = fit_moves(z_p, z_q)
+    a, b = p.rings, q.rings
+    kernel.fit_ring_pairs(
+        ring_pairs,
+        *(p.unit, a.centre, a.start, a.vertex, a.circle, a.image),
+        *(q.unit, b.centre, b.start, b.vertex, b.circle, b.image),
+        moves,
+    )
     return moves
-
-
-def _rings_of(points: PreparedPoints, index: Ints, degree: int) -> tuple[Plane, Plane, Plane]:
-    """Return circles (K, d), images of the centres (K, 1), and centres with rings (K, 1 + d)."""
-    rings = points.rings
-    entry = rings.start[index, None] + np.arange(degree)
-    z, circle, image = (xy[0] + 1j * xy[1] for xy in (points.unit, rings.circle, rings.image))
-    z = np.hstack([z[rings.centre[index], None], z[rings.vertex[entry]]])
-    return circle[entry], image[index, None], z
 
 
 def best_overlay(

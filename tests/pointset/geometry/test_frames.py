@@ -37,12 +37,6 @@ def test_the_frame_is_exact_for_whole_pixels():
     assert np.array_equal(np.ldexp(unit, frame.exponent) + points.min(axis=0), points)
 
 
-def test_a_single_place_is_its_own_origin():
-    place = np.array([[7.0, -3.0], [7.0, -3.0]])
-    assert frame_of(place).apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
-    assert frame_of(place).as_similarity().apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
-
-
 @given(
     seeds, similarities(10, 2), exponents, exponents, offsets, st.sampled_from(["p", "q", "", "pq"])
 )

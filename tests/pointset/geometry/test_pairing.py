@@ -37,11 +37,6 @@ def test_any_finite_points_are_paired_one_to_one(p, q, tolerance):
     assert len(set(pairs[:, 0].tolist())) == len(set(pairs[:, 1].tolist())) == len(pairs)
 
 
-def test_nearest_pair_goes_first_and_the_tolerance_is_inclusive():
-    assert greedy_pairs([[0, 0], [2, 0]], [[1.5, 0]], 3).tolist() == [[1, 0]]
-    assert len(greedy_pairs([[0.1, 0.7]], [[3.1, 4.7]], 5.0)) == 1
-
-
 @pytest.mark.parametrize(
     ("q", "tolerance", "reason"),
     [([[0, 0]], -1.0, "tolerance"), ([[0, 0]], np.nan, "tolerance"), ([1, 2, 3], 1.0, "^q:")],

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, grid_of, places, seeds, squared_distances
@@ -24,10 +23,11 @@ REACHES = [0.0, 0.5, 1.0, math.sqrt(2.0), 3.0, 1e100, math.inf]
 
 
 def places_to_ask(points, seed):
-    """Return places at points, among them, on the borders of pixels and far outside."""
+    """Return places at points, among them, on the borders of pixels, far outside and beyond all."""
     rng = np.random.default_rng(seed)
     among = rng.uniform(-1, 6, (4, 2))
-    return np.vstack([points.T[:3], among, among.round(), [[-1e3, 2.0], [2.0, 1e3]]])
+    far = [[-1e3, 2.0], [2.0, 1e3], [math.inf, 0.5], [0.5, -math.inf], [0.5, 1e150]]
+    return np.vstack([points.T[:3], among, among.round(), far])
 
 
 def ask_within(grid, place, reach2, most, at=0):
@@ -64,9 +64,14 @@ def test_every_point_is_once_in_its_cell_of_not_too_many(points, side):
         assert past == [column + 1, row + 1]
 
 
-@given(clouds, sides, seeds, st.sampled_from(REACHES), st.integers(1, 6))
-def test_nearest_and_within_agree_with_a_look_at_every_point(points, side, seed, reach, most):
+@given(clouds, sides, seeds, st.sampled_from(REACHES), st.integers(1, 6), st.booleans())
+def test_nearest_and_within_agree_with_a_look_at_every_point(
+    points, side, seed, reach, most, beyond
+):
+    """Also where points lie beyond the grid."""
     grid, reach2 = grid_of(points, side), reach * reach
+    if beyond:
+        grid = sort_into_cells(points, side, low=(1, 1), high=(4, 4))
     for place in places_to_ask(points, seed):
         squared = squared_distances(grid, *place)
         found = grid.nearest(*place, reach2)
@@ -83,24 +88,3 @@ def test_only_the_points_counted_are_sorted():
     grid = sort_into_cells(points, 1.0, low=(0, 0), high=(9, 9), count=2)
     assert sorted(grid.order) == [0, 1]
     assert ask_within(grid, np.array([1.0, 1.0]), math.inf, 4)[1] == [2.0, 128.0]
-
-
-@given(seeds, sides)
-def test_points_outside_the_grid_are_found_too(seed, side):
-    rng = np.random.default_rng(seed)
-    points = rng.uniform(-20, 20, (2, 25))
-    grid = sort_into_cells(points, side, low=(-5, -5), high=(5, 5))
-    for place in rng.uniform(-25, 25, (8, 2)):
-        squared = squared_distances(grid, *place)
-        assert squared[grid.nearest(*place, 2e4)] == squared.min()
-        assert ask_within(grid, place, 50.0, 25)[1] == np.sort(squared[squared <= 50]).tolist()
-
-
-@pytest.mark.parametrize(
-    "place", [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e150), (math.nan, 0.5), (0.5, math.nan)]
-)
-def test_nothing_is_near_a_place_out_of_this_world(place):
-    grid = grid_of(np.random.default_rng(1).uniform(0, 1, (2, 20)), 0.2)
-    assert grid.nearest(*place, 0.3) == -1
-    if not np.isnan(place).any():
-        assert ask_within(grid, np.array(place), 0.3, 5) == ([], [])

@@ -38,13 +38,6 @@ def test_finds_a_patch_of_a_larger_set():
     assert match.pairs[:, 1].tolist() == inside.nonzero()[0].tolist()
 
 
-def test_independent_sets_and_mirrored_copies_share_little():
-    for seed in range(20):
-        p, q = random_points(2 * seed, 40), random_points(2 * seed + 1, 40)
-        assert match_by_unit_circle(p, q).matched_share < 0.6
-        assert match_by_unit_circle(p, p * [1, -1]).matched_share < 0.6
-
-
 @given(seeds, st.sampled_from([0.3, 1.0]))
 def test_exchanging_the_sets_inverts_the_transform(seed, factor):
     p = random_points(seed)
@@ -91,11 +84,8 @@ def test_scale_can_be_bounded():
     p = random_points(4)
     q = Similarity(scale=1.5).apply(p)
     assert match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.6)).matched_share == 1
-    for match in (
-        match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.4)),
-        match_by_unit_circle(q, p, UnitCircleParameters(max_scale=1.4)),
-    ):
-        assert match.matched_share < 0.6
+    for sides in ((p, q), (q, p)):
+        assert match_by_unit_circle(*sides, UnitCircleParameters(max_scale=1.4)).matched_share < 0.6
 
 
 @given(seeds, st.sampled_from([0.0, 0.3, 0.5, 0.6]))

@@ -2,13 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pointset_strategies import seeds, similarities
+from pointset_strategies import seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.parametrize import (
     boundary_angles,
-    parametrize,
     shape_preserving_weights,
 )
 
@@ -48,29 +46,6 @@ def test_boundary_is_spaced_by_chord_length():
     assert np.degrees(boundary_angles([[0, 0], [3, 0], [3, 4]])) == pytest.approx([0, 90, 210])
     with pytest.raises(PointSetError, match="coincide"):
         boundary_angles([[1, 1], [1, 1], [1, 1]])
-
-
-@given(seeds, degrees, similarities(100, 1e3))
-def test_a_moved_ring_has_the_same_circle(seed, degree, move):
-    ring, centre = random_ring(seed, degree)
-    circle = parametrize(ring, centre)
-    moved = parametrize(move.apply(ring), move.apply([centre])[0])
-    assert moved.angles == pytest.approx(circle.angles, abs=1e-9)
-    assert moved.weights == pytest.approx(circle.weights, abs=1e-7)
-    assert moved.image == pytest.approx(circle.image, abs=1e-7)
-    assert moved.area == pytest.approx(circle.area, abs=1e-9)
-
-
-@given(seeds, degrees, st.integers(0, 8))
-def test_starting_elsewhere_rotates_the_circle(seed, degree, start):
-    """The paper, section 4: a pair of rotated unit circles of the same ring proved to be same."""
-    ring, centre = random_ring(seed, degree)
-    circle = parametrize(ring, centre)
-    other = parametrize(np.roll(ring, -start, axis=0), centre)
-    turn = Similarity(rotation=-circle.angles[start % degree])
-    assert turn.apply([circle.image])[0] == pytest.approx(other.image, abs=1e-9)
-    assert np.roll(circle.weights, -start) == pytest.approx(other.weights, abs=1e-9)
-    assert other.area == pytest.approx(circle.area)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ REACHES = [0.0, 0.5, 1.0, math.sqrt(2.0), 3.0, 1e100, math.inf]
 
 
 def places_to_ask(points, seed):
-    """Return places at points, among them, on the borders of pixels, far outside."""
+    """Return places at points, among them, on the borders of pixels and far outside."""
     rng = np.random.default_rng(seed)
     among = rng.uniform(-1, 6, (4, 2))
     far = [[-1e3, 2.0], [2.0, 1e3], [0.5, 1e150]]

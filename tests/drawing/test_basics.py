@@ -7,12 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.drawing.scene import palette
-from fpmatch.drawing.scene.items import (
-    directions,
-    parts,
-    text_width,
-    wrapped,
-)
+from fpmatch.drawing.scene.items import directions, moved, parts, text_width, wrapped
 from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -78,3 +73,9 @@ def test_directions_turn_with_the_points(transform, angle):
     start, end = transform.apply(step)
     expected = (end - start) / np.linalg.norm(end - start)
     np.testing.assert_allclose(directions(matrix, np.array([angle]))[0], expected, atol=1e-6)
+
+
+def test_what_lies_absurdly_far_stays_finite():
+    far = Similarity(1e300, 1.0, -1e300, 1e308).matrix
+    assert np.isfinite(moved(far, [[1e9, -1e9], [0.0, 0.0]])).all()
+    assert moved(far, np.empty((0, 2))) == []

@@ -168,14 +168,14 @@ def test_a_bad_file_is_named_with_its_reason(tmp_path, data, reason):
         (npy(np.array([["1", "2", "3"]])), "found one of type 'U'"),
         (npy(np.zeros((2, 3), complex)), "found one of type 'c'"),
         (npy(np.zeros((MANY, 3))), "more than 10000 minutiae"),
-        (npy(np.array([[print, 1, 2]])), "Python objects, which are not read"),
-        (npy(np.zeros((2, 3)))[:-1], "has 48 bytes, found 47"),
-        (npy(np.zeros((2, 3)))[:40], "damaged header"),
-        (b"\x93NUMPY\x09\x00", "of version 9.0"),
-        (npy_of("(10**9,)"), "damaged"),
-        (npy_of("(999999999999, 3)"), "has 23999999999976 bytes, found 0"),
-        (npy_of("(-1, 3)"), "bytes"),
-        (npy_of("(" * 5000), "damaged header"),
+        (npy(np.array([[print, 1, 2]])), "or one of Python objects"),
+        (npy(np.zeros((2, 3)))[:-1], "a damaged .npy file"),
+        (npy(np.zeros((2, 3)))[:40], "a damaged .npy file"),
+        (npy(np.zeros((2, 3))) + b"0", "more bytes than its array has"),
+        *(
+            (npy_of(s), "a damaged")
+            for s in ("(999999999999, 3)", "(-1, 3)", "3" * 999, "(" * 5000)
+        ),
         (ROW, "defines how its angles are measured: --angles excludes it"),
     ],
     ids=lambda value: repr(value[-30:]) if isinstance(value, bytes) else None,

@@ -10,8 +10,6 @@ from fpmatch.image.skeleton import _small_parts_kernel, _thin_kernel
 from fpmatch.image.skeleton import thin as module
 from fpmatch.image.skeleton.thin import (
     AROUND,
-    CROSSING_NUMBER,
-    SIMPLE,
     binarize,
     flip_with_opencv,
     thin,
@@ -130,15 +128,3 @@ def test_interpreted_the_kernel_leaves_the_same_words(interpreted, random, mask)
     for kernel, image in ((_thin_kernel, words), (interpreted("_thin_kernel"), plain)):
         kernel.thin_words(image, np.zeros_like(image), np.zeros(len(image), np.int32))
     assert np.array_equal(words, plain)
-
-
-def test_the_tables_agree_with_their_definitions():
-    for code in range(256):
-        around = [bool(code >> k & 1) for k in range(8)]
-        block = np.zeros((3, 3), bool)
-        for (dy, dx), there in zip(AROUND, around, strict=True):
-            block[1 + dy, 1 + dx] = there
-        simple = sum(around) >= 2 and parts(block) == 1 and not all(around[::2])
-        assert SIMPLE[code] == simple
-        changes = sum(around[k] != around[k - 1] for k in range(8))
-        assert CROSSING_NUMBER[code] == changes // 2

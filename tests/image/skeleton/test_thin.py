@@ -10,6 +10,7 @@ from fpmatch.image.skeleton import _small_parts_kernel, _thin_kernel
 from fpmatch.image.skeleton import thin as module
 from fpmatch.image.skeleton.thin import (
     AROUND,
+    CROSSING_NUMBER,
     binarize,
     flip_with_opencv,
     thin,
@@ -128,3 +129,9 @@ def test_interpreted_the_kernel_leaves_the_same_words(interpreted, random, mask)
     for kernel, image in ((_thin_kernel, words), (interpreted("_thin_kernel"), plain)):
         kernel.thin_words(image, np.zeros_like(image), np.zeros(len(image), np.int32))
     assert np.array_equal(words, plain)
+
+
+def test_the_crossing_number_is_half_the_number_of_changes_around_a_pixel():
+    for code in range(256):
+        around = [code >> k & 1 for k in range(8)]
+        assert CROSSING_NUMBER[code] == sum(around[k] != around[k - 1] for k in range(8)) // 2

@@ -31,8 +31,8 @@ def decode_npy(data: bytes) -> NDArray[np.float64]:
     stream = io.BytesIO(data)
     try:
         with warnings.catch_warnings(action="ignore"):  # about headers of Python 2
-            array: NDArray[Any] = np.load(stream, allow_pickle=False)
-    except (*_DAMAGED, OSError, MemoryError, OverflowError) as error:
+            array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+    except (*_DAMAGED, MemoryError, OverflowError) as error:
         raise FpmatchError("a damaged .npy file, or one of Python objects") from error
     if stream.read(1):
         raise FpmatchError("a .npy file with more bytes than its array has")

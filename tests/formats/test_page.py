@@ -7,10 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.formats.record import MAX_MINUTIAE
 from fpmatch.formats.registry import CODECS, codec_of_name
-from fpmatch.templates.bounds import MOST_SIDE_PX
-from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 from tests.formats.made_records import record_of, sample_record, written
 
 DOCS = Path(__file__).parents[2] / "docs" / "reference"
@@ -40,11 +37,3 @@ def test_the_schema_has_the_members_that_are_written(template):
             field = SCHEMA["properties"]["ridge_field"]
             assert set(field["required"]) <= set(document["ridge_field"])
             assert set(document["ridge_field"]) <= set(field["properties"])
-
-
-def test_the_schema_has_the_limits_of_the_reader():
-    properties = SCHEMA["properties"]
-    assert properties["width"]["maximum"] == properties["height"]["maximum"] == MOST_SIDE_PX
-    assert (properties["dpi"]["minimum"], properties["dpi"]["maximum"]) == (MIN_DPI, MAX_DPI)
-    for column in properties["minutiae"]["properties"].values():
-        assert column["maxItems"] == MAX_MINUTIAE

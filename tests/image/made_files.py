@@ -5,7 +5,6 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-from hypothesis import strategies as st
 from PIL import Image
 
 from fpmatch.image.io.read import decode_image
@@ -82,27 +81,3 @@ def one_of_each():
         "AN2, type 4": an2(binary_print(grey)),
         "AN2, type 14": an2(tagged_print(rings(61, 53), wsq(), compression=b"WSQ20")),
     }
-
-
-@st.composite
-def damaged(draw, whole):
-    """Draw a file that was cut, or in which bytes were changed, copied, left out or put in."""
-    data = bytearray(whole)
-    for _ in range(draw(st.integers(1, 4))):
-        # the header decides most: aim there half the time
-        at = draw(st.one_of(st.integers(0, min(len(data), 64)), st.integers(0, len(data))))
-        match draw(st.sampled_from(["change", "flip", "cut", "leave out", "put in", "extreme"])):
-            case "change" if at < len(data):
-                data[at] = draw(st.integers(0, 255))
-            case "flip" if at < len(data):
-                data[at] ^= 1 << draw(st.integers(0, 7))
-            case "cut":
-                del data[at:]
-            case "leave out":
-                del data[at : at + draw(st.integers(1, 8))]
-            case "put in":
-                data[at:at] = draw(st.binary(min_size=1, max_size=8))
-            case "extreme" if at + 4 <= len(data):
-                extremes = b"\xff" * 4, b"\x7f" + b"\xff" * 3, bytes(4)
-                data[at : at + 4] = draw(st.sampled_from(extremes))
-    return bytes(data)

@@ -1,11 +1,8 @@
 import numpy as np
 import pytest
 
-from fpmatch.errors import ImageError
 from fpmatch.image.quality.polarity import (
-    POLARITIES,
     background_level,
-    check_polarity,
 )
 from tests.image.made_images import hostile_pictures
 
@@ -37,9 +34,3 @@ def test_a_grey_background_and_one_of_both_kinds(whorl, rng, ground):
 @pytest.mark.parametrize("picture", hostile_pictures().values(), ids=hostile_pictures())
 def test_pictures_that_are_no_prints_have_a_level(picture):
     assert -1 <= background_level(picture) <= 1
-
-
-def test_only_known_polarities():
-    assert [check_polarity(known) for known in POLARITIES] == list(POLARITIES)
-    with pytest.raises(ImageError, match=r"None: .*auto, dark, white"):
-        check_polarity(None)

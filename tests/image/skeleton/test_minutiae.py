@@ -18,7 +18,7 @@ from fpmatch.image.skeleton.minutiae import (
     remove_spurs_and_islands,
 )
 from fpmatch.image.skeleton.thin import thin
-from tests.image.made_images import extremes_too, lines, plane_wave, shapes, turn_between
+from tests.image.made_images import extremes_too, lines, shapes, turn_between
 
 
 def walked(nodes, node, branch):
@@ -84,27 +84,6 @@ def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
         assert np.array_equal(one, other)
 
 
-WAVE = plane_wave(30, 9, (90, 110))
-NOTHING = np.zeros_like(WAVE)
-X, Y = np.array([0, 50, 109, 20], np.int32), np.array([0, 40, 89, 70], np.int32)
-
-
-@pytest.mark.parametrize(
-    ("pixels", "enhanced", "quality"),
-    [
-        *((WAVE, np.float32(scale) * WAVE, 100) for scale in (0.01, 1, 50)),
-        (-WAVE, WAVE, 0),
-        (NOTHING, WAVE, 0),
-        (WAVE, NOTHING, 0),
-        (NOTHING, NOTHING, 0),
-    ],
-)
-def test_an_image_like_its_enhancement_is_perfect_and_an_inverted_or_empty_one_worthless(
-    pixels, enhanced, quality
-):
-    assert minutia_quality(pixels, enhanced, X, Y).tolist() == [quality] * 4
-
-
 def test_weights_fall_off_as_a_gaussian_and_end_with_the_image(rng):
     a, b = rng.normal(0, 1, (2, 35, 50)).astype(np.float32) + 1
     rows, columns = np.indices(a.shape)
@@ -115,6 +94,8 @@ def test_weights_fall_off_as_a_gaussian_and_end_with_the_image(rng):
         expected = (weight * a * b).sum() / np.sqrt((weight * a * a).sum() * (weight * b * b).sum())
         found = minutia_quality(a, b, np.array([x]), np.array([y]))
         assert found[0] == max(0, round(100 * expected))
+        for pixels, worthless in ((-a, a), (0 * a, a), (a, 0 * a)):
+            assert minutia_quality(pixels, worthless, np.array([x]), np.array([y])) == [0]
 
 
 SHAPE = (80, 100)

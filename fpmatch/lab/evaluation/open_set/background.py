@@ -14,12 +14,8 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.search.whole import WholeSearch
+from fpmatch.lab.evaluation.databases import extraction
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import (
-    dataset_reader,
-    extract_datasets,
-    extractor_of,
-)
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.roles import group_fingers, subject_of
 from fpmatch.lab.evaluation.open_set.searches import Background
@@ -105,9 +101,11 @@ def load_background(
     dataset = load_dataset(place, **labels).at(dpi)
     for one in dataset.impressions:
         _check_apart(place, os.path.realpath(one.path), probes)
-    extractor = extractor_of(enhance, dataset_reader([dataset], engine=engine, **reading))
+    extractor = extraction.extractor_of(
+        enhance, extraction.dataset_reader([dataset], engine=engine, **reading)
+    )
     how |= {"extractor": extractor, "stage": "extract background"}
-    (extracted,) = extract_datasets([dataset], **how)
+    (extracted,) = extraction.extract_datasets([dataset], **how)
     templates = [one.template for one in extracted.extractions]
     finger = finger_numbers(dataset.impressions)
     names = {

@@ -7,6 +7,7 @@ around the print, mapped by the transform of the pairs, close the rings on the h
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -147,10 +148,13 @@ def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> list
     number = np.full((len(vertex), len(vertex)), len(triangles))
     number[start, end] = np.arange(len(triangles))[:, None]
     beyond = np.pad(inside, ((0, 0), (0, 1)))[:, number[end, start]]
+    minutia, *side = np.nonzero(inside[:, :, None] & ~beyond)
+    sides = list(zip(start[*side].tolist(), end[*side].tolist(), strict=True))
+    first = np.searchsorted(minutia, np.arange(len(at) + 1)).tolist()
     rings: list[list[int]] = []
-    for border in inside[:, :, None] & ~beyond:
-        following = dict(zip(start[border].tolist(), end[border].tolist(), strict=True))
-        rings.append(chain(following) if len(following) == border.sum() else [])
+    for low, high in pairwise(first):
+        following = dict(sides[low:high])
+        rings.append(chain(following) if len(following) == high - low else [])
     for k, i in enumerate(owner[FRAME:].tolist(), FRAME):
         if k in rings[i]:  # on the border of the mesh: nothing encloses it
             rings[i] = []

@@ -74,11 +74,12 @@ def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
     d = away.shape[-1]
     cross = away.real[..., :, None] * away.imag[..., None, :]
     cross = cross - cross.swapaxes(-1, -2)
-    leaves = (cross >= 0) & (np.roll(cross, -1, axis=-1) < 0)
+    right = cross < 0
+    leaves = ~right & np.concatenate([right[..., 1:], right[..., :1]], axis=-1)
     line = np.arange(d)
     r = leaves.argmax(axis=-1)
-    s = (r + 1) % d
-    rings = tuple(np.indices(r.shape)[:-1])
+    s = np.where(r < d - 1, r + 1, 0)
+    rings = np.ix_(*map(np.arange, r.shape))[:-1]
     share = np.zeros(cross.shape)
     share[*rings, line, line] = own = cross[*rings, r, s]
     share[*rings, line, r] += cross[*rings, s, line]

@@ -167,8 +167,8 @@ def load_object(place: str, *, used_by: str) -> Any:
 def check_combination(needs: Mapping[str, str], *, not_with_gallery: tuple[str, ...]) -> None:
     """Fail where options of the current command line do not go together.
 
-    `needs` names, for options, another one without which they mean nothing; those of
-    `not_with_gallery`, arguments among them, cannot be combined with ``--gallery``.
+    `needs` names, for options, another one without which they mean nothing. The options and
+    arguments `not_with_gallery` cannot be combined with ``--gallery``.
     """
     ctx = click.get_current_context()
     given = {

@@ -195,7 +195,7 @@ pair_options: Final = partial(add_options, options=_OF_PAIRS)
 
 
 def compare_files(values: Mapping[str, Any]) -> ComparedPair:
-    """Read and compare the prints of a command line; `values` are those of `pair_options`."""
+    """Read and compare the prints of a command line, whose `pair_options` have these values."""
     from fpmatch.prints.pair import compare_pair
 
     options = pair_options_of(values)

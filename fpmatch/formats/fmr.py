@@ -260,7 +260,7 @@ def _check_fits(value: int, bits: int, what: str) -> int:
 def _encode_view(view: View, number: int, layout: Layout, source: str, notes: list[str]) -> bytes:
     """Return a view of a record of format `source` as bytes; losses go to `notes`.
 
-    `number` is its own among those of its finger.
+    `number` counts the views of its finger, from 0.
     """
     template, impression = view.template, view.impression
     if not 0 <= impression < 16:

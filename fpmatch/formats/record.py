@@ -30,9 +30,8 @@ UNKNOWN: Final = (
 class AngleConvention:
     """Unit, sense and direction of minutia angles.
 
-    They increase `clockwise` on screen, as those of ``atan2(dy, dx)`` with y down do, or
-    counter-clockwise; directions are `opposite` to those of ISO/IEC 19794-2, as those of NIST's
-    XYT, or as there.
+    Angles increase `clockwise` on screen, as ``atan2(dy, dx)`` does with y down, or
+    counter-clockwise. Directions are as in ISO/IEC 19794-2 or `opposite`, as in NIST's XYT.
     """
 
     unit: str
@@ -239,8 +238,8 @@ def dropped_notes(record: TemplateRecord, *, field: bool = False) -> list[str]:
 def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     """Return the minutiae of a template that a format can hold, in their order.
 
-    Minutiae outside the image are dropped; then, if more than `most` are left, those of lowest
-    quality, of equal ones the later. Each reason adds a line to `notes`.
+    Minutiae outside the image are dropped; then, if more than `most` are left, the minutiae of
+    lowest quality, of equal ones the later. Each reason adds a line to `notes`.
     """
     minutiae = template.minutiae
     sides = np.array([template.width, template.height])

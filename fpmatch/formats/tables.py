@@ -96,7 +96,7 @@ _COMMENTS: Final = re.compile(rb"([ \t]*(#[^\n]*)?\r?\n)*")
 
 
 class _Header(NamedTuple):
-    """The names of a header: of the known columns those of `Minutiae`, of others as they are."""
+    """The names of a header: known columns are named as in `Minutiae`, others as they are."""
 
     line: int
     delimiter: str
@@ -292,7 +292,7 @@ def _find_header(lines: list[str]) -> _Header | None:
 def _read_rows(rows: Iterable[tuple[str, list[Any]]], names: Sequence[str]) -> NDArray[np.float64]:
     """Return columns x, y, angle, kind and quality, shape (5, N), of rows with their places.
 
-    `names` are those of all columns; kind and quality may be missing.
+    `names` has the name of each column; kind and quality may be missing.
     """
     table: list[list[float]] = []
     for place, cells in rows:

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Kernel: scores of the bit descriptors of many prints against those of a probe."""
+"""Kernel: scores of the bit descriptors of a probe with many prints."""
 
 import cython
 

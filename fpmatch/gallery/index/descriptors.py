@@ -69,7 +69,7 @@ class StoredDescriptors(PrintArrays):
 
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> StoredDescriptors:
-        """Return the prints of the arrays, among others, that are those of `COLUMNS`.
+        """Return the prints in the arrays of `COLUMNS`; other arrays are ignored.
 
         Raises MatcherError if a number would lead out of an array, or of what `pack` makes.
         """

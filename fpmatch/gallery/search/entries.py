@@ -115,8 +115,8 @@ def identify_each(
 ) -> Generator[tuple[Identification, list[Entry]] | None, None, None]:
     """Identify many probes with the workers of an engine, which is entered; None for no probe.
 
-    The outcomes are those of `identify_entries`. Each worker opens the gallery, and so must see its
-    file or its server, and have its keys. Probes are drawn as they are needed. An error of a
+    The outcomes are as `identify_entries` returns them. Each worker opens the gallery: it must see
+    its file or its server, and have its keys. Probes are drawn as they are needed. An error of a
     plug-in has their `names`.
     """
     place = _Place(gallery, search, options)

@@ -44,10 +44,10 @@ def identify(
     """Find the enrolled fingers that a probe matches best.
 
     What is compared and listed is in `options`, some of them replaced by `changes`. The `subjects`
-    have the labels of the prints (default: those of the search); a print without a subject is no
-    candidate. Entries of the numbers in `skipped` are treated as if they were not enrolled. So many
-    `workers` are the threads that search (default: one a core; few prints are searched by one in
-    any case). The candidates are the same to the last bit.
+    have the labels of the prints (default: the subjects of the search); a print without a subject
+    is no candidate. Entries of the numbers in `skipped` are treated as if they were not enrolled.
+    So many `workers` are the threads that search (default: one a core; few prints are searched by
+    one in any case). The candidates are the same to the last bit.
 
     Raises MatcherError if the matcher has no calibration or an option is out of range; GalleryError
     if the gallery cannot be read.

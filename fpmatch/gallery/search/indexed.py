@@ -69,10 +69,9 @@ class IndexedSearch(Search):
         terms = probe_terms(probe, unoriented=self._unoriented)
         votes = np.concatenate([*threads.map(_votes, terms, self._segments)])[self._stored]
         first = most_voted(votes, max(by_terms, by_descriptors))
-        scores = self._descriptor_scores(probe, self._stored[first], threads)
-        combined = combined_scores(
-            scores, self._size[self._stored[first]], votes[first], len(probe)
-        )
+        places = self._stored[first]
+        scores = self._descriptor_scores(probe, places, threads)
+        combined = combined_scores(scores, self._size[places], votes[first], len(probe))
         second = first[np.argsort(-combined, kind="stable")[:by_descriptors]]
         compared = self.compare_some(probe, np.sort(self.numbers[second]), threads)
         passed_on = len(first), len(second)

@@ -100,7 +100,7 @@ class Compared:
         return self.numbers[np.argsort(-self.similarities, kind="stable")[:count]]
 
     def without(self, gone: Sequence[int]) -> Compared:
-        """Return the prints but those of some numbers."""
+        """Return the comparisons without the prints of some numbers."""
         left = ~np.isin(self.numbers, gone)
         return replace(self, numbers=self.numbers[left], similarities=self.similarities[left])
 
@@ -132,8 +132,8 @@ class Subjects(Protocol):
 class Search(ABC):
     """The prints of a gallery, prepared for a matcher.
 
-    `numbers` are those of their entries, ascending. `damaged` are the entries that could not be
-    read, with reasons; they are not among the prints. A search that is `preselected` compares few
+    `numbers` has the numbers of their entries, ascending, `damaged` the entries that could not be
+    read, with reasons; these are not among the prints. A search that is `preselected` compares few
     of the prints with a probe, others all.
     """
 

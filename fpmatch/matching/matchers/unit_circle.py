@@ -95,7 +95,8 @@ class UnitCircleMatcher(Matcher):
         The two are taken in the order of their content, so that exchanging them changes nothing
         but the direction of the transform. The prefilter rejects none if `in_any_case`.
         """
-        swapped, same = reference.key < probe.key, reference.key == probe.key
+        a, b, swapped = _in_order(probe, reference)
+        same = a.key == b.key
         if min(len(probe), len(reference)) < MIN_MINUTIAE:
             return nothing_found(too_few(probe, reference))
         if self.by_reference:
@@ -106,20 +107,19 @@ class UnitCircleMatcher(Matcher):
             return nothing_found(UNLIKE, as_similarity(estimate))
         index_neighbours(pipeline, probe)
         estimate = pipeline.match(view, swapped)
-        found = None
+        result = None
         if pipeline.best >= 0:
-            a, b = (reference, probe) if swapped else (probe, reference)
             zooms = a.to_500dpi, b.to_500dpi
             pairs, fitted, (c, s, x, y), entries, competing = pipeline.result(
                 a.index, b.index, *zooms, swapped
             )
             evidence = Evidence._make([*entries, pipeline.scorer.total, estimate])
             alignment = Alignment(complex(c, s), complex(x, y), evidence, competing)
-            found = _result(Similarity(*fitted[:4]), pairs, fitted[4], alignment)
-        if same and not (found and _is_identity(probe, found)):
+            result = _result(Similarity(*fitted[:4]), pairs, fitted[4], alignment)
+        if same and not (result and _is_identity(probe, result)):
             # of two equal prints neither comes first: only the identity is its own inverse
             return self._compare_by_reference(probe, reference, in_any_case=True)
-        return found or nothing_found(too_few(probe, reference) or UNPAIRED)
+        return result or nothing_found(too_few(probe, reference) or UNPAIRED)
 
     def _compare_by_reference(
         self, probe: PreparedTemplate, reference: PreparedTemplate, *, in_any_case: bool
@@ -127,8 +127,7 @@ class UnitCircleMatcher(Matcher):
         """Compare two prints by the steps of the reference."""
         from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
 
-        swapped = reference.key < probe.key
-        a, b = (reference, probe) if swapped else (probe, reference)
+        a, b, swapped = _in_order(probe, reference)
         if not in_any_case and a.key != b.key:
             rejected = method.rejected(a, b, self.parameters)
             if rejected is not None:
@@ -168,7 +167,7 @@ class UnitCircleMatcher(Matcher):
         if comparison.detail is None:
             return None
         evidence: Evidence = comparison.detail.evidence
-        first = min(probe, reference, key=lambda side: side.key)
+        first, *_ = _in_order(probe, reference)
         return Compared(
             minutiae=int(evidence.common),
             area_mm2=evidence.area * MM2_PER_PX2,
@@ -185,8 +184,8 @@ class UnitCircleMatcher(Matcher):
         from fpmatch.matching.reference.alignment import Pairing  # noqa: PLC0415  (else not needed)
         from fpmatch.matching.reference.ridges import ridge_map  # noqa: PLC0415
 
-        swapped, pairs = reference.key < probe.key, comparison.pairs
-        a, b = (reference, probe) if swapped else (probe, reference)
+        a, b, swapped = _in_order(probe, reference)
+        pairs = comparison.pairs
         of_a, of_b = pairs[:, ::-1].T if swapped else pairs.T
         partner = np.full(len(a), -1)
         partner[np.searchsorted(a.index, of_a)] = np.searchsorted(b.index, of_b)
@@ -242,10 +241,18 @@ class UnitCircleMatcher(Matcher):
 MATCHER: Final = UnitCircleMatcher()
 
 
-def _is_identity(print_: PreparedTemplate, found: Comparison) -> bool:
+def _in_order(
+    probe: PreparedTemplate, reference: PreparedTemplate
+) -> tuple[PreparedTemplate, PreparedTemplate, bool]:
+    """Return the prints in the order of their content, and whether the reference comes first."""
+    swapped = reference.key < probe.key
+    return (reference, probe, True) if swapped else (probe, reference, False)
+
+
+def _is_identity(side: PreparedTemplate, comparison: Comparison) -> bool:
     """Return whether each minutia is paired with the same one, by the transform that moves none."""
-    own = np.column_stack([print_.index, print_.index])
-    return np.array_equal(found.pairs, own) and found.detail[:2] == (1.0, 0.0)
+    own = np.column_stack([side.index, side.index])
+    return np.array_equal(comparison.pairs, own) and comparison.detail[:2] == (1.0, 0.0)
 
 
 def _result(
@@ -279,9 +286,9 @@ def too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
 def pipeline_for(
     probe: PreparedTemplate, minutiae: int, parameters: MatchParameters = USUAL
 ) -> Pipeline:
-    """Return the thread's own pipeline, which holds a probe, for prints of so many minutiae.
+    """Return the thread's own pipeline, which holds a probe.
 
-    `minutiae` is the number of those of the larger print.
+    The larger of the two prints has so many `minutiae`.
     """
     pipeline: Pipeline | None = getattr(_THREAD, "pipeline", None)
     if (

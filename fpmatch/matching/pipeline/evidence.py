@@ -94,7 +94,7 @@ class ScoreModel:
     comparisons reach, where the amount is that of the smaller print.
     """
 
-    standard: NDArray[np.float64]  # (4, 11): the rows are those of `STANDARD`
+    standard: NDArray[np.float64]  # (4, 11): a row for each of `STANDARD`
     bias: float  # added to the sum
     prefilter: tuple[float, float, float]  # base, growth, limit
     relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried

@@ -15,13 +15,7 @@ import numpy as np
 
 from fpmatch.matching.constants.prints import ORIENTATIONS
 from fpmatch.templates.minutiae import STANDARD_DPI
-from fpmatch.templates.plausibility import (
-    ENOUGH_ON_RIDGES,
-    FEW_MINUTIAE,
-    LEAST_EVEN,
-    LEAST_EVEN_OF_FEW,
-    lie_off_ridges,
-)
+from fpmatch.templates.plausibility import ENOUGH_ON_RIDGES, are_uneven, lie_off_ridges
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -209,17 +203,13 @@ def qualities(quality: NDArray[np.uint8], usual: float) -> NDArray[np.float64]:
     """Return the qualities of the minutiae of a print, 0 to 1, from 0 to 100.
 
     Where a print gives none, which is all 100 or all 0, they are the usual one, and so they are
-    where a few minutiae have nearly all of the quality (`plausibility.why_no_finger`): no
-    extraction gives such qualities, by which most minutiae would count for nothing where they have
-    no partner.
+    where a few minutiae have nearly all of the quality (`plausibility.are_uneven`): no extraction
+    gives such qualities, by which most minutiae would count for nothing where they have no partner.
     """
-    value, count = quality.astype(np.float64), len(quality)
-    total = value @ value
-    even = np.minimum(count * (value * value), total).sum()  # by `count`
-    least = LEAST_EVEN if count >= FEW_MINUTIAE else LEAST_EVEN_OF_FEW
-    if 0.0 < total < 10_000.0 * count and even >= least * count * total:
-        return np.asarray(value / 100.0)
-    return np.full(count, usual)
+    given = 0 < quality.sum() < 100 * len(quality)
+    if given and not are_uneven(quality):
+        return np.asarray(quality / 100.0)
+    return np.full(len(quality), usual)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:

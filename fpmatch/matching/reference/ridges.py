@@ -72,7 +72,7 @@ class RidgeMap:
         return np.asarray(self.xy[:, None, :] + square)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the object that ``fpmatch verify --json --ridge-map`` prints."""
+        """Return the map as what JSON can hold: cells of x, y and correlation, rounded."""
         columns = np.column_stack([self.xy.round(2), self.correlation.round(4)])
         return {
             "mean": self.mean,

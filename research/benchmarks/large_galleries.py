@@ -48,6 +48,7 @@ MADE_FINGERS, MADE_IMPRESSIONS = 40, 4  # of synthetic mates
 PROBES = 98  # of each database, at most
 ALONE = 10  # probes without a mate, whose searches are timed
 BATCH = 1000  # entries a transaction
+AT_ONCE = 32  # fingers of each sensor that are made together
 POINTS, TRIANGULATIONS = 40, 200
 
 
@@ -78,11 +79,21 @@ def triangulation() -> float:
 
 def made(first: int, count: int, impressions: int = 1) -> Iterator[tuple[str, Template]]:
     """Yield templates of synthetic fingers, of all sensors in turn, with their names."""
-    names = list(SENSORS)
-    for finger in range(first, first + count):
-        sensor = names[finger % len(names)]
-        for template in make_templates(SEED, [finger], impressions, sensors=[sensor]):
-            yield f"made-{finger}", template
+    names, fingers = list(SENSORS), range(first, first + count)
+    for start in range(0, count, AT_ONCE * len(names)):
+        block = fingers[start : start + AT_ONCE * len(names)]
+        templates = {
+            sensor: make_templates(
+                SEED,
+                [finger for finger in block if finger % len(names) == turn],
+                impressions,
+                sensors=[sensor],
+            )
+            for turn, sensor in enumerate(names)
+        }
+        for finger in block:
+            for template in islice(templates[names[finger % len(names)]], impressions):
+                yield f"made-{finger}", template
 
 
 def kinds_of(folders: Sequence[Path]) -> list[Kind]:

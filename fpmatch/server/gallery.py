@@ -289,6 +289,12 @@ def _copies(gallery: Gallery, template: Template) -> list[Label]:
     return []
 
 
+def make_index(where: str) -> None:
+    """Open the search of a gallery; the index of a large one is made where it has none."""
+    with open_served_gallery(where) as gallery:
+        _search(gallery, DEFAULT_MATCHER)
+
+
 def _search(gallery: Gallery, matcher: str) -> Search:
     """Return the search of a gallery as it is now, the kept one where it is unchanged."""
     key = gallery.name, matcher

@@ -293,6 +293,8 @@ def make_index(where: str) -> None:
     """Open the search of a gallery; the index of a large one is made where it has none."""
     with open_served_gallery(where) as gallery:
         _search(gallery, DEFAULT_MATCHER)
+        for number, why in gallery.damaged.items():
+            _log.warning("entry %d cannot be searched: %s", number, why)
 
 
 def _search(gallery: Gallery, matcher: str) -> Search:

@@ -130,8 +130,9 @@ def kinds_of(folders: Sequence[Path]) -> list[Kind]:
 
 def fill(gallery: Gallery, mates: Sequence[tuple[str, Template]], prints: int) -> None:
     """Enrol what a gallery lacks: the mates, then synthetic prints of other fingers."""
-    rows = chain(mates, made(0, prints - len(mates)))
-    wanted = islice(rows, len(gallery), prints)
+    enrolled = len(gallery)
+    first = max(0, enrolled - len(mates))
+    wanted = chain(mates[enrolled:], made(first, max(0, prints - len(mates) - first)))
     while batch := list(islice(wanted, BATCH)):
         gallery.add(
             [

@@ -39,6 +39,7 @@ from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.evidence import Evidence
 from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.reference import pair_mesh
+from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 
@@ -146,28 +147,33 @@ def test_random_prints_and_their_impressions(seed, field, other_field, dpi):
 
 
 @given(seeds)
-def test_crowded_pairs_have_the_same_mesh(seed):
+def test_crowded_pairs_have_the_same_mesh_and_rings(seed):
     rng = np.random.default_rng(seed)
     a = on_pixels(rng, int(rng.integers(1, 20)))
+    b = jittered(rng, a, 1.0, 0.1)
     n = a.shape[1]
     partner = np.where(rng.random(n) < 0.7, np.arange(n), -1)
     kernel = PairMesh(USUAL, n)
-    kernel.build(a, n, a, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0)
-    z = a[0] + 1j * a[1]
-    mesh = pair_mesh.mesh_of_pairs(z, z, partner, (1 + 0j, 0j))
+    kernel.build(a, n, b, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0)
+    kernel.predict(a, n, b, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0, False)
+    mesh, *predicted = Pairing(a, b, partner, np.ones(n)).mesh
     assert mesh.owner.tolist() == np.array(kernel.owner)[: kernel.vertices].tolist()
     ours, theirs = (
         {tuple(sorted(corners)) for corners in triangles.tolist()}
         for triangles in (mesh.triangles, np.array(kernel.corner)[: kernel.triangles])
     )
     assert ours == theirs
+    rows = np.array(kernel.predicted)[:, :n]
+    np.testing.assert_allclose(rows[0] + 1j * rows[1], predicted[0], atol=1e-9)
+    np.testing.assert_allclose(rows[2] + 1j * rows[3], predicted[1], atol=1e-9)
 
 
 def test_a_pair_on_the_border_of_a_wide_mesh_has_no_ring():
     """The octagon of the frame points does not hold the corners of a very wide print."""
     z = np.array([0, 293 + 32765j])
     mesh = pair_mesh.mesh_of_pairs(z, z, np.arange(2), (1 + 0j, 0j))
-    assert mesh.rings == [[], []]
+    assert not mesh.once(np.arange(2)).any()
+    assert np.isnan(mesh.weights).all()
 
 
 @pytest.mark.parametrize("first", range(4))

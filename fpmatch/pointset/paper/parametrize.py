@@ -69,7 +69,8 @@ def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.f
 def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Return the weights (..., d) of the origin in rings (..., d) of x + iy, counter-clockwise.
 
-    They are NaN where a ring does not go round the origin.
+    They are NaN where a ring does not go round the origin. Points that repeat the one before share
+    its weight.
     """
     d = away.shape[-1]
     cross = away.real[..., :, None] * away.imag[..., None, :]
@@ -87,7 +88,9 @@ def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
     whole = share.sum(axis=-1, keepdims=True)
     around = (leaves.any(axis=-1) & (own > 0) & (whole[..., 0] > 0)).all(axis=-1)
     whole[~around] = np.nan
-    return np.asarray((share / whole).mean(axis=-2))
+    new = away != np.concatenate([away[..., -1:], away[..., :-1]], axis=-1)
+    total = (share / whole * new[..., None]).sum(axis=-2)
+    return np.asarray(total / new.sum(axis=-1, keepdims=True))
 
 
 def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:

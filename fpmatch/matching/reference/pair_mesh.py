@@ -79,8 +79,6 @@ def triangulate(points: Plane) -> Numbers:
     diagonals of four points on one circle (within `ROUNDING`, px²), the last point is not on it.
     """
     p, q, r = _triangles(np.column_stack([points.real, points.imag])).T
-    left = cross(points[q] - points[p], points[r] - points[p]) > 0.0
-    q, r = np.where(left, q, r), np.where(left, r, q)
     across = np.full((len(points), len(points)), -1)
     across[p, q], across[q, r], across[r, p] = r, p, q
     for _ in range(len(points) ** 2):
@@ -96,7 +94,7 @@ def triangulate(points: Plane) -> Numbers:
 
 
 def _triangles(points: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return a Delaunay mesh (T, 3) of points (N, 2); `triangulate` checks it by the criterion.
+    """Return a Delaunay mesh (T, 3), counter-clockwise; `triangulate` checks it by the criterion.
 
     Where kernels are compiled it is that of point sets: to import SciPy's takes .2 s.
     """
@@ -149,7 +147,7 @@ def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> Numb
     around[paired, np.arange(FRAME, len(vertex))] = False
     angle = np.where(around, np.angle(vertex - at[:, None]), np.inf)
     degree = around.sum(axis=1, keepdims=True)
-    rank = np.minimum(np.arange(degree.max(initial=1)), degree - 1)
+    rank = np.minimum(np.arange(degree.max()), degree - 1)
     return np.take_along_axis(angle.argsort(axis=1), rank, axis=1)
 
 

@@ -1,13 +1,11 @@
 """Bad input of every command is one line on stderr and status 2, and leaves nothing behind."""
 
-import json
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fpmatch import Minutiae, Template, extract, save_template
+from fpmatch import Minutiae, Template, save_template
 from tests.conftest import assert_refused, copied
 
 IMAGES = {
@@ -129,6 +127,10 @@ CASES = {
         ("1_1.png 1_2.png --matcher unit-circle:rho=0.5", "has no parameter 'rho'"),
         ("1_1.png 1_2.png --matcher unit-circle:round=2", "Did you mean 'rounds'?"),
         ("1_1.png 1_2.png --calibration no.json", "no.json: "),
+        # outputs are looked at before anything is read
+        ("gone.png 1_1.png --overlay a.jpg", "an overlay is written as .png or .svg"),
+        ("gone.png 1_1.png --case-report a.pdf", "a case report is written as .html or .htm"),
+        ("gone.png 1_1.png --case-report notes.txt/a.html", "cannot be written: not a directory"),
     ],
 }
 
@@ -169,52 +171,3 @@ def test_bad_input_is_one_line(run, folder, monkeypatch, command, words, reason)
     assert_refused(run(*command.split(), *words.split()), reason)
     new = {path.name for path in folder.iterdir()} - before
     assert {name for name in new if not name.startswith("prints.db")} == set()
-
-
-def damaged_batch(prints, folder):
-    """Return prints and templates in files, and the names of those that are damaged."""
-    folder.mkdir()
-    template = extract(prints / "1_1.png")
-    for k, suffix in enumerate((".json", ".csv", ".iso", ".ansi", ".png")):
-        for number in (1, 2, 3, 4):
-            path = folder / f"{number}_{k}{suffix}"
-            if suffix == ".png":
-                shutil.copy(prints / "1_1.png", path)
-            else:  # no copies
-                minutiae = template.minutiae.take(np.arange(k + 1, len(template.minutiae)))
-                save_template(path, replace(template, minutiae=minutiae))
-            whole = path.read_bytes()
-            if number == 1:  # a CSV that is cut after a line is whole
-                half = whole[: len(whole) // 2]
-                path.write_bytes(half[: half.rfind(b",") + 1] or half)
-            elif number == 2:
-                path.write_bytes(np.random.default_rng(1).bytes(len(whole)))
-            elif number == 3:
-                path.write_bytes(b"<html>404</html>\n")
-    files = sorted(folder.iterdir())
-    return files, {file.name for file in files if file.name[0] != "4"}
-
-
-@pytest.mark.parametrize(
-    ("command", "status"),
-    [
-        ("inspect {files} --json", 1),
-        ("extract {files} -o out --json", 2),
-        ("enrol new.db {files} --workers 1 --json", 1),
-        ("score --references {folder} --probes {folder} -o s.csv --workers 1 --json", 1),
-    ],
-)
-def test_a_batch_is_done_to_the_end_and_exactly_the_damaged_files_are_named(
-    run, prints, tmp_path, monkeypatch, command, status
-):
-    monkeypatch.chdir(tmp_path)
-    files, damaged = damaged_batch(prints, tmp_path / "set")
-    words = command.format(files=" ".join(map(str, files)), folder=tmp_path / "set")
-    result = run(*words.split())
-    assert result.exit_code == status, result.stderr
-    lines = result.stderr.splitlines()
-    if "inspect" not in command:
-        lines = list(map(str, json.loads(result.stdout)["failures"]))
-    named = {file.name for file in files if any(file.name in line for line in lines)}
-    images = {name for name in damaged if name.endswith(".png")}
-    assert named == (images if "{folder}" in command else damaged)

@@ -50,47 +50,6 @@ def test_options_that_are_no_such_number_are_refused(run, prints, gallery, value
         assert_one_line(run("identify", gallery, one, "--threshold", value))
 
 
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        ("a = " + "[" * 20_000, "nested"),
-        ("dpi = " + DIGITS, "digits"),
-        ("dpi = nan", "resolution of nan dpi"),
-        ("dpi = true", "dpi must be a number"),
-        ('name = "\\u001b[2J"', "name"),
-        (".".join("a" * 20_000) + " = 1", "1000"),
-        ("# " + "x" * 2**20, "1048576"),
-    ],
-    ids=range(7),
-)
-def test_a_description_of_a_folder_that_is_none(run, prints, tmp_path, content, reason):
-    folder, out = copied(prints, tmp_path / "set", "1_1.png", "1_2.png"), tmp_path / "out"
-    (folder / "dataset.toml").write_text(content)
-    for words in (
-        ("evaluate", folder, "--workers", 1, "--scores", out),
-        ("score", "--references", folder, "--probes", folder, "-o", f"{out}.csv"),
-        ("enrol", f"{out}.db", folder, "--workers", 1),
-        ("extract", folder / "1_1.png", "-o", out),
-    ):
-        result = run(*words)
-        assert_one_line(result, reason)
-        assert str(folder / "dataset.toml") in result.stderr
-    assert not list(tmp_path.glob("out*"))
-
-
-@pytest.mark.parametrize("column", ["subject", "finger", "impression"])
-@pytest.mark.parametrize("text", ["a\0b", "\x1b[2J", '"a\nb"', "\u202eb", DIGITS])
-def test_labels_in_a_manifest_are_short_text_of_one_line(run, prints, tmp_path, column, text):
-    manifest = tmp_path / "manifest.csv"
-    cells = {"path": prints / "1_1.png", "subject": "ada", "finger": "1", "impression": "1"}
-    cells[column] = text
-    manifest.write_text(",".join(cells) + "\n" + ",".join(map(str, cells.values())) + "\n")
-    result = run("enrol", tmp_path / "new.db", manifest, "--workers", 1)
-    assert_one_line(result, f"column {column}: ")
-    assert f"{manifest}: line " in result.stderr
-    assert not (tmp_path / "new.db").exists()
-
-
 def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path):
     folder, gallery = copied(prints, tmp_path / "set", "1_1.png"), tmp_path / "new.db"
     (folder / "1_1.png").rename(folder / " _1.png")

@@ -11,7 +11,6 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -239,18 +238,3 @@ def test_a_stream_that_cannot_show_a_name_stops_nothing(place, images):
     assert len(done.stdout.splitlines()) == len(images)
     assert rb"101_\xff_1.png" in done.stdout
     assert done.stderr.count(b"fpmatch: error:") == 1
-
-
-def test_a_killed_run_is_resumed_to_the_same_bytes(run, place, stored, out):
-    scores = file_in(out, b"s\xff\x1b", b".csv")
-    words = ["score", "--references", place, "--probes", place, "-o", scores, "--workers", "1"]
-    unfinished = scores.with_name(f"{scores.name}.unfinished")
-    process = subprocess.Popen([sys.executable, "-m", "fpmatch", *words], stderr=subprocess.DEVNULL)
-    while process.poll() is None and not unfinished.exists():
-        time.sleep(0.005)
-    process.kill()
-    process.wait()
-    assert unfinished.exists()
-    assert run(*words).exit_code == 0
-    assert scores.read_bytes() == stored["scores"].read_bytes()
-    assert not unfinished.exists()

@@ -22,28 +22,11 @@ def assert_one_line(result, reason=""):
     assert reason in result.stderr
 
 
-@pytest.mark.parametrize("value", [*NUMBERS, "99", "4001"])
-def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path, value):
-    one, new = prints / "1_1.png", tmp_path / "new"
-    for words in (
-        ("verify", one, one, "--dpi"),
-        ("verify", one, one, "--probe-dpi"),
-        ("verify", one, one, "--reference-dpi"),
-        ("extract", one, "-o", new, "--dpi"),
-        ("convert", one, f"{new}.iso", "--dpi"),
-        ("inspect", one, "--dpi"),
-        ("identify", f"{new}.db", one, "--dpi"),
-        ("enrol", f"{new}.db", one, "--dpi"),
-        ("score", "--references", prints, "--probes", prints, "-o", f"{new}.csv", "--dpi"),
-    ):
-        assert_one_line(run(*words, value), "dpi")
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize("value", NUMBERS)
 def test_options_that_are_no_such_number_are_refused(run, prints, gallery, value):
     one, other = prints / "1_1.png", prints / "1_2.png"
     assert_one_line(run("verify", one, other, "--fmr", value))
+    assert_one_line(run("inspect", one, "--dpi", value), "dpi")
     assert_one_line(run("gallery", "remove", gallery, "--", value if value != "0" else 10**20))
     if value not in {"0", "5e-324"}:
         assert_one_line(run("verify", one, other, "--threshold", value))

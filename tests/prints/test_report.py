@@ -12,14 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
-from scipy.spatial.distance import pdist
 
 from fpmatch import Minutiae, Template, as_template
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.result import Compared
 from fpmatch.matching.verify import Verification, verify
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.prints.report import as_dict, as_rows, as_text, odds
+from fpmatch.prints.report import as_dict, as_text, odds
 
 
 def verification(template, transform, rms_px, reason="", compared=None):
@@ -106,21 +105,6 @@ def test_pairs_agreement_and_residual_are_those_of_the_transform(names, form):
             for one in (probe, reference)
         )
         assert v.compared.area_mm2 == pytest.approx(v.overlap * area)
-
-
-@pytest.mark.parametrize("claimed", [400, 625, 700])
-def test_the_scale_is_that_of_the_distances(claimed):
-    probe, reference = sample("101_1"), replace(sample("101_4"), dpi=claimed)
-    v = verify(probe, reference)
-    assert v.scale.differs
-    right = verify(probe, sample("101_4"))
-    i, j = right.pairs.T
-    ours = pdist(xy_of(probe)[i]) / probe.dpi
-    theirs = pdist(xy_of(reference)[j]) / reference.dpi
-    assert v.scale.ratio == pytest.approx(np.exp(np.median(np.log(theirs / ours))), rel=0.02)
-    row = dict(as_rows(v))["Scale"]
-    assert f"{v.scale.ratio:.2f} times as large as the probe" in row
-    assert f"reference of about {claimed * v.scale.ratio:.0f}, not {claimed}" in row
 
 
 def test_without_a_transform_there_is_a_reason_and_strict_json(template):

@@ -72,15 +72,13 @@ def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
     They are NaN where a ring does not go round the origin. Points that repeat the one before share
     its weight.
     """
-    d = away.shape[-1]
     cross = away.real[..., :, None] * away.imag[..., None, :]
     cross = cross - cross.swapaxes(-1, -2)
     right = cross < 0
     leaves = ~right & np.concatenate([right[..., 1:], right[..., :1]], axis=-1)
-    line = np.arange(d)
     r = leaves.argmax(axis=-1)
-    s = np.where(r < d - 1, r + 1, 0)
-    rings = np.ix_(*map(np.arange, r.shape))[:-1]
+    s = (r + 1) % away.shape[-1]
+    *rings, line = np.indices(r.shape, sparse=True)
     share = np.zeros(cross.shape)
     share[*rings, line, line] = own = cross[*rings, r, s]
     share[*rings, line, r] += cross[*rings, s, line]

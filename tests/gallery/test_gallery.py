@@ -14,7 +14,8 @@ from fpmatch.errors import GalleryError
 from fpmatch.gallery import gallery as gallery_module
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, Label
-from fpmatch.gallery.store import reader, sealed_database, tables
+from fpmatch.gallery.store import gallery as store
+from fpmatch.gallery.store import tables
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
 
@@ -45,7 +46,7 @@ def test_what_is_enrolled_is_there_when_opened_again(where):
 
 def test_rows_come_and_go_in_batches(where, monkeypatch):
     monkeypatch.setattr(tables, "VALUES_PER_QUERY", 7)
-    monkeypatch.setattr(reader, "ROWS_PER_READ", 5)
+    monkeypatch.setattr(store, "ROWS_PER_READ", 5)
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([entry_of(k) for k in range(20)]) == [None] * 20
         mixed = [entry_of(k) for k in range(10, 30)]
@@ -183,7 +184,7 @@ def test_nothing_is_made_unless_asked_and_no_other_version_is_opened(where, monk
     refused(open_gallery, where, code="missing")
     open_gallery(where, create=True).close()
     open_gallery(where).close()
-    monkeypatch.setattr(sealed_database, "VERSION", 5)
+    monkeypatch.setattr(gallery_module, "VERSION", 5)
     for create in (False, True):
         refused(open_gallery, where, create=create, code="version")
 

@@ -27,9 +27,9 @@ tables are rewritten by VACUUM FULL, which only their owner may do; the server's
 backups keep what they have. What versions up to 0.2 removed, which did not overwrite it, is erased.
 
 With --encrypt, the source of the keys has the new key first, as `fpmatch key --add` puts it,
-and all keys that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
-plain templates is left in its files. Other programs may search it and enrol in it meanwhile, with
-the same source. A rewriting that was interrupted continues when it is started again.
+and the key that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
+plain templates is left in its files. Other programs wait meanwhile. A run that is killed has
+changed nothing, or all: start it again.
 """,
     epilog="""\b
 Examples:
@@ -68,8 +68,7 @@ def rewrite(gallery: str, encrypt: bool, decrypt: bool, as_json: bool) -> int:
 def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
     """Encrypt all templates of a gallery with the current key, or decrypt them."""
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.store.sealing import PLAIN
-    from fpmatch.gallery.tasks.rotation import rotate
+    from fpmatch.gallery.tasks.rotation import PLAIN, rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
         done, name = rotate(opened, decrypt=decrypt, progress=bars.show), opened.name

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.gallery.erasure import delete_outdated, size_of_index
-from fpmatch.gallery.store.tables import TABLES
+from fpmatch.gallery.erasure import delete_outdated
+from fpmatch.gallery.store.kept_files import kept_files
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
@@ -36,11 +37,16 @@ def free_space(gallery: Gallery) -> FreedSpace:
     another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
     as before.
     """
-    before = gallery.size(TABLES), size_of_index(gallery)
-    with gallery.changing():
-        pass  # a gallery of an earlier version gets what this one adds
+    before = gallery.size(), _size_of_index(gallery)
     gallery.record("compact")
-    gallery.vacuum(TABLES)
+    gallery.vacuum()
     delete_outdated(gallery)
-    after = gallery.size(TABLES), size_of_index(gallery)
-    return FreedSpace(before[0], after[0], before[1], after[1])
+    return FreedSpace(before[0], gallery.size(), before[1], _size_of_index(gallery))
+
+
+def _size_of_index(gallery: Gallery) -> int:
+    size = 0
+    for path in kept_files(gallery):
+        with suppress(OSError):
+            size += path.stat().st_size
+    return size

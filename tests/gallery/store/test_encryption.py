@@ -17,9 +17,9 @@ from fpmatch.gallery.search.entries import identify_each
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
-from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.store.tables import ENTRY, WHOLE
+from fpmatch.gallery.store.summary import summarize
+from fpmatch.gallery.store.tables import ENTRY, WHOLE, DamagedRowError
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")
@@ -56,7 +56,7 @@ def test_on_every_database(where, source):
         assert [t for _, t in gallery.templates()] == [
             t for _, t in open_plain(PRINTS[:3], gallery)
         ]
-        assert gallery.summary().keys == load_keys(source).ids
+        assert summarize(gallery).keys == load_keys(source).ids
 
 
 def open_plain(templates, gallery):
@@ -116,7 +116,7 @@ def test_with_another_key_both_are_named(encrypted, source, tmp_path):
 def test_an_encrypted_gallery_has_a_version_of_its_own(encrypted, tmp_path):
     assert changed(encrypted, "SELECT version FROM fpmatch_gallery") == [(4,)]
     with open_gallery(tmp_path / "plain.db", create=True) as gallery:
-        assert gallery.summary().keys == ()
+        assert summarize(gallery).keys == ()
     assert changed(tmp_path / "plain.db", "SELECT version FROM fpmatch_gallery") == [(3,)]
     tables = changed(tmp_path / "plain.db", "SELECT name FROM sqlite_master")
     assert ("fpmatch_encryption",) not in tables
@@ -215,7 +215,7 @@ def test_damaged_keys_in_use_are_one_error(encrypted, keys):
     changed(encrypted, "DROP TABLE fpmatch_encryption")
     refused(open_gallery, encrypted, code="damaged")
     changed(encrypted, "ALTER TABLE other RENAME TO fpmatch_encryption")
-    with pytest.raises(GalleryError, match="the keys in use are missing"):
+    with pytest.raises(GalleryError, match="the key in use is missing"):
         open_gallery(encrypted)
 
 

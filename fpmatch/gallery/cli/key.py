@@ -11,7 +11,7 @@ from fpmatch.printable import json_text, printable
 
 
 def _full_source(text: str | None) -> str:
-    """Return the source that an argument means: without file:, env: or keyring: a file."""
+    """Return the source that an argument means: without file: or env: a file."""
     from fpmatch.gallery.encryption.keys import KEY_VARIABLE, KINDS, given_source
 
     if text is None and not given_source():
@@ -24,9 +24,8 @@ def _full_source(text: str | None) -> str:
     cls=Command,
     epilog="""\b
 Sources:
-  file:PATH     a text file that no other user may read: mode 0600
-  keyring:NAME  the system keyring
-  env:NAME      an environment variable with the text; it is not changed
+  file:PATH  a text file that no other user may read: mode 0600
+  env:NAME   an environment variable with the text; it is not changed
 
 A source has one key a line: its id and 32 bytes in base64. The first is the current key, with which
 new galleries are encrypted. The option --key of other commands, or the environment variable
@@ -35,7 +34,6 @@ FPMATCH_KEY, names a source.
 \b
 Examples:
   fpmatch key keys.txt --new
-  fpmatch key keyring:prints --new
   fpmatch key keys.txt
   fpmatch key keys.txt --add
   fpmatch key keys.txt --remove 4290bd01905d96eb

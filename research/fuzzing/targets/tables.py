@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.gallery.batch.pair_list import read_pairs
-from fpmatch.gallery.encryption.keys import load_keys, new_key
+from fpmatch.gallery.encryption.keys import Key, load_keys
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
@@ -176,5 +176,5 @@ def _keys() -> Reader:
         path.chmod(0o600)
         load_keys(f"file:{path}")
 
-    lines = "".join(f"{new_key().as_line()}\n" for _ in range(2))
+    lines = "".join(f"{Key(bytes(range(32))).as_line()}\n" for _ in range(2))
     return _of_file("keys.txt", read, [lines.encode(), f"# one\n\n{lines}".encode()])

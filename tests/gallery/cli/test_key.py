@@ -69,5 +69,5 @@ def test_what_is_no_source_is_refused_without_repeating_it(run):
     for text in ("k", "QUJD", "file:", "x:y"):
         result = run("gallery", "list", "g.db", "--key", text)
         assert result.exit_code == 2
-        assert "expected file:PATH, env:NAME or keyring:NAME" in result.stderr
+        assert "expected file:PATH or env:NAME" in result.stderr
         assert "QUJD" not in result.stderr

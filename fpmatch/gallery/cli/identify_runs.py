@@ -6,6 +6,7 @@ import os
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -16,7 +17,7 @@ from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.cli.identify_text import candidates_as_text, subjects_as_text, summary_as_text
 from fpmatch.gallery.cli.notes import notes_as_json, say_damaged, say_failures
-from fpmatch.printable import count, json_text
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -127,7 +128,7 @@ def identify_one_by_one(run: Run) -> int:
         say_slow_kernels()
         with ProgressBars(PREPARE) as bars:
             search = run.prepared(gallery, bars)
-        for answer in (_near if run.scheduler is None else _far)(gallery, search, run):
+        for answer in _answers(gallery, search, run):
             if isinstance(answer, FpmatchError):
                 failures.append(answer)
                 continue
@@ -153,16 +154,17 @@ def identify_one_by_one(run: Run) -> int:
     return 2 if not answers else 1 if failures else 0
 
 
-def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | FpmatchError]:
+def _answers(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | FpmatchError]:
     """Yield the outcome for each probe, searched for by threads, or why it cannot be read."""
     from fpmatch.gallery.listing.prints import folder_reader, read_one_print
     from fpmatch.gallery.search.entries import identify_given
+    from fpmatch.gallery.tasks.probes import notes_on_identical, read_hashed
     from fpmatch.matching.result import named
 
     reader = folder_reader(run.files, **run.reading)
     for file in run.files:
         try:
-            given = read_one_print(file, reader)
+            given, content = read_hashed(file.path, partial(read_one_print, file, reader))
         except FpmatchError as error:
             yield error
             continue
@@ -174,37 +176,27 @@ def _near(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | Fpma
         except MatcherError as error:
             raise named(error, file.path) from error
         seconds = time.perf_counter() - start
-        gallery.record("identify", probe=file.path, candidates=result.numbers)
-        yield _Answer(str(file.path), result, entries, seconds, probe.notes)
+        gallery.record("identify", probe=content, candidates=result.numbers)
+        notes = (*probe.notes, *notes_on_identical(gallery, probe.template, entries))
+        yield _Answer(str(file.path), result, entries, seconds, notes)
 
 
-def _far(gallery: Gallery, search: Search, run: Run) -> Iterator[_Answer | FpmatchError]:
-    """Yield the same outcomes as `_near`, of a cluster; seconds are those of waiting."""
-    from fpmatch.gallery.batch.candidates import identify_probes
-
-    with run.engine() as engine:
-        start = time.perf_counter()
-        for one in identify_probes(gallery, search, run.source(), run.options, engine):
-            seconds = time.perf_counter() - start
-            if one.result is None:
-                yield FpmatchError(one.reason, path=one.path)
-            else:
-                yield _Answer(one.path, one.result, one.entries, seconds, one.notes)
-            start = time.perf_counter()
-
-
-def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequence[str]) -> int:
+def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
     """Show the subjects whose fingers match one probe and prints of other fingers best."""
     import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
 
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
     from fpmatch.gallery.search.entries import identify_entries_fused
+    from fpmatch.gallery.tasks.probes import read_hashed
     from fpmatch.prints.reading import group_by_note
 
+    if len(run.files) > 1:
+        raise click.UsageError(f"--with goes with one PROBE, not with {len(run.files)}")
     files = [*run.files, *others]
-    positions = _positions(run.files, others, positions)
+    positions = [file.label.finger if file.label else "" for file in files]
     reader = folder_reader(files, **run.reading)
-    extracted = [extract_print(file, reader=reader) for file in files]
+    hashed = [read_hashed(file.path, partial(extract_print, file, reader=reader)) for file in files]
+    extracted = [made for made, _ in hashed]
     with run.opened() as gallery:
         say_slow_kernels()
         with ProgressBars(PREPARE) as bars:
@@ -219,8 +211,8 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequen
             workers=run.workers,
         )
         seconds = time.perf_counter() - start
-        for file in files:
-            gallery.record("identify", probe=file.path, candidates=result.numbers)
+        for _, content in hashed:
+            gallery.record("identify", probe=content, candidates=result.numbers)
     names = [str(file.path) for file in files]
     say_notes(group_by_note(zip(names, (one.all_notes for one in extracted), strict=True)))
     document = {
@@ -230,27 +222,12 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile], positions: Sequen
         "effort": result.effort,
         "passed_on": list(result.passed_on),
         "probes": names,
-        "fingers": list(positions),
+        "fingers": positions,
         "seconds": round(seconds, 4),
         "candidates": result.candidate_dicts(entries, names),
     }
     show(json_text(document) if run.as_json else subjects_as_text(names, result, entries, seconds))
     return 0
-
-
-def _positions(
-    probes: Sequence[PrintFile], others: Sequence[PrintFile], given: Sequence[str]
-) -> Sequence[str]:
-    """Return which finger each print is of: as given, or else as its manifest names it."""
-    if not others:
-        raise click.UsageError("--finger goes with --with")
-    if len(probes) > 1:
-        raise click.UsageError(f"--with goes with one PROBE, not with {len(probes)}")
-    files = [*probes, *others]
-    if given and len(given) != len(files):
-        names_given = count(len(given), "name")
-        raise click.UsageError(f"--finger names all prints: {len(files)}, not {names_given}")
-    return given or [file.label.finger if file.label else "" for file in files]
 
 
 def identify_to_file(run: Run, output: Path) -> int:

@@ -87,21 +87,25 @@ def identify(
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
+    from fpmatch.gallery.tasks.probes import read_hashed  # noqa: PLC0415
 
-    given = given_print(probe, dpi=dpi)
+    content = None
+    if isinstance(probe, str | os.PathLike):
+        given, content = read_hashed(Path(probe), lambda: given_print(probe, dpi=dpi))
+    else:
+        given = given_print(probe, dpi=dpi)
     limits: dict[str, Any] = {
         "workers": workers,
         "count": count,
         "threshold": threshold,
         "effort": effort,
     }
-    path = Path(probe) if isinstance(probe, str | os.PathLike) else None
     with nullcontext(gallery) if isinstance(gallery, Gallery) else open_gallery(gallery) as opened:
         search = open_search(opened, matcher, engine=processes(workers))
         _, result, entries = identify_given(opened, search, given, **limits)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
-        opened.record("identify", probe=path, candidates=result.numbers)
+        opened.record("identify", probe=content, candidates=result.numbers)
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
         for one, entry in zip(result.candidates, entries, strict=True)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
     MIRROR,
     PRINT,
@@ -199,7 +198,6 @@ def identify(
             raise click.UsageError("-o excludes --with")
         if options.transforms and not is_json_lines(output):
             raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
-        say_slow_kernels()
         return runs.identify_to_file(run, output)
     if scheduler is not None:
         raise click.UsageError("--scheduler goes with -o")

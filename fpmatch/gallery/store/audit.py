@@ -2,9 +2,8 @@
 
 The event of a change is committed with the change. Each line contains the SHA-256 of the line
 before it, so that a line that is changed, removed or inserted is found. That the last lines are
-missing cannot be seen from the lines alone: keep their number and the last hash elsewhere. Triggers
-refuse to change or remove lines; who owns the database can remove the triggers, too, but not
-restore the chain up to a hash noted before.
+missing, or all were written anew, cannot be seen from the lines alone: keep their number and the
+last hash elsewhere.
 """
 
 from __future__ import annotations
@@ -46,23 +45,6 @@ _STATE_DIGITS: Final = 16  # of the random state of a gallery, in each event
 _LINES_PER_READ: Final = 1000
 _LABEL: Final = ("subject", "finger", "impression")
 _client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
-_REFUSED: Final = "the audit of a gallery is only appended to"
-_SQLITE_TRIGGERS: Final = (
-    *(
-        f"CREATE TRIGGER fpmatch_audit_{event} BEFORE {event} ON fpmatch_audit "
-        f"BEGIN SELECT RAISE(ABORT, '{_REFUSED}'); END"
-        for event in ("update", "delete")
-    ),
-    "CREATE TRIGGER fpmatch_audit_insert BEFORE INSERT ON fpmatch_audit "  # or replace
-    "WHEN EXISTS (SELECT 1 FROM fpmatch_audit WHERE number >= NEW.number) "
-    f"BEGIN SELECT RAISE(ABORT, '{_REFUSED}'); END",
-)
-_POSTGRESQL_TRIGGERS: Final = (
-    "CREATE FUNCTION fpmatch_audit_refuse() RETURNS trigger LANGUAGE plpgsql AS "
-    f"$$ BEGIN RAISE EXCEPTION '{_REFUSED}'; END $$",
-    "CREATE TRIGGER fpmatch_audit_refuse BEFORE UPDATE OR DELETE OR TRUNCATE ON fpmatch_audit "
-    "FOR EACH STATEMENT EXECUTE FUNCTION fpmatch_audit_refuse()",
-)
 
 
 class AuditError(FpmatchError):
@@ -96,9 +78,6 @@ def turn_on(gallery: Database) -> bool:
             return False
         if not sa.inspect(connection).has_table(AUDIT.name):
             AUDIT.create(connection)
-            sqlite = connection.dialect.name == "sqlite"
-            for statement in _SQLITE_TRIGGERS if sqlite else _POSTGRESQL_TRIGGERS:
-                connection.exec_driver_sql(statement)
         _append(connection, ON, {})
     return True
 

@@ -68,7 +68,6 @@ Resolution:
 
 \b
 More examples:
-  fpmatch enrol prints.db visitors --prefix visitor-
   fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db people --by-folder
   fpmatch enrol prints.db frames --raw 192x192 --mirror
@@ -90,13 +89,6 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
 @click.option("--pattern", metavar="REGEX", help="Pattern of file names; see --help-all.")
 @by_folder_option
-@click.option(
-    "--prefix",
-    metavar="TEXT",
-    default="",
-    hidden=True,
-    help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
-)
 @reading_options
 @RECORD
 @MIRROR
@@ -138,7 +130,6 @@ def enrol(
     places: tuple[str, ...],
     pattern: str | None,
     by_folder: bool,
-    prefix: str,
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
@@ -211,7 +202,7 @@ def enrol(
         stack.enter_context(bars)
         if audit:
             turn_on(opened)
-        options: dict[str, Any] = {"prefix": prefix, "progress": bars.show, "strict": strict}
+        options: dict[str, Any] = {"progress": bars.show, "strict": strict}
         for source in sources:
             runs.append(enrol_gallery(opened, source, **options))
         if others:

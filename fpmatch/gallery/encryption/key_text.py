@@ -35,21 +35,6 @@ def add_key(source: str) -> KeyRing:
     return _write(source, [_new_key(), *map(old.find, old.ids)])
 
 
-def remove_key(source: str, key_id: str) -> KeyRing:
-    """Remove a key that is not the current one from a source; return the others.
-
-    Raises EncryptionError if there is no such key, or it is the current one.
-    """
-    _path_of(source)
-    old = load_keys(source)
-    if key_id not in old.ids:
-        raise EncryptionError(f"no key {key_id} in it", path=source, code="missing key")
-    if key_id == old.current.id:
-        why = f"key {key_id} is the current one, which is not removed"
-        raise EncryptionError(why, path=source, code="key")
-    return _write(source, [old.find(other) for other in old.ids if other != key_id])
-
-
 def _new_key() -> Key:
     return Key(secrets.token_bytes(KEY_BYTES))
 

@@ -118,7 +118,6 @@ def enrol(
     *,
     pattern: str | None = None,
     by_folder: bool = False,
-    prefix: str = "",
     dpi: float | None = None,
     workers: int | None = None,
     strict: bool = False,
@@ -139,8 +138,6 @@ def enrol(
     by_folder : bool
         Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
         folder has no prints itself).
-    prefix : str
-        Text before each subject.
     dpi : float, optional
         Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
         else by its ridges).
@@ -159,7 +156,7 @@ def enrol(
     Raises
     ------
     GalleryError
-        If the gallery cannot be read or written, or `pattern` or `prefix` is malformed.
+        If the gallery cannot be read or written, or `pattern` is malformed.
     ImageReadError, DatasetError
         If a file or folder is missing, or a manifest is malformed.
 
@@ -179,7 +176,7 @@ def enrol(
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints
     files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
-    options: dict[str, Any] = {"pattern": names, "prefix": prefix, "strict": strict}
+    options: dict[str, Any] = {"pattern": names, "strict": strict}
     if not isinstance(gallery, Gallery):
         with open_gallery(gallery, create=True) as opened:
             return enrolling.enrol(opened, files, engine=processes(workers), **options)

@@ -20,7 +20,6 @@ from fpmatch.gallery.listing.entry import (
     Failure,
     NamePattern,
     NewEntry,
-    check_prefix,
 )
 from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
@@ -92,7 +91,6 @@ def enrol(
     prints: Sequence[PrintFile],
     *,
     pattern: NamePattern | None = None,
-    prefix: str = "",
     engine: Engine | None = None,
     extractor: Callable[..., ExtractedPrint] | None = None,
     progress: Progress = no_progress,
@@ -104,16 +102,15 @@ def enrol(
     two runs may enrol at the same time. A print that cannot be enrolled does not stop the run; it
     is a failure, in the outcome and in the gallery, until it is enrolled.
 
-    The `pattern` gets the labels of prints without one from their paths (default: FVC's names), and
-    `prefix` stands before each subject. Templates are made on the `engine` (default: all cores),
-    whose workers must see the files, by the `extractor`, a function at the top of a module
-    (default: `extract_print` with the reader of `folder_reader`). `progress` is called with stage
-    "enrol". If `strict`, prints are refused that do not match the others of their finger, or are
-    probably two prints in one; see `fpmatch.gallery.tasks.consistency.Screening`.
+    The `pattern` gets the labels of prints without one from their paths (default: FVC's names).
+    Templates are made on the `engine` (default: all cores), whose workers must see the files, by
+    the `extractor`, a function at the top of a module (default: `extract_print` with the reader of
+    `folder_reader`). `progress` is called with stage "enrol". If `strict`, prints are refused that
+    do not match the others of their finger, or are probably two prints in one; see
+    `fpmatch.gallery.tasks.screening.Screening`.
     """
-    check_prefix(prefix)
     screening = Screening(gallery, strict=strict)
-    run = _Run(gallery, screening, pattern or NamePattern(), len(prints), progress, prefix)
+    run = _Run(gallery, screening, pattern or NamePattern(), len(prints), progress)
     notes = resolution_notes([file.dpi for file in prints])
     run.on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
     gallery.check_keys()
@@ -167,7 +164,6 @@ class _Run:
     pattern: NamePattern
     total: int
     progress: Progress
-    prefix: str
     unsaved: list[Failure] = field(default_factory=list)
     on_dpi: dict[Path, tuple[str, ...]] = field(default_factory=dict)
     noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
@@ -195,7 +191,6 @@ class _Run:
         if label is None:
             self._fail(file, f"its name does not fit the pattern {self.pattern.text}")
             return None
-        label = label.prefixed(self.prefix)
         try:
             content = hashlib.sha256(file.path.read_bytes()).digest()
             return EnrolmentRequest(label, content, file.dpi)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.listing.entry import Failure, PackedEntry, check_prefix
+from fpmatch.gallery.listing.entry import Failure
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.tasks.enrol import Enrolment, outcome_of
 from fpmatch.gallery.tasks.screening import Screening
@@ -23,7 +22,6 @@ def enrol_gallery(
     gallery: Gallery,
     source: Gallery,
     *,
-    prefix: str = "",
     progress: Progress = no_progress,
     strict: bool = False,
 ) -> Enrolment:
@@ -32,13 +30,12 @@ def enrol_gallery(
     Templates are checked and copied as they are, with their labels, sources and SHA-256; entries
     get new numbers, in the same order. A thousand are committed at once: a run that was killed
     continues when it is started again. A failure is a damaged entry, or one whose label or picture
-    is enrolled otherwise. Either gallery may be encrypted. `prefix`,
+    is enrolled otherwise. Either gallery may be encrypted.
     `progress` and `strict` are as for `fpmatch.gallery.tasks.enrol.enrol`; GalleryError is raised
     if both are the same, too.
     """
     if gallery.name == source.name or _same_file(gallery, source):
         raise gallery.error("its entries cannot be enrolled in itself", "same gallery")
-    check_prefix(prefix)
     gallery.check_keys()
     source.check_keys()
     before, total = dict(source.damaged), len(source)
@@ -47,7 +44,7 @@ def enrol_gallery(
     screening, done = Screening(gallery, strict=strict), 0
     while batch := list(islice(entries, ENTRIES_PER_COMMIT)):
         source.record("export", entries=ranges(number for number, _ in batch))
-        screening.add([_prefixed(entry, prefix) for _, entry in batch])
+        screening.add([entry for _, entry in batch])
         done += len(batch)
         progress("enrol", min(done, total), total)
     damaged = source.damaged.items() - before.items()
@@ -56,18 +53,6 @@ def enrol_gallery(
     ]
     screening.add([], skipped)
     return outcome_of(screening)
-
-
-def _prefixed(entry: PackedEntry, prefix: str) -> PackedEntry | Failure:
-    """Return an entry with a text before its subject, or why that is no label."""
-    if not prefix:
-        return entry
-    label = entry.label.prefixed(prefix)
-    try:
-        label.check()
-    except GalleryError as error:
-        return Failure(entry.source, str(error))
-    return replace(entry, label=label)
 
 
 def _same_file(one: Gallery, other: Gallery) -> bool:

@@ -7,7 +7,7 @@ import pytest
 from made_prints import changed, entries_of, entry_of, flipped, readable, refused, scattered
 
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.key_text import add_key, make_keys
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
@@ -17,6 +17,7 @@ from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.store.tables import ENTRY, WHOLE, DamagedRowError
 from fpmatch.gallery.tasks.transfer import enrol_gallery
+from tests.gallery.conftest import remove_key
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")

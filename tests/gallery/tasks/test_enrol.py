@@ -243,18 +243,3 @@ def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
         assert done.failures[0].reason.startswith("refused: 1_3 does not match")
         assert gallery.failures() == list(done.failures)
         assert labels(gallery) == ["1_1", "1_2", "2_1", "2_2", "2_3", "3_1"]
-
-
-def test_with_a_prefix_nobody_is_mixed_up(gallery, colliding):
-    first, second = colliding
-    enrol(gallery, first, extractor=finger_extractor)
-    done = enrol(gallery, second, extractor=finger_extractor, prefix="B-")
-    assert (done.enrolled, done.added) == (5, {})
-    assert labels(gallery)[4:] == ["B-1_3", "B-1_4", "B-2_3", "B-2_4", "B-3_1"]
-    assert enrol(gallery, second, extractor=finger_extractor, prefix="B-").known == 5
-    with pytest.raises(GalleryError, match="prefix of subjects: must be text of one line"):
-        enrol(gallery, second, prefix="a\nb")
-    with pytest.raises(GalleryError, match="prefix of subjects: longer than 255"):
-        enrol(gallery, second, prefix="a" * 256)
-    too_long = enrol(gallery, first, extractor=finger_extractor, prefix="a" * 255)
-    assert {one.reason for one in too_long.failures} == {"subject: longer than 255 characters"}

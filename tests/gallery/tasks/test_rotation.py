@@ -8,7 +8,7 @@ import sys
 import pytest
 from made_prints import changed, entries_of, entry_of, readable, refused, scattered
 
-from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.key_text import add_key, make_keys
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
@@ -19,6 +19,7 @@ from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.store.tables import ENTRY, WHOLE
 from fpmatch.gallery.tasks import rotation
 from fpmatch.gallery.tasks.rotation import rotate
+from tests.gallery.conftest import remove_key
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
 PACKED = [(k, pack_template(template)) for k, template in enumerate(PRINTS, 1)]

@@ -22,7 +22,7 @@ from pydantic import (
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.drawing.overlay.draw import View, view_of
 from fpmatch.errors import unknown_name
-from fpmatch.gallery.store.audit_chain import act_as
+from fpmatch.gallery.store.audit import act_as
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names, split_name
 from fpmatch.printable import printable
 from fpmatch.prints.pair import PairOptions

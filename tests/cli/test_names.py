@@ -128,7 +128,7 @@ CASES = {
     ],
     "identify": [
         ("{gallery} {dir} --workers 1 --json --transform", 0),
-        ("{gallery} {manifest} --workers 1 --impressions", 0),
+        ("{gallery} {manifest} --workers 1 --all", 0),
         ("{gallery} --probes {dir} -o {out}/c.csv --workers 1", 0),
     ],
     "gallery list": [

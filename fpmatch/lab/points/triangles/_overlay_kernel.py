@@ -11,7 +11,7 @@ import numpy as np
 COMPILED = cython.compiled
 
 _MOST = cython.declare(cython.int, 12)  # points that are considered as partners of one, at most
-_LEAST_RISE = cython.declare(cython.double, 1 / 1024)  # of a price, in squared tolerances
+_LEAST_RISE = cython.declare(cython.double, 0.001)  # of a price, in squared tolerances
 
 
 @cython.locals(pairs=cython.int)
@@ -81,6 +81,7 @@ def pair_by_auction(p, grid, move, t2, owner, partner):
     """
     near, near2 = np.empty(_MOST, np.intc), np.empty(_MOST)
     price: cython.double[::1] = np.zeros(owner.shape[0])
+    rise: cython.double = max(_LEAST_RISE * t2, 1e-300)
     for first in range(p.shape[1]):
         i = first
         while i >= 0:
@@ -96,7 +97,7 @@ def pair_by_auction(p, grid, move, t2, owner, partner):
                     second = value
             held = -1
             if at >= 0:
-                price[at] += best - second + _LEAST_RISE * t2
+                price[at] += best - second + rise
                 held = owner[at]
                 if held >= 0:
                     partner[held] = -1

@@ -86,7 +86,8 @@ class Target(NamedTuple):
             spacing = min(spacing, second / _SECOND_NEAREST)
             pairing = _TOLERANCE * spacing
         else:
-            pairing = math.ldexp(tolerance, -given.frame.exponent)
+            extent = float(np.ptp(points, axis=1).sum())
+            pairing = min(math.ldexp(tolerance, -given.frame.exponent), extent)
         t = min(pairing, _WIDEST_TOLERANCE * spacing)
         low, high = points.min(axis=1) - t, points.max(axis=1) + t
         side = max(0.7 * spacing, t)

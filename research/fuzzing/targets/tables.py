@@ -52,7 +52,7 @@ _SCORES = (
     b"probe reference distance label\na b 0.5 mated\na c 0.75 nonmated\n",
 )
 _POINTS = (
-    *(b"name;x;y\nVega;279.23;38.78\nDeneb;310.36;45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
+    *(b"name,x,y\nVega,279.23,38.78\nDeneb,310.36,45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
     *(b"# stars\n1.0 2.0\n3.0 4.0\n", b'x,y,"a, b"\n1,2,"c"\n'),
 )
 

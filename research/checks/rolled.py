@@ -19,7 +19,7 @@ from fpmatch.lab.evaluation.ground_truth.transform_error import (
 )
 from fpmatch.lab.evaluation.ground_truth.truth import ImpressionTruth
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.report.rate_text import percent
+from fpmatch.lab.evaluation.report.results import percent
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS

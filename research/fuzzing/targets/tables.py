@@ -16,7 +16,7 @@ from fpmatch.gallery.store.audit_chain import START, check_audit_log, event_line
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
-from fpmatch.lab.evaluation.report.score_reports import evaluate_scores
+from fpmatch.lab.evaluation.report.results import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.database import make_database
 from fpmatch.lab.synthesis.master import MasterParameters

@@ -131,6 +131,8 @@ class DatasetSource:
         """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
         if self._gallery is not None and not self._made:
             place = {name: k for k, name in enumerate(self._gallery.names)}
+            if gone := [name for name in self.names if name not in place]:
+                raise DatasetError(f"{gone[0]} has been removed meanwhile", path=self.place)
             at = {place[name]: k for k, name in enumerate(self.names)}
             made = self._gallery.templates(engine, sorted(at))
             self._made = {at[n]: one for n, one in zip(sorted(at), made, strict=True)}

@@ -183,7 +183,7 @@ class RatesReport:
     @property
     def scores(self) -> list[ScoresSet]:
         """The comparisons of each database."""
-        return [row.scores for row in self.sets]
+        return [replace(row.scores, matcher=self.matcher) for row in self.sets]
 
     @property
     def identical_note(self) -> str:

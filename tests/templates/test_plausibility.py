@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
-from fpmatch.lab.synthesis.templates import make_templates
+from research.templates.making import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 from fpmatch.prints.reading import make_given_print

@@ -352,7 +352,7 @@ def _spurious_minutiae(
         place = x - end * gap * np.cos(along), y + end * gap * np.sin(along)
         ends.append(np.column_stack([b, *place, angle + np.pi * end, kind, quality]))
     both = np.stack(ends, axis=1).reshape(-1, 6)
-    return both[np.column_stack([np.ones(len(b), bool), gap > 0]).ravel()]
+    return np.asarray(both[np.column_stack([np.ones(len(b), bool), gap > 0]).ravel()])
 
 
 def _tail(even: Floats) -> Doubles:

@@ -26,23 +26,6 @@ trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; abo
 depend on one score, have no interval.
 """
 
-GROUND_TRUTH: Final = """
-\b
-Columns with --ground-truth, of the first matcher:
-  within    tolerance of distance (at 500 dpi) and direction
-  visible   true minutiae that are visible
-  TP        true positives: extracted minutiae that are one of these, one to one
-  false positives by their likeliest cause: a true minutia is there but has another direction;
-            near the border of the print or image; no visible ridges there; near another extracted
-            minutia, as where a ridge is split or doubled
-  judged    genuine pairs with at least 12 true minutiae that are visible in both prints
-  MATCH     share of the judged that are decided a match, as fpmatch verify does by default
-  in place  share with a rotation error of at most 2° and a shift error of at most 4 px
-  rotation  median error and 95th percentile; also of shift (of the overlap's middle) and scale
-  residual  median distance in the overlap between mapped and true positions;
-            at best: that of the best similarity, because skin stretches
-"""
-
 IDENTIFICATION: Final = """\b
 Columns:
   FNIR      false negative identification rate: share of the searches with a mate in the gallery

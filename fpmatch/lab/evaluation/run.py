@@ -13,7 +13,6 @@ from fpmatch.lab.evaluation.databases.comparison import compare_sets
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.databases.protocol import choose_pairs
-from fpmatch.lab.evaluation.enrolment import plan_enrolment, with_impostors
 from fpmatch.lab.evaluation.report.score_reports import summarise, summarise_set
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extractor
-    from fpmatch.lab.evaluation.enrolment import Enrolment
     from fpmatch.lab.evaluation.report.results import EvaluationReport
     from fpmatch.matching.result import Matcher
 
@@ -103,36 +101,18 @@ def evaluate_matchers(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
-    probe_extractor: Extractor | None = None,
-    enrolment: Enrolment | None = None,
 ) -> list[EvaluationReport]:
     """Evaluate some matchers on the same templates, extracted once.
 
     `datasets`, `protocol`, `workers`, `progress`, `extractor`: as for `evaluate`. `matchers`: the
     matchers, or their names. `engine`: an engine to work on instead of `workers` processes; it is
-    released at the end. `probe_extractor`: makes the templates of the probes, the first prints of
-    the pairs, in the stage "extract probes"; `extractor` then makes those of the references.
-    `enrolment`: several impressions of a finger are enrolled, and all others and its further
-    impostors are compared with the fingers. Similarities are then scores, and the protocol has no
-    effect. Raises an `FpmatchError` as `evaluate`; also if fingers are enrolled and a matcher has
-    no calibration.
+    released at the end.
+    Raises an `FpmatchError` as `evaluate`.
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
-    if probe_extractor is not None and (stored := [d for d in loaded if d.in_gallery]):
-        raise DatasetError("a gallery has no images to crop", path=stored[0].name)
-    everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
     with engine or processes(workers) as place:
-        extracted = extract_datasets(
-            everything, extractor=extractor, engine=place, progress=progress
-        )
-        probes = probe_extractor and extract_datasets(
-            loaded,
-            extractor=probe_extractor,
-            engine=place,
-            progress=progress,
-            stage="extract probes",
-        )
+        extracted = extract_datasets(loaded, extractor=extractor, engine=place, progress=progress)
 
         def part_of_progress(index: int) -> Progress:
             parts = len(chosen)
@@ -140,14 +120,11 @@ def evaluate_matchers(
 
         return [
             evaluate_templates(
-                extracted[: len(loaded)],
+                extracted,
                 matcher=matcher,
                 protocol=protocol,
                 engine=place,
                 progress=part_of_progress(k),
-                probes=probes,
-                enrolment=enrolment,
-                impostors=extracted[len(loaded) :],
             )
             for k, matcher in enumerate(chosen)
         ]
@@ -161,32 +138,15 @@ def evaluate_templates(
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    probes: Sequence[ExtractedSet] | None = None,
-    enrolment: Enrolment | None = None,
-    impostors: Sequence[ExtractedSet] = (),
 ) -> EvaluationReport:
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
-    `engine` is as for `fpmatch.gallery.engine.workers.run_chunks`, `probes` as for `compare_sets`.
-    With an `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are
-    probes too.
+    `engine` is as for `fpmatch.gallery.engine.workers.run_chunks`.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    enrolled = None
-    if enrolment is None:
-        pairs = [
-            one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol) for one in sets
-        ]
-        if any(one.dataset.pairs is not None for one in sets):
-            protocol = "list"
-    else:
-        own = [len(extracted.extractions) for extracted in sets]
-        sets = [with_impostors(extracted, impostors) for extracted in sets]
-        plans = [
-            plan_enrolment(extracted.dataset.impressions, enrolment, count)
-            for extracted, count in zip(sets, own, strict=True)
-        ]
-        pairs, enrolled = [plan.pairs for plan in plans], [plan.enrolled for plan in plans]
+    pairs = [one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol) for one in sets]
+    if any(one.dataset.pairs is not None for one in sets):
+        protocol = "list"
     outcomes = compare_sets(
         sets,
         pairs,
@@ -194,8 +154,6 @@ def evaluate_templates(
         workers=workers,
         engine=engine,
         progress=progress,
-        probes=probes,
-        enrolled=enrolled,
     )
     rows = [summarise_set(chosen.name, *row) for row in zip(sets, pairs, outcomes, strict=True)]
     return summarise(chosen.name, protocol, rows)

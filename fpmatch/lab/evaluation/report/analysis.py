@@ -11,15 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP
-from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
-from fpmatch.lab.evaluation.rates.run_comparison import (
-    DECISION_FMRS,
-    compare_runs,
-    have_common_pairs,
-)
+from fpmatch.lab.evaluation.rates.run_comparison import compare_runs, have_common_pairs
 from fpmatch.lab.evaluation.rates.scores import choose_matcher
 from fpmatch.lab.evaluation.report.operating_points import operating_points, rate_intervals
-from fpmatch.lab.evaluation.report.quality import analyse_quality
 from fpmatch.lab.evaluation.report.rate_text import (
     INTERVAL_TITLES,
     RATE_TITLES,
@@ -43,7 +37,6 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.rates.run_comparison import ChangedPair, RunComparison
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
     from fpmatch.lab.evaluation.report.operating_points import OperatingPoint, ReportIntervals
-    from fpmatch.lab.evaluation.report.quality import QualityAnalysis
     from fpmatch.lab.evaluation.report.results import RatesReport
 
 _PAIRS_NAMED: Final = 5
@@ -53,8 +46,7 @@ _PAIRS_NAMED: Final = 5
 class Analysis:
     """One matcher's evaluation, intervals of its rates, and the comparison with a baseline.
 
-    `points` are the FNMR at chosen FMRs; `quality` is None where neither quality nor overlap is
-    known.
+    `points` are the FNMR at chosen FMRs.
     """
 
     report: RatesReport
@@ -62,7 +54,6 @@ class Analysis:
     baseline: RunComparison | None = None
     baseline_name: str = ""
     points: tuple[OperatingPoint, ...] = ()
-    quality: QualityAnalysis | None = None
 
     @property
     def distinct_points(self) -> Sequence[OperatingPoint]:
@@ -77,8 +68,6 @@ class Analysis:
         }
         if self.points:
             known["fnmr_at_fmr"] = list(map(asdict, self.points))
-        if self.quality is not None:
-            known["quality"] = self.quality.as_json()
         return {**self.report.as_json(), **known}
 
     def as_text(self) -> str:
@@ -92,8 +81,6 @@ class Analysis:
             parts.append(_format_intervals(self.report, self.intervals))
         if self.points:
             parts.append(_format_points(self))
-        if self.quality is not None and self.quality.curves:
-            parts.append(_format_discard(self.quality))
         if self.baseline is not None:
             parts.append(format_comparison(self.baseline, self.baseline_name))
         return "\n\n".join(parts)
@@ -112,7 +99,7 @@ def analyse(
 
     `bootstrap` is the number of replicates for the 95 % intervals (0: no intervals). `baseline` is
     an earlier run: its comparisons by the same matcher, or by its only one, are compared. `fmrs`
-    are false match rates at which the FNMR is reported; errors by quality are those at the first.
+    are false match rates at which the FNMR is reported.
     """
     comparison = None
     if baseline is not None:
@@ -124,8 +111,7 @@ def analyse(
         comparison = compare_runs(earlier, scores_of(report), bootstrap=bootstrap, seed=seed)
     intervals = rate_intervals(report, bootstrap=bootstrap, seed=seed) if bootstrap else None
     points = operating_points(report, fmrs, bootstrap=bootstrap, seed=seed)
-    quality = analyse_quality(report, [*fmrs, *DECISION_FMRS])
-    return Analysis(report, intervals, comparison, baseline_name, tuple(points), quality)
+    return Analysis(report, intervals, comparison, baseline_name, tuple(points))
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,15 +230,6 @@ def _format_points(analysis: Analysis) -> str:
         at = f"{100 * p.fmr:.6g} %", percent(p.fnmr), limits(p.interval, p.bound)
         rows.append((p.name, *at, threshold, score))
     return text_table(rows if calibration else [row[:-1] for row in rows])
-
-
-def _format_discard(quality: QualityAnalysis) -> str:
-    """Return the FNMR of each database where the prints of lowest quality are discarded."""
-    head = (
-        f"FNMR at FMR {100 * quality.fmr:.6g} %, of the worst prints discarded",
-        *(f"{100 * share:.0f} %" for share in SHARES),
-    )
-    return text_table([head, *((c.name, *map(percent, c.fnmr)) for c in quality.curves)])
 
 
 def format_comparison(comparison: RunComparison, name: str) -> str:

@@ -11,7 +11,6 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.lab.evaluation.rates.error_rates import POOLED, error_curves
-from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
 from fpmatch.lab.evaluation.report.results import split_scores
 
 if TYPE_CHECKING:
@@ -27,11 +26,10 @@ if TYPE_CHECKING:
 
 Part = TypeVar("Part")
 
-DET, HISTOGRAM, DISCARD = "det.csv", "histogram.csv", "discard.csv"
+DET, HISTOGRAM = "det.csv", "histogram.csv"
 HEADS: Final = {
     DET: ("matcher", "set", "threshold", "fmr", "fnmr"),
     HISTOGRAM: ("matcher", "set", "from", "to", "genuine", "impostor"),
-    DISCARD: ("matcher", "set", "fmr", "discarded", "quality_below", "genuine", "fnmr"),
 }
 """The files and their columns."""
 BINS: Final = 50
@@ -60,7 +58,7 @@ def write_curves(folder: str | os.PathLike[str], analyses: Sequence[Analysis]) -
     `folder`: where to write. `analyses`: one a matcher. Raises an `OutputError` if a file cannot be
     written.
     """
-    rows = {DET: _det_rows, HISTOGRAM: _histogram_rows, DISCARD: _discard_rows}
+    rows = {DET: _det_rows, HISTOGRAM: _histogram_rows}
     return write_files(folder, HEADS, rows, analyses)
 
 
@@ -108,12 +106,3 @@ def _histogram_rows(analysis: Analysis) -> Iterator[Row]:
         counts = [np.histogram(sign * side, edges)[0].tolist() for side in (genuine, impostor)]
         for row in zip(edges[:-1].tolist(), edges[1:].tolist(), *counts, strict=True):
             yield (analysis.report.matcher, name, *row)
-
-
-def _discard_rows(analysis: Analysis) -> Iterator[Row]:
-    if analysis.quality is None:
-        return
-    for curve in analysis.quality.curves:
-        columns = SHARES, curve.below, curve.genuine, curve.fnmr
-        for row in zip(*columns, strict=True):
-            yield (analysis.report.matcher, curve.name, analysis.quality.fmr, *row)

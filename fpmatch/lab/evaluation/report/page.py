@@ -12,7 +12,7 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.html import page_templates
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
-from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures, quality_drawings
+from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
 from fpmatch.lab.evaluation.report.rate_text import (
     RATE_TITLES,
@@ -109,7 +109,6 @@ def _section(analysis: Analysis, number: int) -> dict[str, Any]:
         "names": defined_rates([*(row.rates for row in report.sets), report.pooled]),
         "decisions": _default_decisions(report),
         "figures": matcher_figures(report, number),
-        "quality_drawings": quality_drawings(analysis.quality, number),
         "calibration": calibration_of(report.matcher),
         "hardest_genuine": hardest_pairs(report, genuine=True),
         "hardest_impostors": hardest_pairs(report, genuine=False),

@@ -56,7 +56,6 @@ CASES = {
         ("set --scores notes.txt/s.csv", "s.csv: cannot be written"),
         ("set --report notes.txt", "notes.txt: cannot be made a folder"),
         ("set --baseline nowhere.csv", "nowhere.csv: "),
-        ("set --ground-truth", "1.json: no such file"),
         ("set --det det.doc", ".svg"),
         ("set --table rates.xls", "a table's name ends with .tex, .csv"),
     ],

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import first_of, say_note, show
+from fpmatch.cli.notes import show
 from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
@@ -70,7 +70,6 @@ Examples:
   fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
   fpmatch synth prints --sensor optical-388x374 --sensor capacitive-300x300
   fpmatch synth prints --size 600x700 --dpi 1000
-  fpmatch evaluate prints --ground-truth
 """,
 )
 @click.argument("out", type=click.Path(path_type=Path))
@@ -111,7 +110,7 @@ def synth(
 
     No person's finger is among them. The same options give the same files, to the last byte; a run
     that was interrupted goes on where it stopped, and more fingers may be added later. Files that
-    are damaged are made again; those that are not its own are never overwritten.
+    are not its own are never overwritten.
     """
     from fpmatch.lab.synthesis.database import make_database
 
@@ -120,14 +119,11 @@ def synth(
     with ProgressBars(_STAGES) as bars:
         made = make_database(out, sensors=chosen, progress=bars.show, **plan)
     seconds = time.perf_counter() - start
-    if made.faults:
-        say_note(f"{first_of(made.faults)}: made again")
     document = {
         "folder": str(made.folder),
         "fingers": made.fingers,
         "impressions": made.impressions,
         "made": made.made,
-        "faults": list(made.faults),
         "bytes": made.size,
         "seconds": round(seconds, 3),
     }

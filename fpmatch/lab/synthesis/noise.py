@@ -38,9 +38,7 @@ def smooth_noise(
     return interpolated(tall.T, shape[1], extent_px).T / SPLINE_DEVIATION
 
 
-def interpolated(
-    values: NDArray[np.float64], length: int, extent_px: float
-) -> NDArray[np.float64]:
+def interpolated(values: NDArray[np.float64], length: int, extent_px: float) -> NDArray[np.float64]:
     """Return the cubic B-spline of values (N, ...) `extent_px` apart, at 0 to `length` - 1."""
     position = np.arange(length) / extent_px
     cell = position.astype(np.intp)

@@ -9,7 +9,7 @@ from fpmatch.lab.evaluation import run as work
 from fpmatch.lab.evaluation.databases import extraction
 from tests.conftest import assert_refused, copied
 
-KEYS = ["matcher", "sets", "mean", "pooled", "intervals", "quality", "dpi_assumed", "notes"]
+KEYS = ["matcher", "sets", "mean", "pooled", "intervals", "dpi_assumed", "notes"]
 
 
 @pytest.fixture
@@ -104,33 +104,6 @@ def test_the_options_of_reading_come_before_dataset_toml(
     assert asked == {(569.0, "dark", ()), (1000.0, "white", (RawSize(9, 8),))}
 
 
-@pytest.fixture
-def truth(database):
-    """Write a truth beside the prints that contains one minutia of each."""
-    folder = database / "truth"
-    folder.mkdir()
-    minutiae = {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]}
-    impression = {"transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0}, "minutiae": minutiae}
-    for finger in range(1, 6):
-        impressions = {path.stem: impression for path in database.glob(f"{finger}_*.tif")}
-        document = {"minutiae": {"x": [100 * finger], "y": [0]}, "impressions": impressions}
-        (folder / f"{finger}.json").write_text(json.dumps(document))
-    return folder / "3.json"
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_a_ground_truth_adds_tables_and_json(evaluate, database, truth):
-    tables = evaluate(database, "--ground-truth", "--bootstrap", 0).stdout.split("\n\n")
-    assert [table.split()[0] for table in tables[1:]] == ["minutiae", "false", "transforms"]
-    document = json.loads(evaluate(database, "--ground-truth", "--bootstrap", 9, "--json").stdout)
-    assert list(document) == [*KEYS, "ground_truth"]
-    assert document["intervals"]["bootstrap"] == 9
-    pooled = document["ground_truth"]["pooled"]
-    assert (pooled["extracted"], pooled["true"]) == (19, 20)
-    truth.write_text("{")
-    assert_refused(evaluate(database, "--ground-truth"), f"{truth}: ")
-
-
 @pytest.mark.usefixtures("known_answers")
 def test_written_scores_give_the_same_rates_without_images(evaluate, run, database, tmp_path):
     scores = tmp_path / "Five fingers.csv"  # named as the database
@@ -141,7 +114,7 @@ def test_written_scores_give_the_same_rates_without_images(evaluate, run, databa
         for row in (*document["sets"], document["mean"]):
             del row["extract_ms"], row["match_us"]
             row.pop("identical", None)  # not known of scores in a file
-    for key in ("sets", "mean", "pooled", "intervals", "fnmr_at_fmr", "quality"):
+    for key in ("sets", "mean", "pooled", "intervals", "fnmr_at_fmr"):
         assert result[key] == first[key]
     (note,) = result["notes"]
     assert (note["matcher"], note["note"].partition(" of")[0]) == ("fake", "19")

@@ -1,20 +1,15 @@
 """Databases in every form: the same prints give the same results, whatever their fingers' names."""
 
-from dataclasses import replace
-
 import pytest
 
 from fpmatch import extract, save_template
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.lab.evaluation.cropping import crop_extractor_of
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets, extract_image
-from fpmatch.lab.evaluation.enrolment import Enrolment
 from fpmatch.lab.evaluation.impostors import gather_impostors
-from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
+from fpmatch.lab.evaluation.run import evaluate
 
 
 @pytest.fixture
@@ -28,26 +23,6 @@ def manifest_of(folder, finger_of=str):
     path = folder.with_suffix(".csv")
     path.write_text("path,subject,impression\n" + "".join(lines), encoding="utf-8")
     return path
-
-
-def test_enrolled_fingers_with_names_and_impostors(bench, folder, monkeypatch):
-    from fpmatch.lab.evaluation.databases import comparison
-    from fpmatch.matching.calibration import Calibration
-
-    curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
-    monkeypatch.setattr(comparison, "load_calibration", lambda name: curve)
-    one, other = load_dataset(folder), load_dataset(manifest_of(folder, "finger {}".format))
-    pooled = []
-    for database, impostors in ((one, one), (other, other), (one, other)):
-        (report,) = evaluate_matchers(
-            [database],
-            [bench.MATCHER],
-            workers=1,
-            extractor=bench.extractor,
-            enrolment=Enrolment(2, 0, (replace(impostors, name="others"),)),
-        )
-        pooled.append((report.genuine, report.impostor, report.pooled))
-    assert pooled[0] == pooled[1] == pooled[2]
 
 
 def test_calibrations_take_manifests(options, folder):
@@ -89,11 +64,6 @@ def test_templates_and_galleries_are_compared_as_they_are(templates, tmp_path):
     assert " - " in by_entry.as_text()
     assert evaluate([mixed], workers=1).pooled.eer == 0
     assert gather_impostors([place])[0].trials.similarity.size == 4
-    crop = crop_extractor_of(96, "learned")
-    with pytest.raises(DatasetError, match="a gallery has no images to crop"):
-        evaluate_matchers([place], ["unit-circle"], probe_extractor=crop, workers=1)
-    (cropped,) = evaluate_matchers([folder], ["unit-circle"], probe_extractor=crop, workers=1)
-    assert set(cropped.sets[0].outcomes["reason"]) == {NO_TEMPLATE}
     with open_gallery(place) as gallery:
         dataset = load_dataset(place)
         gallery.remove([gallery.numbers_of("ada")[0]])

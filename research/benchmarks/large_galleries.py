@@ -29,10 +29,10 @@ from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import EFFORTS
 from fpmatch.gallery.search.whole import WholeSearch
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.templates import make_templates
 from research.commands import PATH, Command, json_file, print_and_write
 from research.databases import extract_folders, prints_of
 from research.tables import format_searching
+from research.templates.making import make_templates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

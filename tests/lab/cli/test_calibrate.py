@@ -4,9 +4,12 @@ import json
 import pytest
 
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.lab.evaluation import calibrate
 from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.matching.calibration import load_calibration
+from research.templates.making import make_templates
 
 
 @pytest.fixture
@@ -59,8 +62,14 @@ def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
 def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_command(run, tmp_path):
     """The command that the reason names makes a file that is taken: as the prints are."""
     prints = tmp_path / "prints.db"
-    made = run("synth", prints, "--templates", "--fingers", 17, "--impressions", 3)
-    assert made.exit_code == 0, made.stderr
+    with open_gallery(prints, create=True) as gallery:
+        templates = make_templates(0, range(17), 3)
+        gallery.add(
+            [
+                NewEntry(Label(str(k // 3), impression=str(k % 3)), f"{k}", bytes([k]), template)
+                for k, template in enumerate(templates)
+            ]
+        )
     scores, output = tmp_path / "scores.csv", tmp_path / "c.json"
     options = ["--scores", scores, "--bootstrap", 0]
     assert run("evaluate", prints, *options).exit_code == 0

@@ -59,10 +59,6 @@ CASES = {
         ("set --det det.doc", ".svg"),
         ("set --table rates.xls", "a table's name ends with .tex, .csv"),
     ],
-    "evaluate-identification --workers 1": [
-        ("set --background nowhere", "nowhere: no such"),
-        ("set --det det.doc", ".svg"),
-    ],
     "gallery": [
         ("list no.db --summary", "no.db: no such gallery"),
         ("check prints.db --subject x", "subject x"),

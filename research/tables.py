@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.lab.evaluation.report.rate_text import percent
+from fpmatch.lab.evaluation.report.results import percent
 from research.commands import PATH, ROOT, Command, read_json, write_json
 from research.markdown import markdown_table, marked_block, write_marked_block
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS
@@ -43,7 +43,7 @@ _STAGES: Final = {
 
 def rates_kept(evaluation: Row) -> dict[str, Any]:
     """Select what the pages show from the JSON of ``fpmatch evaluate --json``."""
-    shown = ("name", *RATES, "extract_ms", "match_us")
+    shown = ("name", *RATES)
 
     def kept(row: Row) -> dict[str, Any]:
         return {key: row[key] for key in shown if key in row}
@@ -54,16 +54,15 @@ def rates_kept(evaluation: Row) -> dict[str, Any]:
 
 def format_databases(results: Row) -> str:
     """Return the rates of the default matcher by database, beside those of the paper's."""
-    head = ["database", "EER", "FMR100", "FMR1000", "ZeroFMR", "extraction", "comparison"]
+    head = ["database", "EER", "FMR100", "FMR1000", "ZeroFMR"]
     body = []
     for row in results["learned"]["sets"]:
-        times = [f"{row['extract_ms']:.0f} ms", f"{row['match_us']:.0f} µs"]
-        body.append([row["name"], *(percent(row[rate]) for rate in RATES), *times])
+        body.append([row["name"], *(percent(row[rate]) for rate in RATES)])
     for part, matcher in (("learned", "unit-circle"), ("paper", "paper")):
         for name in ("mean", "pooled"):
             row = results[part][name]
             cells = [f"{name}, `{matcher}`", *(percent(row[rate]) for rate in RATES)]
-            body.append([*(f"**{c}**" if part == "learned" else c for c in cells), "", ""])
+            body.append([*(f"**{c}**" if part == "learned" else c for c in cells)])
     return markdown_table([head, *body])
 
 

@@ -25,6 +25,7 @@ from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.screening import find_unmatched
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae

@@ -29,12 +29,12 @@ from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import EFFORTS
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.result import compare_prepared
 from research.commands import PATH, Command, json_file, print_and_write
 from research.databases import extract_folders, prints_of
 from research.tables import format_searching
+from research.templates.making import make_templates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

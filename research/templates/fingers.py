@@ -11,34 +11,43 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.synthesis import _ridge_phase_kernel as kernel
 from fpmatch.lab.synthesis.classes import NATURAL_SHARES, SINGULAR_RANGES, PatternClass
 from fpmatch.lab.synthesis.master import AVERAGE_ROWS, PERIOD_LEVELS, MasterParameters
-from fpmatch.lab.synthesis.noise import NO_IMPRESSION, keys_of, spline_weights, uniform
+from fpmatch.lab.synthesis.noise import NO_IMPRESSION
 from fpmatch.lab.synthesis.orientation import ARCHING
+from research.templates.numbers import (
+    HALF,
+    MASK,
+    TURN,
+    angle_of,
+    between,
+    keys_of,
+    normal,
+    smooth_grids,
+    uniform,
+)
+from research.templates.ridges import (
+    COARSE_SINE,
+    LEVEL,
+    MOST_MINUTIAE,
+    STEP_PX,
+    find_minutiae,
+    grow_phase,
+    link_nodes,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float32]
-    Ints = NDArray[np.int32]
+    from research.templates.numbers import Doubles, Floats, Ints
 
-STEP_PX: Final = 10.0  # from node to node of the lattice
-TURN: Final = 65536  # angles are this part of a turn
-RELAXATIONS: Final = 1
 PHASE_NOISE: Final = 0.33  # largest, in turns, while the phase grows
-SPACING: Final = 0.9  # ridge periods between two minutiae
 BIFURCATIONS: Final = 0.47  # share of the minutiae
-MOST_MINUTIAE: Final = 256  # of a finger
 _CLASSES: Final = tuple(PatternClass)
 _LIMITS: Final = np.cumsum([NATURAL_SHARES[p] for p in _CLASSES])
 _POINTS: Final = 4  # most singular points
-_LEVEL: Final = 16  # of orientations
-_ANGLES: Final = np.arange(TURN // 2 // _LEVEL) * (2 * np.pi * _LEVEL / TURN)
-_COSINE, _SINE = np.cos(_ANGLES).astype(np.float32), np.sin(_ANGLES).astype(np.float32)
-_FAINT: Final = 1e-6  # against unit vectors
+_CORNERS: Final = 8  # of the correction around a singular point
 _PER_DEGREE: Final = TURN / 360
-_SQRT_12: Final = np.float32(np.sqrt(12))  # times an even number around 0: a deviation of 1
 _PURPOSES: Final = range(101, 108)
 
 
@@ -53,11 +62,10 @@ class FingerBatch:
     level: Ints = field(repr=False)  # ridge orientation, 0 to half a turn, (B, R, C)
     period: Floats = field(repr=False)  # (B, R, C)
     phase: Ints = field(repr=False)  # of the ridges, 0 on their crests, (B, R, C)
-    inside: Ints = field(repr=False)  # columns of nodes, first and one past the last, (B, R, 2)
+    inside: NDArray[np.bool_] = field(repr=False)  # nodes on the skin, (B, R, C)
     edges: Floats = field(repr=False)  # left and right end of the skin in each row, px, (B, R, 2)
-    minutiae: NDArray[np.float64] = field(repr=False)  # x, y and direction, (B, 256, 3)
-    count: Ints = field(repr=False)  # minutiae of each finger, (B,)
-    bifurcation: NDArray[np.uint8] = field(repr=False)  # 1 for each that is one, (B, 256)
+    minutiae: list[Doubles] = field(repr=False)  # x, y and direction of each finger's, (M, 3)
+    bifurcation: NDArray[np.bool_] = field(repr=False)  # of the minutiae, (B, 256)
 
 
 def lattice_shape(p: MasterParameters) -> tuple[int, int]:
@@ -74,75 +82,31 @@ def draw_fingers(
     keys = [keys_of(seed, finger, NO_IMPRESSION, purpose) for purpose in _PURPOSES]
     shape = lattice_shape(p)
     edges = _silhouette(keys[3], shape, p)
-    inside = np.empty(edges.shape, np.int32)
-    inside[..., 0] = np.clip(np.floor(edges[..., 0] / STEP_PX), 0, shape[1])
-    inside[..., 1] = np.clip(np.ceil(edges[..., 1] / STEP_PX) + 1, 0, shape[1])
-    inside[edges[..., 0] >= edges[..., 1]] = 0
-    level = _orientation(keys[0], keys[1], shape, inside, p)
+    first = np.clip(np.floor(edges[..., :1] / STEP_PX), 0, shape[1])
+    last = np.clip(np.ceil(edges[..., 1:] / STEP_PX) + 1, 0, shape[1])
+    column = np.arange(shape[1])
+    inside = (column >= first) & (column < last) & (edges[..., :1] < edges[..., 1:])
+    level = np.where(inside, _orientation(keys[0], keys[1], shape, p), 0)
     period = _period(keys[2], shape, p)
-    link, wave = _grow(keys[4], level, period, inside)
-    place = uniform(keys[5], 2 * shape[0] * shape[1]).reshape(*level.shape, 2)
-    minutiae, count = np.empty((len(finger), MOST_MINUTIAE, 3)), np.empty(len(finger), np.int32)
-    phase, turns = np.zeros(level.shape, np.int32), np.zeros((2, *shape))
-    kernel.find_vortices(
-        level, period, inside, link, wave, STEP_PX, SPACING, place, phase, turns, minutiae, count
-    )  # fmt: skip
-    bifurcation = (uniform(keys[6], MOST_MINUTIAE) < BIFURCATIONS).astype(np.uint8)
-    return FingerBatch(finger, level, period, phase, inside, edges, minutiae, count, bifurcation)
-
-
-def _grow(
-    keys: NDArray[np.uint64], level: Ints, period: Floats, inside: Ints
-) -> tuple[Floats, Floats]:
-    """Return links and phases of the lattices, as ``_ridge_phase_kernel.grow_phase`` fills them."""
-    size, rows, columns = level.shape
-    padded = rows + 2, columns + 2, size
-    column = np.arange(columns, dtype=np.int32)[:, None]
-    first, last = (inside[..., k].T[:, None, :] for k in (0, 1))
-    is_inside = np.zeros(padded, np.float32)
-    middle = (slice(1, -1),) * 2
-    is_inside[middle] = (column >= first) & (column < last)
-    normal = np.zeros((2, *padded), np.float32)
-    across = (is_inside[middle] / period.transpose(1, 2, 0)).astype(np.float32)
-    level = level.transpose(1, 2, 0) // _LEVEL
-    normal[(0, *middle)] = -_SINE[level] * across
-    normal[(1, *middle)] = -_COSINE[level] * across  # y down
-    noise = uniform(keys, rows * columns + 1)
-    start = _FAINT * np.stack([f(2 * np.pi * noise[:, -1]) for f in (np.cos, np.sin)])
+    noise = uniform(keys[4], shape[0] * shape[1] + 1)
     swing = (noise[:, :-1].T - np.float32(0.5)) * np.float32(2 * PHASE_NOISE)
-    swing = np.ascontiguousarray(swing).reshape(rows, columns, size)
-    link, wave = np.zeros((4, 4, *padded), np.float32), np.zeros((2, *padded), np.float32)
-    kernel.grow_phase(
-        normal, is_inside, swing, start.astype(np.float32), STEP_PX, RELAXATIONS,
-        np.empty((2, size), np.float32), link, wave,
-    )  # fmt: skip
-    return link, wave
-
-
-def smooth_grids(
-    keys: NDArray[np.uint64], shape: tuple[int, int], extent: float, skip: int = 0
-) -> Floats:
-    """Draw smooth random fields (B, rows, columns), as `smooth_noise`; extent in their steps.
-
-    The numbers of the streams from the one after `skip` on are used.
-    """
-    down, across = (spline_weights(side, extent) for side in shape)
-    rows, columns = down.shape[1], across.shape[1]
-    values = uniform(keys, skip + rows * columns)[:, skip:] - np.float32(0.5)
-    values = values.reshape(-1, rows, columns) * _SQRT_12
-    return np.asarray(down @ values @ across.T, np.float32)
+    lanes = [np.ascontiguousarray(part.transpose(1, 2, 0)) for part in (level, period, inside)]
+    links = link_nodes(*lanes)
+    wave = grow_phase(links, lanes[2], noise[:, -1], swing.reshape(*shape, -1))
+    phase = np.where(inside, angle_of(*wave[::-1].transpose(0, 3, 1, 2)), 0)
+    place = uniform(keys[5], 2 * shape[0] * shape[1]).reshape(*level.shape, 2)
+    minutiae = find_minutiae(level, period, inside, links, phase, place)
+    bifurcation = uniform(keys[6], MOST_MINUTIAE) < BIFURCATIONS
+    return FingerBatch(finger, level, period, phase, inside, edges, minutiae, bifurcation)
 
 
 def _orientation(
-    keys: NDArray[np.uint64],
-    noise: NDArray[np.uint64],
-    shape: tuple[int, int],
-    inside: Ints,
-    p: MasterParameters,
+    keys: NDArray[np.uint64], noise: NDArray[np.uint64], shape: tuple[int, int], p: MasterParameters
 ) -> Ints:
+    """Draw ridge orientations, as `fpmatch.lab.synthesis.orientation.ridge_orientation`."""
     zero_pole = p.orientation.zero_pole
-    corners = np.arange(8) * (2 * np.pi / 8)
-    drawn = uniform(keys, 18 + _POINTS * 8 * 2).astype(np.float64)
+    corners = np.arange(_CORNERS) * (2 * np.pi / _CORNERS)
+    drawn = uniform(keys, 18 + _POINTS * _CORNERS * 2).astype(np.float64)
     number = np.minimum(np.searchsorted(_LIMITS, drawn[:, 0] * _LIMITS[-1], "right"), 4)
     if p.pattern is not None:
         number = np.full(len(keys), _CLASSES.index(p.pattern))
@@ -154,8 +118,8 @@ def _orientation(
     points = points * size[:, None, None]
     points[..., 0] *= np.where(mirrored, -1, 1)[:, None]
     share = _SHARES[number]
-    normal = _normal(drawn[:, 18:].reshape(-1, _POINTS, 8, 2))
-    bend = normal * (zero_pole.correction_deg * _PER_DEGREE)
+    bend = normal(drawn[:, 18:].reshape(-1, _POINTS, _CORNERS, 2))
+    bend = bend * (zero_pole.correction_deg * _PER_DEGREE)
     is_core = share > 0
     cores = is_core.sum(axis=1)
     middle = (points * is_core[..., None]).sum(axis=1) / np.maximum(cores, 1)[:, None]
@@ -165,28 +129,50 @@ def _orientation(
     lean = lean * np.clip(np.cos(corners - to_cores), 0, 1) * (TURN / (2 * np.pi))
     bend -= np.where((share < 0)[..., None] & (cores > 0)[:, None, None], lean, 0)
     narrowing = between(zero_pole.loop_narrowing_deg, drawn[:, 12]) * _PER_DEGREE
-    arching = np.empty((len(keys), 6))
-    arching[:, 0] = between(_STEEPNESS[number].T, drawn[:, 13]) * _PER_DEGREE
-    arching[:, 1] = between(_HALF_WIDTH[number].T, drawn[:, 14])
-    q = p.orientation
-    arching[:, 2:5] = q.widening_px, q.joint_px, q.joint_softness_px
-    arching[:, 5] = size
+    for k in range(_POINTS):
+        others = share * (np.arange(_POINTS) != k)
+        opening = 2 * _turning(points[:, k, 0, None], points[:, k, 1, None], points, others, bend)
+        at = np.floor(np.arange(_CORNERS) * (1.0 * TURN / _CORNERS) - opening).astype(np.int64)
+        closer = narrowing[:, None] * COARSE_SINE[(at & MASK) >> 6].astype(np.float64)
+        bend[:, k] -= np.where(is_core[:, k, None], closer, 0)
+    q, column = p.orientation, (slice(None), None, None)
+    y = ((0.5 * (shape[0] - 1) - np.arange(shape[0])) * STEP_PX)[:, None]
+    x = (np.arange(shape[1]) - 0.5 * (shape[1] - 1)) * STEP_PX
+    up = y / size[column]
+    steepness = (between(_STEEPNESS[number].T, drawn[:, 13]) * _PER_DEGREE)[column]
+    half_width = between(_HALF_WIDTH[number].T, drawn[:, 14])[column]
+    wide = half_width * (1 + np.maximum(up / q.widening_px, 0))
+    above = steepness / (1 + np.exp(-(up + q.joint_px) / q.joint_softness_px))
+    across, along = (part.reshape(1, -1) for part in np.broadcast_arrays(x, y))
+    turn = _turning(across, along, points, share, bend).reshape(-1, *shape)
+    u = x / size[column] / wide
+    turn -= above * u * np.exp(0.5 * (1 - u * u))
     swing = between(q.variation_deg, drawn[:, 15]) * _PER_DEGREE
     variation = smooth_grids(noise, shape, q.variation_extent_px / STEP_PX)
-    variation *= swing[:, None, None].astype(np.float32)
-    level = np.zeros((len(keys), *shape), np.int32)
-    kernel.draw_orientation(
-        points, share, (share != 0).sum(axis=1).astype(np.int32), bend, narrowing, arching,
-        variation, inside, STEP_PX, level,
-    )  # fmt: skip
-    return level
+    variation *= swing[column].astype(np.float32)
+    turn += variation
+    return (np.floor(turn / LEVEL + 0.5).astype(np.int64) * LEVEL) & (HALF - 1)
+
+
+def _turning(x: Doubles, y: Doubles, points: Doubles, share: Doubles, bend: Doubles) -> Doubles:
+    """Return by how much singular points turn the ridges at places x, y (B or 1, N), y up."""
+    total = np.zeros((len(points), x.shape[1]))
+    for k in range(_POINTS):
+        argument = angle_of(y - points[:, k, 1, None], x - points[:, k, 0, None])
+        corner, t = argument >> 13, (argument & 8191) * (1.0 / 8192)
+        before, after = (
+            np.take_along_axis(bend[:, k], part, axis=1) for part in (corner, (corner + 1) & 7)
+        )
+        bent = before * (1 - t) + after * t
+        total += share[:, k, None] * (np.where(argument >= HALF, argument - TURN, argument) + bent)
+    return total
 
 
 def _period(keys: NDArray[np.uint64], shape: tuple[int, int], p: MasterParameters) -> Floats:
     """Draw ridge periods, as `fpmatch.lab.synthesis.master.ridge_period`."""
     q = p.period
-    normal = _normal(uniform(keys, 2))
-    mean = np.clip(q.mean_px + q.between_fingers_px * normal, *q.mean_range_px)
+    drawn = normal(uniform(keys, 2))
+    mean = np.clip(q.mean_px + q.between_fingers_px * drawn, *q.mean_range_px)
     noise = smooth_grids(keys, shape, q.variation_extent_px / STEP_PX, skip=2)
     varied = q.variation_share * np.clip(noise, -q.max_deviations, q.max_deviations)
     towards_joint = np.linspace(q.tip_share, q.joint_share, shape[0])[:, None]
@@ -211,18 +197,6 @@ def _silhouette(keys: NDArray[np.uint64], shape: tuple[int, int], p: MasterParam
     along = np.where(up >= 0, up / tip, -up / foot)
     reach = half_width * np.clip(1 - along**exponent, 0, None) ** (1 / exponent)
     return np.asarray(np.stack([middle - reach, middle + reach], axis=-1), np.float32)
-
-
-def between(limits: tuple[float, float], share: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the values at shares of the way between two limits."""
-    low, high = limits
-    return np.asarray(low + (high - low) * share, np.float64)
-
-
-def _normal(even: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return standard normal numbers from pairs of even ones, (..., 2) (Box and Muller)."""
-    radius = np.sqrt(-2 * np.log1p(-even[..., 0].astype(np.float64)))
-    return np.asarray(radius * np.cos(2 * np.pi * even[..., 1]), np.float64)
 
 
 def _boxes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -66,20 +66,20 @@ def test_texts_are_short_and_notebooks_show_results(template, result):
 def test_what_is_shown_is_short_and_escaped(template, result):
     from fpmatch.lab.evaluation.rates.error_rates import error_rates
     from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
-    from fpmatch.lab.evaluation.report.results import EvaluationReport, SetResult
+    from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 
     rng = np.random.default_rng(5)
     many = fpmatch.Minutiae(*rng.uniform(0, 2000, (2, 3000)), rng.uniform(0, 6, 3000))
     rates = error_rates([3.0, 2.0], [1.0, 0.5])
     scores = unnamed_set(np.array([3.0, 2.0]), np.array([1.0, 0.5]), name=EVIL)
-    failures = tuple((Path(f"{k}_{EVIL}.tif"), EVIL) for k in range(500))
-    row = SetResult(scores, rates, None, failures, 1.0, 1.0, template, None, None)
+    failures = tuple((f"{k}_{EVIL}.tif", EVIL) for k in range(500))
+    row = SetRates(scores, rates, None, failures)
     for one in (
         *(template, fpmatch.Template(many, 2000, 2000), many, template.minutiae[0], template.field),
         *(result, dataclasses.replace(result, match=False, reason=EVIL), result.overlay()),
         *(fpmatch.read_image(A), fpmatch.match_points(template.minutiae.xy, many.xy[:20])),
         fpmatch.PointMatch.none(reason=EVIL),
-        EvaluationReport(EVIL, "fvc", (row,), rates, rates),
+        RatesReport(EVIL, "fvc", (row,), rates, rates),
     ):
         text, drawn = repr(one), one._repr_html_() if hasattr(one, "_repr_html_") else ""
         assert len(text) < MOST_LETTERS, type(one)

@@ -11,11 +11,10 @@ import pytest
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.ground_truth.transform_error import common_minutiae
-from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
+from research.ground_truth import common_minutiae, load_truth
 
 SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
 DATASET = load_dataset(SAMPLES)

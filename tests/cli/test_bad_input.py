@@ -41,13 +41,8 @@ CASES = {
         ("set --scores notes.txt/s.csv", "s.csv: cannot be written"),
         ("set --report notes.txt", "notes.txt: cannot be made a folder"),
         ("set --baseline nowhere.csv", "nowhere.csv: "),
-        ("set --ground-truth", "1.json: no such file"),
         ("set --det det.doc", ".svg"),
         ("set --table rates.xls", "a table's name ends with .tex, .csv"),
-    ],
-    "evaluate-identification --workers 1": [
-        ("set --background nowhere", "nowhere: no such"),
-        ("set --det det.doc", ".svg"),
     ],
     "gallery": [
         ("list no.db --summary", "no.db: no such gallery"),
@@ -97,7 +92,6 @@ CASES = {
         ("new --size 10x400", "side"),
         ("new --size 400x400 --dpi 50", "50 dpi"),
         ("notes.txt", "notes.txt: cannot be"),
-        ("set --templates", "set: is a folder, not a gallery"),
     ],
     "verify": [
         ("1_1.png 1_2.png --probe-dpi 0", "dpi"),

@@ -37,10 +37,7 @@ WRONG_USAGE = {
     "verify": "only-one.png | a b --dpi many | a b --polarity grey | a b --view ridges | "
     "a --gallery g | a a --gallery g --subject 1 | a --gallery g --subject 1 --overlay o.png",
     "convert a b": "--size 300 | --size 0x5",
-    "evaluate x": "--workers 0 | --protocol all | --crop 31 | --crop 160 --ground-truth | "
-    "--crop 160 --report y | --enrol 0 | --enrol 2 --crop 160 | --enrol 2 --scores y | "
-    "--impostors y | --enrol-seed 1 | --enhance gabor | --fmr 0",
-    "evaluate-identification x": "--crop 100 | --fpir 0 | --fingers 0",
+    "evaluate x": "--workers 0 | --protocol all | --enhance gabor | --fmr 0",
     "rates": "--fmr 0.1 | s.csv --matcher paper | s.csv --fmr 0 | --genuine-scores g.txt",
     "gallery": "remove x | list x --failures --subject 1 | list x --summary --failures | "
     "rewrite x --encrypt --decrypt | audit verify x --expect 1 | audit switch x off",

@@ -128,7 +128,7 @@ CASES = {
     ],
     "identify": [
         ("{gallery} {dir} --workers 1 --json --transform", 0),
-        ("{gallery} {manifest} --workers 1 --impressions", 0),
+        ("{gallery} {manifest} --workers 1 --all", 0),
         ("{gallery} --probes {dir} -o {out}/c.csv --workers 1", 0),
     ],
     "gallery list": [
@@ -152,7 +152,6 @@ CASES = {
         ("{dir} --pattern {pattern} --report {out}/r --scores {out}/s.csv --bootstrap 0", 0),
         ("{manifest} --workers 1 --json --bootstrap 0", 0),
     ],
-    "evaluate-identification": [("{missing}", 2)],
     "rates": [("{own} --json --report {out}/r --bootstrap 0", 0), ("{missing}", 2)],
     "synth": [("{out}/synth --fingers 1 --impressions 1 --size 80x80 --workers 1 --json", 0)],
     "calibrate": [("{scores} -o {out}/c.json", 2)],

@@ -17,9 +17,9 @@ from fpmatch.image.extract import assess, extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.foreground import stretch_contrast
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.matching.result import MATCH
 from fpmatch.templates.minutiae import MinutiaKind
+from research.ground_truth import load_truth
 from tests.image.made_images import (
     as_picture,
     dislocation,

@@ -25,16 +25,3 @@ trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; abo
 3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
 depend on one score, have no interval.
 """
-
-IDENTIFICATION: Final = """\b
-Columns:
-  FNIR      false negative identification rate: share of the searches with a mate in the gallery
-            that do not return it: at rank R among the first R; at an FPIR where fewer than so many
-            others are expected by chance that the FPIR results
-  FPIR      false positive identification rate: share of the searches without a mate that return a
-            candidate of which fewer others are expected by chance
-  by chance  the number at this FPIR, as `fpmatch identify` states it of each candidate
-  FPIR ratio  FPIR over the one that the searches state for this number
-  FNIR as stated  FNIR where candidates count by the stated FPIR; FNIR ratio: FNIR over that.
-            "within 2" is within a factor of two, "beyond 2" is not
-"""

@@ -40,7 +40,7 @@ _WORKERS_NEED = (
     "cv2",
     "threadpoolctl",
     "fpmatch.prints.reading",
-    "fpmatch.lab.evaluation.databases.comparison",
+    "fpmatch.gallery.batch.run",
     "fpmatch.lab.evaluation.databases.extraction",
     "fpmatch.image.extract",
     "fpmatch.matching.matchers.unit_circle",
@@ -105,22 +105,17 @@ def evaluate(
     raw: tuple[RawSize, ...],
     enhance: str,
     scores: Path | None,
-    report_folder: Path | None,
     baseline: Path | None,
-    bootstrap: int,
-    seed: int,
-    fmrs: tuple[float, ...],
-    curves: Path | None,
-    det: Path | None,
-    table: Path | None,
     as_json: bool,
     workers: int | None,
+    **options: Any,
 ) -> int:
     """Measure error rates on databases of prints.
 
     Each DIR contains images or templates named FFF_M.tif (finger FFF, impression M), or named by
     --pattern, or in folders, one a finger; perhaps a dataset.toml with name, dpi and sensor. A
-    MANIFEST is as for fpmatch enrol.
+    MANIFEST is as for fpmatch enrol. With --scores an interrupted run is resumed by the same
+    command.
     """
     if baseline is not None and outdated_kernels():
         raise FpmatchError(
@@ -131,47 +126,46 @@ def evaluate(
 
     start_fork_server(workers, *_WORKERS_NEED)
     from fpmatch.base.output import check_writable
-    from fpmatch.gallery.engine.engine import processes
     from fpmatch.lab.evaluation import run
-    from fpmatch.lab.evaluation.databases import dataset, extraction
+    from fpmatch.lab.evaluation.databases.dataset import with_unique_names
+    from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
     from fpmatch.lab.evaluation.report.analysis import Report
-    from fpmatch.lab.evaluation.report.score_rows import write_scores
+    from fpmatch.lab.evaluation.report.text import as_text
     from fpmatch.prints.reading import PrintReader
 
     if scores is not None:
         check_writable(scores)
-    files = {"report_folder": report_folder, "curves": curves, "det": det, "table": table}
-    prepare_outputs(**files)
+    files = prepare_outputs(options)
     earlier = None if baseline is None else read_scores(baseline)
-    labels: dict[str, Any] = {"pattern": pattern, "by_folder": by_folder}
-    loaded = run.load_datasets(places, protocol, **labels, pairs=pairs)
-    datasets = [one.at(dpi) for one in dataset.with_unique_names(loaded)]
-    graded = any(one is not None for one in (scores, report_folder, curves))
+    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder, pairs=pairs)
+    datasets = [one.at(dpi) for one in with_unique_names(loaded)]
     say_slow_kernels()
-    with processes(workers) as engine, ProgressBars(_STAGES) as bars:
-        read = PrintReader(raw, quiet=True)
-        reader = extraction.dataset_reader(datasets, read, engine, polarity=polarity)
+    reader = PrintReader(raw, quiet=True)
+    with ProgressBars(_STAGES) as bars:
         results = run.evaluate_matchers(
             datasets,
             chosen_matchers(matchers),
             protocol=protocol,
-            engine=engine,
+            workers=workers,
             progress=bars.show,
-            extractor=extraction.extractor_of(enhance, reader, graded=graded),
+            reading=Reading(reader, polarity, enhance, graded=scores is not None),
+            scores=scores,
         )
-    if scores is not None:
-        write_scores(scores, *results)
-    say_dpi_assumed(results[0].dpi_assumed, "dpi in dataset.toml")
-    say_notes(results[0].noted)
-    for row in results[0].sets:
-        for _, reason in row.failures:
-            say_note(f"no template: {reason}")
-    draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed, "fmrs": fmrs}
-    report = Report.of(results, **draws, baseline=earlier, baseline_name=str(baseline))
-    write_outputs(report, **files)
-    document, text = report.as_json(), report.as_text()
-    document["dpi_assumed"] = len(results[0].dpi_assumed)
-    document["notes"] = notes_as_json(results[0].noted)
-    show(json_text(document) if as_json else text)
-    return 1 if any(row.failures for row in results[0].sets) else 0
+    runs = [row.run for row in results[0].sets if row.run is not None]
+    assumed = [one for each in runs for one in each.dpi_assumed]
+    noted = {note: (one.place,) for one in datasets for note in one.notes}
+    for each in runs:
+        for note, names in each.noted.items():
+            noted[note] = (*noted.get(note, ()), *names)
+    say_dpi_assumed(assumed, "dpi in dataset.toml")
+    say_notes(noted)
+    for name, reason in results[0].failures:
+        say_note(f"no template: {name}: {reason}")
+    report = Report.of(results, **options, baseline=earlier, baseline_name=str(baseline))
+    write_outputs(report, files)
+    document = report.as_json()
+    document["dpi_assumed"] = len(assumed)
+    document["notes"] = notes_as_json(noted)
+    show(json_text(document) if as_json else as_text(report))
+    return 1 if results[0].failures else 0

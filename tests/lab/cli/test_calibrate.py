@@ -6,7 +6,8 @@ import pytest
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.lab.evaluation import impostors
+from fpmatch.lab.evaluation import calibrate
+from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.matching.calibration import load_calibration
 from research.templates.making import make_templates
 
@@ -14,14 +15,14 @@ from research.templates.making import make_templates
 @pytest.fixture
 def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
-    known = impostors.evaluate
+    known = calibrate.evaluate_matchers
     command = importlib.import_module("fpmatch.lab.cli.calibrate")
     monkeypatch.setattr(command, "get_matcher", lambda name: bench.MATCHER)
 
-    def evaluate(folders, **options):
-        return known(folders, **{**options, "extractor": bench.extractor})
+    def evaluate(*given, **options):
+        return known(*given, **{**options, "reading": Reading(extractor=bench.extractor)})
 
-    monkeypatch.setattr(impostors, "evaluate", evaluate)
+    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -47,11 +48,11 @@ def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
 ):
     used = []
 
-    def evaluate(*_, **options):
-        used.append(options["matcher"].name)
+    def evaluate(datasets, matchers, **_):
+        used.append(matchers[0].name)
         raise DatasetError("that is all")
 
-    monkeypatch.setattr(impostors, "evaluate", evaluate)
+    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
     database = make_database(fingers=2, impressions=2)
     run("calibrate", database, "-o", tmp_path / "c.json", "--workers", 1)
     assert used == ["unit-circle:beyond_share=0"]

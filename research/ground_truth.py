@@ -182,8 +182,7 @@ def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDAr
     """Return the distances of points (N, 2) from the border of the print or image; 0 outside."""
     x, y = np.asarray(points, dtype=np.float64).T
     to_edge = np.min([x, y, template.width - x, template.height - y], axis=0).clip(min=0.0)
-    field = template.field
-    if field is None or field.mask.all():
+    if (field := template.field) is None or field.mask.all():
         return np.asarray(to_edge)
     rows, columns = np.nonzero(~field.mask)  # blocks without ridges
     across = np.abs(x[:, None] - (columns + 0.5) * field.step) - field.step / 2
@@ -193,17 +192,16 @@ def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDAr
 
 
 class TransformError(NamedTuple):
-    """The error of one transform at 500 dpi; NaN where none was found.
+    """The error of one transform at 500 dpi; infinite where none was found.
 
     It is sampled at the true minutiae that are visible in both prints: `shift_px` is the distance
     between their mapped and their true middle, `residual_px` the root mean square distance of the
-    mapped and the true ones, `least_residual_px` that of the best similarity: skin stretches.
+    mapped and the true ones.
     """
 
     rotation_deg: float
     shift_px: float
     residual_px: float
-    least_residual_px: float
 
     @property
     def in_place(self) -> bool:
@@ -215,23 +213,17 @@ def measure_transform(
     found: Similarity | None, probe: ImpressionTruth, reference: ImpressionTruth, dpi: float
 ) -> TransformError:
     """Measure a transform from the probe's pixels to those of the reference, which has `dpi`."""
+    if found is None:
+        return TransformError(math.inf, math.inf, math.inf)
     p, q = common_minutiae(probe, reference)
     px = STANDARD_DPI / dpi
-    least = px * _residual(Similarity.fit(p, q), p, q)
-    if found is None:
-        return TransformError(math.nan, math.nan, math.nan, least)
     true = reference.transform.after(probe.transform.inverse())
     middle = p.mean(axis=0, keepdims=True)
     return TransformError(
         abs(Similarity(rotation=found.rotation - true.rotation).rotation_deg),
         px * float(np.hypot(*(found.apply(middle) - true.apply(middle))[0])),
-        px * _residual(found, p, q),
-        least,
+        px * float(np.sqrt(((found.apply(p) - q) ** 2).sum(axis=1).mean())),
     )
-
-
-def _residual(transform: Similarity, p: Points, q: Points) -> float:
-    return float(np.sqrt(((transform.apply(p) - q) ** 2).sum(axis=1).mean()))
 
 
 def common_minutiae(probe: ImpressionTruth, reference: ImpressionTruth) -> tuple[Points, Points]:
@@ -252,7 +244,7 @@ def command(folders: Sequence[Path], workers: int | None) -> None:
     """
     rows = [_row(one) for one in extract_folders(folders, workers)]
     head = ["prints", "visible", "right", *(f"false: {cause}" for cause in CAUSES)]
-    click.echo(markdown_table([[*head, "transforms", "in place", "residual", "least"], *rows]))
+    click.echo(markdown_table([[*head, "transforms", "in place", "residual"], *rows]))
 
 
 def _row(extracted: ExtractedSet) -> list[str]:
@@ -271,7 +263,7 @@ def _row(extracted: ExtractedSet) -> list[str]:
         if len(common_minutiae(one, other)[0]) >= MIN_COMMON
     ]
     in_place = sum(error.in_place for error in errors)
-    residuals = np.nanmedian([error[2:] for error in errors], axis=0) if errors else [0.0, 0.0]
-    cells = (counts[key] for key in ("visible", "right", *CAUSES))
-    numbers = *cells, len(errors), in_place, *(f"{value:.2f} px" for value in residuals)
-    return [extracted.dataset.name, *map(str, numbers)]
+    residual = np.median([error.residual_px for error in errors] or [np.nan])
+    cells = (str(counts[key]) for key in ("visible", "right", *CAUSES))
+    name, judged = extracted.dataset.name, str(len(errors))
+    return [name, *cells, judged, str(in_place), f"{residual:.2f} px"]

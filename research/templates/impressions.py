@@ -16,7 +16,6 @@ from fpmatch.lab.synthesis.contact import (
     TIP_EXPONENT,
     WET_SPOT,
 )
-from fpmatch.lab.synthesis.warp import STICKING_RADIUS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.templates.numbers import (
     HALF,
@@ -33,6 +32,7 @@ from research.templates.numbers import (
     uniform,
 )
 from research.templates.ridges import STEP_PX
+from research.templates.warps import directions, draw_warps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
     from fpmatch.lab.synthesis.plan import Plan
     from fpmatch.lab.synthesis.sensor import Sensor
-    from fpmatch.lab.synthesis.warp import PlacementParameters
     from research.templates.fingers import FingerBatch
     from research.templates.numbers import Doubles, Floats, Ints
+    from research.templates.warps import Warps
 
 CELL_PX: Final = 16.0  # of a ridge field at 500 dpi
 BORDER_PX: Final = 6.0  # without minutiae along the border of an image
@@ -53,7 +53,6 @@ _PURPOSES: Final = range(131, 141)
 _MOST_SPOTS: Final = 8
 _SPOT_STRENGTH: Final = 0.8  # on average, of ragged spots
 _OUTLINE_EXTENT_PX: Final = 60.0  # as `contact.press`
-_ROUNDS: Final = 8  # of the inverse of a warp
 _SIDE: Final = 8  # bits along a cell
 _BROKEN: Final = 0.6  # share of spurious minutiae that come in pairs
 _GAP: Final = (0.4, 1.0)  # between them, in cells
@@ -90,18 +89,15 @@ class ExtractionParameters:
     ridges: float = 0.53  # share of the ridges in a period
 
 
-EXTRACTION: Final = ExtractionParameters()
-
-
 def draw_impressions(
     plan: Plan,
     fingers: FingerBatch,
     numbers: NDArray[np.uint64],
     sensor: Sensor,
-    extraction: ExtractionParameters = EXTRACTION,
+    extraction: ExtractionParameters | None = None,
 ) -> Iterator[Template]:
     """Yield the templates of the impressions `numbers`, from 1, of each finger in order."""
-    preset = plan.ranges
+    preset, p = plan.ranges, extraction or ExtractionParameters()
     of = np.repeat(np.arange(len(fingers.finger)), len(numbers))
     number = np.tile(numbers, len(fingers.finger))
     keys = [keys_of(plan.seed, fingers.finger[of], number, purpose) for purpose in _PURPOSES]
@@ -121,14 +117,14 @@ def draw_impressions(
     )
     even = uniform(keys[7], rows * columns * 10).reshape(*shape, 10)
     swing = (even[..., 8:] - np.float32(0.5)) * np.float32(np.sqrt(12) * TURN)
-    phase = (swing[..., 0] * np.float32(extraction.phase)).astype(np.int64)
-    turned = (swing[..., 1] * np.float32(extraction.orientation_deg / 360)).astype(np.int64)
+    phase = (swing[..., 0] * np.float32(p.phase)).astype(np.int64)
+    turned = (swing[..., 1] * np.float32(p.orientation_deg / 360)).astype(np.int64)
     mask, orientation = cells.orientation(turned)
-    mask &= doubt <= extraction.most_doubt
+    mask &= doubt <= p.most_doubt
     orientation = np.where(mask, orientation, np.float32(0))
-    ridges = np.where(mask, cells.ridges(phase, round(extraction.ridges * TURN / 2)), np.uint64(0))
-    real = _real_minutiae(cells, warp, doubt, keys[8], extraction, px)
-    spurious = _spurious_minutiae(cells, doubt, mask, orientation, even, extraction)
+    ridges = np.where(mask, cells.ridges(phase, round(p.ridges * TURN / 2)), np.uint64(0))
+    real = _real_minutiae(cells, warp, doubt, keys[8], p, px)
+    spurious = _spurious_minutiae(cells, doubt, mask, orientation, even, p)
     border = BORDER_PX * px
     made = np.concatenate([real, spurious])
     x, y = made[:, 1:3].T
@@ -204,57 +200,6 @@ def _to_image(angle: Ints, a: Doubles, b: Doubles) -> Ints:
     c, s = cosine(angle), -cosine(angle - QUARTER)
     # the inverse of the matrix (a, b), but for its determinant
     return angle_of(-(a[0] * s - a[1] * c), b[1] * c - b[0] * s)
-
-
-class Warps(NamedTuple):
-    """Where and how fingers touch: maps as `fpmatch.lab.synthesis.warp.Warp`, (B, 1) each."""
-
-    x: Doubles
-    y: Doubles
-    half_width: Doubles
-    half_height: Doubles
-    cosine: Doubles  # of the rotation
-    sine: Doubles
-    scale: Doubles
-    tx: Doubles
-    ty: Doubles
-    torsion_cosine: Doubles
-    torsion_sine: Doubles
-    dx: Doubles  # the slide
-    dy: Doubles
-
-    def upright(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Return places across and along the finger, in half axes."""
-        ax, ay = x - self.x, y - self.y
-        c, s = self.cosine, self.sine
-        return (c * ax + s * ay) / self.half_width, (c * ay - s * ax) / self.half_height
-
-    def drag(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Return the drag of the skin at places."""
-        ux, uy = self.upright(x, y)
-        slip = np.clip(np.sqrt(ux * ux + uy * uy) - STICKING_RADIUS, 0, 1)
-        t = slip * slip * (np.pi / 2) ** 2
-        s = np.pi / 2 * slip * (1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72))))
-        share = np.where(slip >= 1, 1.0, s * s)
-        ax, ay, c, s = x - self.x, y - self.y, self.torsion_cosine, self.torsion_sine
-        return share * (c * ax - s * ay - ax + self.dx), share * (s * ax + c * ay - ay + self.dy)
-
-    def to_master(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Map places of the images to the masters."""
-        dx, dy = self.drag(x, y)
-        x, y = x - (dx + self.tx), y - (dy + self.ty)
-        c, s = self.cosine, self.sine
-        return (c * x + s * y) / self.scale, (c * y - s * x) / self.scale
-
-    def from_master(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Map places of the masters to the images."""
-        c, s = self.cosine, self.sine
-        gx, gy = self.scale * (c * x - s * y) + self.tx, self.scale * (s * x + c * y) + self.ty
-        x, y = gx, gy
-        for _ in range(_ROUNDS):
-            dx, dy = self.drag(x, y)
-            x, y = gx + dx, gy + dy
-        return x, y
 
 
 def _doubt(
@@ -368,36 +313,6 @@ def _quality(unsure: Doubles, even: Floats, p: ExtractionParameters) -> Doubles:
     return np.asarray(np.floor(np.clip(quality, 1.0, 100.0)))
 
 
-def draw_warps(
-    keys: NDArray[np.uint64], master_shape: tuple[int, int], sensor: Sensor, p: PlacementParameters
-) -> Warps:
-    """Draw where and how fingers touch, as `fpmatch.lab.synthesis.warp.draw_warp`."""
-    u = uniform(keys, 22).astype(np.float64)
-    px = sensor.px
-    sign = np.where(u[:, :4] < 0.5, -1.0, 1.0)
-    rotation = np.radians(between(p.rotation_deg, u[:, 4])) * sign[:, 0]
-    scale = px * between(p.scale, u[:, 5])
-    middle = np.array(sensor.shape[::-1]) / 2
-    shift = px * between(p.shift, u[:, 6:8]) * sign[:, 1:3]
-    tip, cut = u[:, 8] < p.tip_only, u[:, 9] < p.cut_off
-    off = np.where(tip, between(p.tip_off_centre, u[:, 10]), between(p.off_centre, u[:, 10]))
-    towards = off[:, None] * _directions(u[:, 11])
-    beyond = between(p.cut_shift, u[:, 12])[:, None] * 2 * middle * _directions(u[:, 13])
-    shift = np.where(cut[:, None], beyond, shift)
-    torsion = np.radians(between(p.torsion_deg, u[:, 14])) * sign[:, 3]
-    slide = px * between(p.traction, u[:, 15])[:, None] * _directions(u[:, 16])
-    half_width = px * between(p.half_width, u[:, 17])
-    half_width = half_width * np.where(tip, between(p.tip_size, u[:, 18]), 1.0)
-    c, s = np.cos(rotation), np.sin(rotation)
-    centre = middle + shift
-    half_height = half_width * between(p.elongation, u[:, 19])
-    x, y = (np.array(master_shape[::-1]) / 2 + towards).T
-    tx, ty = centre[:, 0] - scale * (c * x - s * y), centre[:, 1] - scale * (s * x + c * y)
-    rows = *centre.T, half_width, half_height, c, s, scale, tx, ty
-    rows = *rows, np.cos(torsion), np.sin(torsion), *slide.T
-    return Warps(*(row[:, None] for row in rows))
-
-
 def _pressure(
     keys: list[NDArray[np.uint64]], shape: tuple[int, int], p: PressureParameters
 ) -> tuple[Floats, Floats, Floats]:
@@ -405,7 +320,7 @@ def _pressure(
     u = uniform(keys[0], 4).astype(np.float64)
     column = (slice(None), None, None)
     rows, columns = np.linspace(-1, 1, shape[0])[:, None], np.linspace(-1, 1, shape[1])
-    x, y = (part[column] for part in _directions(u[:, 1]).T)
+    x, y = (part[column] for part in directions(u[:, 1]).T)
     threshold = p.unevenness * smooth_grids(keys[1], shape, p.unevenness_extent_px / CELL_PX)
     threshold += between(p.dryness, u[:, 0])[column]
     threshold += between(p.tilt, u[:, 2])[column] * (x * columns + y * rows)
@@ -443,7 +358,3 @@ def _spots(keys: NDArray[np.uint64], sensor: Sensor, p: PressureParameters) -> N
     spots[..., 4] = _SPOT_STRENGTH * np.where(u[..., 4] < 0.5, WET_SPOT, DRY_SPOT)
     spots[np.arange(_MOST_SPOTS) >= np.floor(count)[:, None], 4] = 0
     return spots
-
-
-def _directions(even: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.stack([np.cos(2 * np.pi * even), np.sin(2 * np.pi * even)], axis=-1)

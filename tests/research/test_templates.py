@@ -16,10 +16,11 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.templates import impressions
 from research.templates.fingers import draw_fingers
-from research.templates.impressions import ExtractionParameters, draw_impressions, draw_warps
+from research.templates.impressions import ExtractionParameters, draw_impressions
 from research.templates.making import make_templates
 from research.templates.numbers import TURN, keys_of, uniform
 from research.templates.ridges import STEP_PX
+from research.templates.warps import draw_warps
 
 MASTER = (560, 440)
 NOTHING_LOST = ExtractionParameters(

@@ -158,7 +158,7 @@ research.add_command(
         modules={
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "resolution": ("checks.resolution", "Detection of wrong resolutions."),
-            "rolled": ("checks.rolled", "Rolled prints against flat ones."),
+            "changes": ("checks.changes", "The tutorial's changes on the hard sample prints."),
             "truth": ("ground_truth", "Minutiae and transforms of synthetic prints."),
         },
     )

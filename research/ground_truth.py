@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 import numpy as np
@@ -27,7 +27,6 @@ from research.databases import extract_folders
 from research.markdown import markdown_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 
     Points = NDArray[np.float64]  # (N, 2)
 
-SOLVED_PX: Final = 1e-6  # largest step of a point when `from_master` stops
 WITHIN_PX, WITHIN_TURN = 12.0, math.pi / 8  # of a true minutia, at 500 dpi
 BORDER_PX: Final = 18.0  # largest distance from the border of the print, two ridge periods
 NEAR_PX: Final = 10.0  # largest distance of near minutiae, a ridge period
@@ -73,7 +71,7 @@ class ImpressionTruth:
     def from_master(self, points: ArrayLike) -> Points:
         """Map `points` (N, 2) of the master print to the image."""
         placed = self.transform.apply(points)
-        return solved(placed, lambda p: -self._shift_at(p), SOLVED_PX)
+        return solved(placed, lambda p: -self._shift_at(p), tolerance=1e-6)
 
     def _shift_at(self, points: Points) -> Points:
         """Return the shifts at points, by cubic splines of the nodes."""
@@ -106,9 +104,8 @@ def _truth(finger: dict[str, Any], impression: dict[str, Any]) -> ImpressionTrut
     transform = Similarity(*(numbers[key] for key in ("scale", "rotation", "tx", "ty")))
     master, visible = np.array(columns["master"], np.int64), np.array(columns["visible"], bool)
     shift = np.array([grid["dx"], grid["dy"]], np.float64)
-    nothing = np.empty((0, 2))
     truth = ImpressionTruth(
-        transform, minutiae, master, visible, nothing, float(grid["step"]), shift
+        transform, minutiae, master, visible, np.empty((0, 2)), float(grid["step"]), shift
     )
     of_finger = np.array([finger["minutiae"]["x"], finger["minutiae"]["y"]], np.float64).T
     unlisted = truth.from_master(np.delete(of_finger, master, axis=0))
@@ -182,8 +179,7 @@ def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDAr
     """Return the distances of points (N, 2) from the border of the print or image; 0 outside."""
     x, y = np.asarray(points, dtype=np.float64).T
     to_edge = np.min([x, y, template.width - x, template.height - y], axis=0).clip(min=0.0)
-    field = template.field
-    if field is None or field.mask.all():
+    if (field := template.field) is None or field.mask.all():
         return np.asarray(to_edge)
     rows, columns = np.nonzero(~field.mask)  # blocks without ridges
     across = np.abs(x[:, None] - (columns + 0.5) * field.step) - field.step / 2
@@ -192,46 +188,24 @@ def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDAr
     return np.asarray(np.minimum(to_edge, to_background))
 
 
-class TransformError(NamedTuple):
-    """The error of one transform at 500 dpi; NaN where none was found.
-
-    It is sampled at the true minutiae that are visible in both prints: `shift_px` is the distance
-    between their mapped and their true middle, `residual_px` the root mean square distance of the
-    mapped and the true ones, `least_residual_px` that of the best similarity: skin stretches.
-    """
-
-    rotation_deg: float
-    shift_px: float
-    residual_px: float
-    least_residual_px: float
-
-    @property
-    def in_place(self) -> bool:
-        """Whether rotation and shift are within the limits."""
-        return self.rotation_deg <= IN_PLACE_DEG and self.shift_px <= IN_PLACE_PX
-
-
 def measure_transform(
     found: Similarity | None, probe: ImpressionTruth, reference: ImpressionTruth, dpi: float
-) -> TransformError:
-    """Measure a transform from the probe's pixels to those of the reference, which has `dpi`."""
-    p, q = common_minutiae(probe, reference)
-    px = STANDARD_DPI / dpi
-    least = px * _residual(Similarity.fit(p, q), p, q)
+) -> tuple[float, float, float]:
+    """Return the errors of a transform from the probe's pixels to those of the reference.
+
+    They are those of the rotation, in degrees; of the mapped middle of the true minutiae that are
+    visible in both prints; and the root mean square distance of these and the mapped ones. Lengths
+    are at 500 dpi, `dpi` is that of the reference. Without a transform they are infinite.
+    """
     if found is None:
-        return TransformError(math.nan, math.nan, math.nan, least)
+        return math.inf, math.inf, math.inf
+    p, q = common_minutiae(probe, reference)
     true = reference.transform.after(probe.transform.inverse())
+    rotation = abs(Similarity(rotation=found.rotation - true.rotation).rotation_deg)
     middle = p.mean(axis=0, keepdims=True)
-    return TransformError(
-        abs(Similarity(rotation=found.rotation - true.rotation).rotation_deg),
-        px * float(np.hypot(*(found.apply(middle) - true.apply(middle))[0])),
-        px * _residual(found, p, q),
-        least,
-    )
-
-
-def _residual(transform: Similarity, p: Points, q: Points) -> float:
-    return float(np.sqrt(((transform.apply(p) - q) ** 2).sum(axis=1).mean()))
+    shift = np.hypot(*(found.apply(middle) - true.apply(middle))[0])
+    residual = np.sqrt(((found.apply(p) - q) ** 2).sum(axis=1).mean())
+    return rotation, float(shift) * STANDARD_DPI / dpi, float(residual) * STANDARD_DPI / dpi
 
 
 def common_minutiae(probe: ImpressionTruth, reference: ImpressionTruth) -> tuple[Points, Points]:
@@ -244,7 +218,7 @@ def common_minutiae(probe: ImpressionTruth, reference: ImpressionTruth) -> tuple
 @click.command(cls=Command)
 @folders
 @workers
-def command(folders: Sequence[Path], workers: int | None) -> None:
+def command(folders: tuple[Path, ...], workers: int | None) -> None:
     """Compare minutiae and transforms of prints by ``fpmatch synth`` in DIR with the truth.
 
     A minutia is right within 12 pixels and 22.5 degrees of a true one. Transforms of genuine pairs
@@ -252,7 +226,7 @@ def command(folders: Sequence[Path], workers: int | None) -> None:
     """
     rows = [_row(one) for one in extract_folders(folders, workers)]
     head = ["prints", "visible", "right", *(f"false: {cause}" for cause in CAUSES)]
-    click.echo(markdown_table([[*head, "transforms", "in place", "residual", "least"], *rows]))
+    click.echo(markdown_table([[*head, "transforms", "in place", "residual"], *rows]))
 
 
 def _row(extracted: ExtractedSet) -> list[str]:
@@ -270,8 +244,8 @@ def _row(extracted: ExtractedSet) -> list[str]:
         if finger == mate and a is not None and b is not None
         if len(common_minutiae(one, other)[0]) >= MIN_COMMON
     ]
-    in_place = sum(error.in_place for error in errors)
-    residuals = np.nanmedian([error[2:] for error in errors], axis=0) if errors else [0.0, 0.0]
-    cells = (counts[key] for key in ("visible", "right", *CAUSES))
-    numbers = *cells, len(errors), in_place, *(f"{value:.2f} px" for value in residuals)
-    return [extracted.dataset.name, *map(str, numbers)]
+    in_place = sum(turn <= IN_PLACE_DEG and shift <= IN_PLACE_PX for turn, shift, _ in errors)
+    residual = np.median([residual for *_, residual in errors] or [np.nan])
+    cells = (str(counts[key]) for key in ("visible", "right", *CAUSES))
+    name, judged = extracted.dataset.name, str(len(errors))
+    return [name, *cells, judged, str(in_place), f"{residual:.2f} px"]

@@ -6,13 +6,13 @@ import json
 import shutil
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
 from fpmatch.lab.synthesis.database import make_database
-from fpmatch.lab.synthesis.plan import DESCRIPTION_FILE
+from fpmatch.lab.synthesis.plan import DESCRIPTION_FILE, plain_sensor
 from fpmatch.lab.synthesis.presets import Preset
 from fpmatch.lab.synthesis.truth_file import TRUTH_FOLDER
 from fpmatch.lab.synthesis.warp import PlacementParameters
@@ -37,6 +37,10 @@ PRESET: Final = Preset(  # normal prints as they were when these were made, of s
 # fmt: on
 SENSORS: Final = ("optical-388x374", "optical-328x364")
 PRINT_SEED: Final = 10
+HARD: Final[dict[str, Any]] = {
+    **{"fingers": 8, "impressions": 3, "preset": "hard", "seed": 1},
+    "sensors": (plain_sensor(132, 168, 333),),
+}
 STARS, CATALOGUE = 40, 120
 RHO, ETA, LAMBDA = 0.8, 0.2, 0.6
 POINT_SEED: Final = 7
@@ -49,30 +53,27 @@ SIZE: Final = 100.0  # in units of a hundredth of the sets' mean spacing
 def command(folder: Path, only: str | None) -> None:
     """Make the prints and the points of sample_data again.
 
-    The prints are four fingers, four impressions of each, on two sensors. Prints, truth and
-    dataset.toml of FOLDER are replaced; its other files stay. stars.csv holds 40 points; 32 of them
+    The prints are four fingers, four impressions of each, on two sensors; those in the folder hard
+    are of eight others, small and of bad quality, without truth. Prints, truth and dataset.toml of
+    FOLDER are replaced; its other files stay. stars.csv holds 40 points; 32 of them
     are in catalogue.csv, slightly displaced, among 88 others. points_truth.json holds the transform
     from the first to the second, and the true pairs as rows from 0.
     """
     folder.mkdir(parents=True, exist_ok=True)
     if only != "points":
-        make_sample_prints(folder)
+        prints = {"fingers": FINGERS, "impressions": IMPRESSIONS, "seed": PRINT_SEED}
+        replace_prints(folder, **prints, preset=PRESET, sensors=SENSORS)
+        replace_prints(folder / "hard", **HARD)
+        shutil.rmtree(folder / "hard" / TRUTH_FOLDER)
     if only != "prints":
         make_sample_points(folder)
 
 
-def make_sample_prints(folder: Path) -> None:
-    """Replace the prints of a folder, and their truth."""
+def replace_prints(folder: Path, **plan: Any) -> None:
+    """Replace the prints of a folder, and their truth, by those that `make_database` makes."""
     with tempfile.TemporaryDirectory() as temporary:
         made = Path(temporary, "made")
-        make_database(
-            made,
-            fingers=FINGERS,
-            impressions=IMPRESSIONS,
-            preset=PRESET,
-            seed=PRINT_SEED,
-            sensors=SENSORS,
-        )
+        make_database(made, **plan)
         for path in [*folder.glob("[0-9]*_[0-9]*.tif"), folder / DESCRIPTION_FILE]:
             path.unlink(missing_ok=True)
         shutil.rmtree(folder / TRUTH_FOLDER, ignore_errors=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from fpmatch.lab.synthesis.contact import (
     TIP_EXPONENT,
     WET_SPOT,
 )
-from fpmatch.lab.synthesis.warp import STICKING_RADIUS
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from research.templates.numbers import (
     HALF,
@@ -33,18 +32,19 @@ from research.templates.numbers import (
     uniform,
 )
 from research.templates.ridges import STEP_PX
+from research.templates.warps import draw_warps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.synthesis.contact import PressureParameters, SmearParameters
     from fpmatch.lab.synthesis.plan import Plan
+    from fpmatch.lab.synthesis.presets import Preset
     from fpmatch.lab.synthesis.sensor import Sensor
-    from fpmatch.lab.synthesis.warp import PlacementParameters
     from research.templates.fingers import FingerBatch
     from research.templates.numbers import Doubles, Floats, Ints
+    from research.templates.warps import Plane, Warps
 
 CELL_PX: Final = 16.0  # of a ridge field at 500 dpi
 BORDER_PX: Final = 6.0  # without minutiae along the border of an image
@@ -53,7 +53,6 @@ _PURPOSES: Final = range(131, 141)
 _MOST_SPOTS: Final = 8
 _SPOT_STRENGTH: Final = 0.8  # on average, of ragged spots
 _OUTLINE_EXTENT_PX: Final = 60.0  # as `contact.press`
-_ROUNDS: Final = 8  # of the inverse of a warp
 _SIDE: Final = 8  # bits along a cell
 _BROKEN: Final = 0.6  # share of spurious minutiae that come in pairs
 _GAP: Final = (0.4, 1.0)  # between them, in cells
@@ -90,60 +89,47 @@ class ExtractionParameters:
     ridges: float = 0.53  # share of the ridges in a period
 
 
-EXTRACTION: Final = ExtractionParameters()
-
-
 def draw_impressions(
     plan: Plan,
     fingers: FingerBatch,
     numbers: NDArray[np.uint64],
     sensor: Sensor,
-    extraction: ExtractionParameters = EXTRACTION,
+    extraction: ExtractionParameters | None = None,
 ) -> Iterator[Template]:
     """Yield the templates of the impressions `numbers`, from 1, of each finger in order."""
-    preset = plan.ranges
+    p, preset, px = extraction or ExtractionParameters(), plan.ranges, sensor.px
     of = np.repeat(np.arange(len(fingers.finger)), len(numbers))
     number = np.tile(numbers, len(fingers.finger))
     keys = [keys_of(plan.seed, fingers.finger[of], number, purpose) for purpose in _PURPOSES]
-    px = sensor.px
     cell = CELL_PX * px
-    rows, columns = (int(np.ceil(side / cell)) for side in sensor.shape)
-    shape = len(of), rows, columns
+    shape = (int(np.ceil(sensor.height / cell)), int(np.ceil(sensor.width / cell)))
     warp = draw_warps(keys[0], plan.master.shape, sensor, preset.placement)
-    x, y = np.meshgrid(np.arange(columns + 1) * cell, np.arange(rows + 1) * cell)
-    corner = np.stack(warp.to_master(x.ravel(), y.ravel()))
-    corner = corner.reshape(2, len(of), rows + 1, columns + 1)
-    threshold, strength, outline = _pressure(keys[1:6], shape[1:], preset.pressure)
-    threshold += _smears(keys[6], shape[1:], preset.smear)
+    y, x = np.mgrid[: shape[0] + 1, : shape[1] + 1].reshape(2, -1) * cell
+    corner = warp.to_master((x + 1j * y)[None]).reshape(-1, shape[0] + 1, shape[1] + 1)
     cells = Cells(fingers, of, corner, cell)
-    doubt = _doubt(
-        cells, warp, threshold, strength, outline, _spots(keys[1], sensor, preset.pressure)
-    )
-    even = uniform(keys[7], rows * columns * 10).reshape(*shape, 10)
+    pressed = _pressure(keys[1:7], shape, preset)
+    doubt = _doubt(cells, warp, pressed, _spots(keys[1], sensor, preset))
+    even = uniform(keys[7], shape[0] * shape[1] * 10).reshape(-1, *shape, 10)
     swing = (even[..., 8:] - np.float32(0.5)) * np.float32(np.sqrt(12) * TURN)
-    phase = (swing[..., 0] * np.float32(extraction.phase)).astype(np.int64)
-    turned = (swing[..., 1] * np.float32(extraction.orientation_deg / 360)).astype(np.int64)
+    phase = (swing[..., 0] * np.float32(p.phase)).astype(np.int64)
+    turned = (swing[..., 1] * np.float32(p.orientation_deg / 360)).astype(np.int64)
     mask, orientation = cells.orientation(turned)
-    mask &= doubt <= extraction.most_doubt
+    mask &= doubt <= p.most_doubt
     orientation = np.where(mask, orientation, np.float32(0))
-    ridges = np.where(mask, cells.ridges(phase, round(extraction.ridges * TURN / 2)), np.uint64(0))
-    real = _real_minutiae(cells, warp, doubt, keys[8], extraction, px)
-    spurious = _spurious_minutiae(cells, doubt, mask, orientation, even, extraction)
-    border = BORDER_PX * px
-    made = np.concatenate([real, spurious])
-    x, y = made[:, 1:3].T
-    inside = (x >= border) & (x < sensor.width - border)
-    made = made[inside & (y >= border) & (y < sensor.height - border)]
+    ridges = np.where(mask, cells.ridges(phase, round(p.ridges * TURN / 2)), np.uint64(0))
+    real = _real_minutiae(cells, warp, doubt, keys[8], p, px)
+    made = np.vstack([real, _spurious_minutiae(cells, doubt, mask, orientation, even, p)])
+    x, y = made[:, 1:3].T - BORDER_PX * px
+    width, height = (side - 2 * BORDER_PX * px for side in (sensor.width, sensor.height))
+    made = made[(x >= 0) & (x < width) & (y >= 0) & (y < height)]
     made = made[np.argsort(made[:, 0], kind="stable")]
     ends = np.searchsorted(made[:, 0], np.arange(len(of) + 1))
     for k, (begin, end) in enumerate(pairwise(ends)):
-        x, y, angle, kind, quality = made[begin:end][:MOST_FOUND, 1:].T
+        x, y, *beside = made[begin:end][:MOST_FOUND, 1:].T
         # pixels at 500 dpi, as extraction finds them
         x, y = ((np.rint((v + 0.5) / px - 0.5) + 0.5) * px - 0.5 for v in (x, y))
         field = RidgeField(cell, orientation[k], mask[k], ridges[k])
-        yield Template(
-            Minutiae(x, y, angle, kind, quality), sensor.width, sensor.height, sensor.dpi, field
-        )
+        yield Template(Minutiae(x, y, *beside), sensor.width, sensor.height, sensor.dpi, field)
 
 
 class Cells(NamedTuple):
@@ -151,21 +137,21 @@ class Cells(NamedTuple):
 
     fingers: FingerBatch
     of: NDArray[np.intp]  # the finger of each impression, (B,)
-    corner: Doubles  # x and y of the corners of cells in the master, (2, B, R + 1, C + 1)
+    corner: Plane  # places in the master of the corners of cells, (B, R + 1, C + 1)
     cell: float  # side of a cell in pixels of the image
 
     @property
-    def sides(self) -> tuple[Doubles, Doubles]:
+    def sides(self) -> tuple[Plane, Plane]:
         """The mean of the upper and the lower side of each cell, and of the left and right one."""
-        c = self.corner
-        a = 0.5 * (c[..., :-1, 1:] - c[..., :-1, :-1]) + 0.5 * (c[..., 1:, 1:] - c[..., 1:, :-1])
-        b = 0.5 * (c[..., 1:, :-1] - c[..., :-1, :-1]) + 0.5 * (c[..., 1:, 1:] - c[..., :-1, 1:])
-        return a, b
+        across, down = np.diff(self.corner, axis=2), np.diff(self.corner, axis=1)
+        return (
+            0.5 * across[:, :-1] + 0.5 * across[:, 1:],
+            0.5 * down[..., :-1] + 0.5 * down[..., 1:],
+        )
 
-    def nodes(self, at: Doubles) -> tuple[tuple[Ints, Ints, Ints], NDArray[np.bool_]]:
+    def nodes(self, at: Plane) -> tuple[tuple[Ints, Ints, Ints], NDArray[np.bool_]]:
         """Return finger, row and column of the nodes nearest to places, and which there are."""
-        x, y = at
-        i, j = (np.floor(v / STEP_PX + 0.5).astype(np.int64) for v in (y, x))
+        i, j = (np.floor(v / STEP_PX + 0.5).astype(np.int64) for v in (at.imag, at.real))
         rows, columns = self.fingers.level.shape[1:]
         there = (i >= 0) & (i < rows) & (j >= 0) & (j < columns)
         node = np.broadcast_to(self.of[:, None, None], i.shape), i * there, j * there
@@ -174,7 +160,7 @@ class Cells(NamedTuple):
     def orientation(self, turned: Ints) -> tuple[NDArray[np.bool_], Floats]:
         """Return where skin is, and the orientation there in radians, `turned` by so much."""
         a, b = self.sides
-        node, there = self.nodes(self.corner[..., :-1, :-1] + 0.5 * (a + b))
+        node, there = self.nodes(self.corner[:, :-1, :-1] + 0.5 * (a + b))
         angle = _to_image(self.fingers.level[node], a, b) + turned
         return there, ((angle & (HALF - 1)) * RADIANS).astype(np.float32)
 
@@ -183,108 +169,49 @@ class Cells(NamedTuple):
         a, b = (side / _SIDE for side in self.sides)
         bits = np.zeros((*noise.shape, _SIDE, _SIDE), bool)
         for row, column in ((0, 0), (0, 4), (4, 0), (4, 4)):
-            middle = self.corner[..., :-1, :-1] + (column + 2) * a + (row + 2) * b
+            middle = self.corner[:, :-1, :-1] + (column + 2) * a + (row + 2) * b
             node, there = self.nodes(middle)
             angle = self.fingers.level[node]
             per_px = (np.float32(TURN) / self.fingers.period[node]).astype(np.float64)
-            k = -cosine(angle - QUARTER) * per_px, -cosine(angle) * per_px
-            off = middle - 1.5 * (a + b) - np.stack([node[2], node[1]]) * STEP_PX
-            part, across, down = ((k[0] * v[0] + k[1] * v[1]).astype(np.int32) for v in (off, a, b))
+            along = (1j * cosine(angle) - cosine(angle - QUARTER)) * per_px
+            off = middle - 1.5 * (a + b) - (node[2] + 1j * node[1]) * STEP_PX
+            part, across, down = ((along * v).real.astype(np.int32) for v in (off, a, b))
             here = (self.fingers.phase[node] + noise + part + (width - 1)).astype(np.int32)
-            for r in range(4):
-                for c in range(4):
-                    hit = ((here + c * across + r * down) & MASK) < 2 * width - 1
-                    bits[..., row + r, column + c] = hit & there
+            for r, c in np.ndindex(4, 4):
+                hit = ((here + c * across + r * down) & MASK) < 2 * width - 1
+                bits[..., row + r, column + c] = hit & there
         packed = np.packbits(bits, axis=-1, bitorder="little")
         return packed.reshape(*noise.shape, -1).view("<u8")[..., 0].astype(np.uint64)
 
 
-def _to_image(angle: Ints, a: Doubles, b: Doubles) -> Ints:
+def _to_image(angle: Ints, a: Plane, b: Plane) -> Ints:
     """Return directions of the master in the image, whose x and y axes map to a and b."""
-    c, s = cosine(angle), -cosine(angle - QUARTER)
-    # the inverse of the matrix (a, b), but for its determinant
-    return angle_of(-(a[0] * s - a[1] * c), b[1] * c - b[0] * s)
+    ahead = cosine(angle) + 1j * cosine(angle - QUARTER)
+    return angle_of((a * ahead).imag, (b * ahead).imag)
 
 
-class Warps(NamedTuple):
-    """Where and how fingers touch: maps as `fpmatch.lab.synthesis.warp.Warp`, (B, 1) each."""
-
-    x: Doubles
-    y: Doubles
-    half_width: Doubles
-    half_height: Doubles
-    cosine: Doubles  # of the rotation
-    sine: Doubles
-    scale: Doubles
-    tx: Doubles
-    ty: Doubles
-    torsion_cosine: Doubles
-    torsion_sine: Doubles
-    dx: Doubles  # the slide
-    dy: Doubles
-
-    def upright(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Return places across and along the finger, in half axes."""
-        ax, ay = x - self.x, y - self.y
-        c, s = self.cosine, self.sine
-        return (c * ax + s * ay) / self.half_width, (c * ay - s * ax) / self.half_height
-
-    def drag(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Return the drag of the skin at places."""
-        ux, uy = self.upright(x, y)
-        slip = np.clip(np.sqrt(ux * ux + uy * uy) - STICKING_RADIUS, 0, 1)
-        t = slip * slip * (np.pi / 2) ** 2
-        s = np.pi / 2 * slip * (1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72))))
-        share = np.where(slip >= 1, 1.0, s * s)
-        ax, ay, c, s = x - self.x, y - self.y, self.torsion_cosine, self.torsion_sine
-        return share * (c * ax - s * ay - ax + self.dx), share * (s * ax + c * ay - ay + self.dy)
-
-    def to_master(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Map places of the images to the masters."""
-        dx, dy = self.drag(x, y)
-        x, y = x - (dx + self.tx), y - (dy + self.ty)
-        c, s = self.cosine, self.sine
-        return (c * x + s * y) / self.scale, (c * y - s * x) / self.scale
-
-    def from_master(self, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-        """Map places of the masters to the images."""
-        c, s = self.cosine, self.sine
-        gx, gy = self.scale * (c * x - s * y) + self.tx, self.scale * (s * x + c * y) + self.ty
-        x, y = gx, gy
-        for _ in range(_ROUNDS):
-            dx, dy = self.drag(x, y)
-            x, y = gx + dx, gy + dy
-        return x, y
-
-
-def _doubt(
-    cells: Cells, warp: Warps, threshold: Floats, strength: Floats, outline: Floats, spots: Doubles
-) -> Floats:
+def _doubt(cells: Cells, warp: Warps, pressed: tuple[Floats, ...], spots: Doubles) -> Floats:
     """Return how doubtful ridges are in each cell (B, R, C), 2 where no skin touches."""
-    c = cells.corner
-    mx, my = 0.5 * (c[..., :-1, :-1] + c[..., 1:, 1:])
-    row = np.floor(my / STEP_PX + 0.5).astype(np.int64)
+    threshold, strength, outline = pressed
+    middle = 0.5 * (cells.corner[:, :-1, :-1] + cells.corner[:, 1:, 1:])
+    row = np.floor(middle.imag / STEP_PX + 0.5).astype(np.int64)
     edges = cells.fingers.edges
     there = (row >= 0) & (row < edges.shape[1])
     left, right = np.moveaxis(edges[cells.of[:, None, None], row * there], -1, 0)
-    there &= (mx >= left) & (mx <= right)
+    there &= (middle.real >= left) & (middle.real <= right)
     rows, columns = threshold.shape[1:]
-    y, x = (np.mgrid[:rows, :columns].reshape(2, 1, -1) + 0.5) * cells.cell
-    ux, uy = warp.upright(x, y)
-    ux = np.abs(ux)
-    along = np.abs(uy)
-    larger, smaller = np.maximum(ux, along), np.minimum(ux, along)
+    y, x = (np.mgrid[:rows, :columns] + 0.5) * cells.cell
+    ux, uy = warp.upright((x + 1j * y).reshape(1, -1))
+    larger, smaller = np.maximum(abs(ux), abs(uy)), np.minimum(abs(ux), abs(uy))
     at = _OUTLINE_STEPS * smaller / np.where(larger > 0, larger, 1)
     step = at.astype(np.intp)
-    t = at - step
-    radius = larger * np.where(
-        uy > 0,
-        _AT_JOINT[step] * (1 - t) + _AT_JOINT[step + 1] * t,
-        _AT_TIP[step] * (1 - t) + _AT_TIP[step + 1] * t,
+    tip, joint = (
+        table[step] * (1 - (at - step)) + table[step + 1] * (at - step)
+        for table in (_AT_TIP, _AT_JOINT)
     )
-    out = np.maximum(radius.reshape(threshold.shape) * outline - EDGE_START, 0)
+    radius = (larger * np.where(uy > 0, joint, tip)).reshape(threshold.shape)
+    out = np.maximum(radius * outline - EDGE_START, 0)
     height = (threshold + EDGE_STEEPNESS * out * out).astype(np.float32)
-    x, y = x.reshape(rows, columns), y.reshape(rows, columns)
     for spot in spots[:, :, None, None].transpose(1, 4, 0, 2, 3):
         dx, dy = (x - spot[0]) * spot[2], (y - spot[1]) * spot[3]
         height = (height + spot[4] * np.exp(-0.5 * (dx * dx + dy * dy))).astype(np.float32)
@@ -292,22 +219,16 @@ def _doubt(
 
 
 def _real_minutiae(
-    cells: Cells,
-    warp: Warps,
-    doubt: Floats,
-    keys: NDArray[np.uint64],
-    p: ExtractionParameters,
-    px: float,
+    cells: Cells, warp: Warps, doubt: Floats, key: Any, p: ExtractionParameters, px: float
 ) -> Doubles:
     """Return impression, x, y, direction, kind and quality of minutiae that the finger has."""
     count = np.array([len(one) for one in cells.fingers.minutiae])
     most = int(count.max(initial=0))
-    random = uniform(keys, most * 12).reshape(len(keys), most, 12)
+    random = uniform(key, most * 12).reshape(len(key), most, 12)
     listed = np.zeros((len(count), most, 3))
-    for one, minutiae in zip(listed, cells.fingers.minutiae, strict=True):
-        one[: len(minutiae)] = minutiae
-    x, y = warp.from_master(*listed[cells.of].transpose(2, 0, 1)[:2])
-    i, j = (np.floor(v / cells.cell).astype(np.int64) for v in (y, x))
+    listed[np.arange(most) < count[:, None]] = np.concatenate(cells.fingers.minutiae)
+    at = warp.from_master((listed[..., 0] + 1j * listed[..., 1])[cells.of])
+    i, j = (np.floor(v / cells.cell).astype(np.int64) for v in (at.imag, at.real))
     there = (i >= 0) & (j >= 0) & (i < doubt.shape[1]) & (j < doubt.shape[2])
     b, k = np.nonzero(there & (np.arange(most) < count[cells.of, None]))
     unsure = doubt[b, i[b, k], j[b, k]].astype(np.float64)
@@ -315,27 +236,22 @@ def _real_minutiae(
     seen = (random[b, k, 0] >= np.maximum(missed, p.missed)) & (unsure < 2)
     b, k, unsure = b[seen], k[seen], unsure[seen]
     r, i, j = random[b, k].T, i[b, k], j[b, k]
-    spread = p.place_px * px * (1 + unsure) * _tail(r[10])
-    x = x[b, k] + spread * 2 * ((r[1] + r[2] + r[3]).astype(np.float64) - 1.5)
-    y = y[b, k] + spread * 2 * ((r[4] + r[5] + r[6]).astype(np.float64) - 1.5)
-    start = cells.corner[:, b, i, j]
-    a, down = cells.corner[:, b, i, j + 1] - start, cells.corner[:, b, i + 1, j] - start
-    whole = listed[cells.of[b], k, 2].astype(np.int64)
-    spread = p.direction * (1 + unsure) * _tail(r[11])
-    angle = _to_image(whole, a, down) * RADIANS
-    angle += spread * 2 * ((r[1] + r[4] + r[7]).astype(np.float64) - 1.5)
+    dx, dy, turned = (
+        2 * (r[[one, two, three]].sum(axis=0).astype(np.float64) - 1.5)
+        for one, two, three in ((1, 2, 3), (4, 5, 6), (1, 4, 7))
+    )
+    at = at[b, k] + p.place_px * px * (1 + unsure) * _tail(r[10]) * (dx + 1j * dy)
+    start = cells.corner[b, i, j]
+    a, down = cells.corner[b, i, j + 1] - start, cells.corner[b, i + 1, j] - start
+    angle = _to_image(listed[cells.of[b], k, 2].astype(np.int64), a, down) * RADIANS
+    angle += p.direction * (1 + unsure) * _tail(r[11]) * turned
     flipped = r[8] < p.kind * (1 + unsure)
     kind = np.where(cells.fingers.bifurcation[cells.of[b], k] != flipped, 2, 1)
-    return np.column_stack([b, x, y, angle, kind, _quality(unsure, r[9], p)])
+    return np.column_stack([b, at.real, at.imag, angle, kind, _quality(unsure, r[9], p)])
 
 
 def _spurious_minutiae(
-    cells: Cells,
-    doubt: Floats,
-    mask: NDArray[np.bool_],
-    orientation: Floats,
-    even: Floats,
-    p: ExtractionParameters,
+    cells: Cells, doubt: Floats, mask: Any, turn: Floats, even: Floats, p: ExtractionParameters
 ) -> Doubles:
     """Return the same of minutiae that the finger lacks: single ones, or at a broken ridge."""
     unsure = doubt.astype(np.float64)
@@ -343,7 +259,7 @@ def _spurious_minutiae(
     b, i, j = np.nonzero(mask & (even[..., 0] < likely))
     r, unsure = even[b, i, j].T, unsure[b, i, j]
     x, y = ((v.astype(np.float32) + r[k]) * cells.cell for k, v in ((1, j), (2, i)))
-    along = orientation[b, i, j] + np.where(r[3] < 0.5, np.pi, 0)
+    along = turn[b, i, j] + np.where(r[3] < 0.5, np.pi, 0)
     gap = np.where(r[6] < _BROKEN, between(_GAP, r[4].astype(np.float64)) * cells.cell, 0)
     kind, quality = np.where(r[7] < 0.5, 1, 2), _quality(unsure + p.spurious_doubt, r[5], p)
     ends = []
@@ -368,47 +284,18 @@ def _quality(unsure: Doubles, even: Floats, p: ExtractionParameters) -> Doubles:
     return np.asarray(np.floor(np.clip(quality, 1.0, 100.0)))
 
 
-def draw_warps(
-    keys: NDArray[np.uint64], master_shape: tuple[int, int], sensor: Sensor, p: PlacementParameters
-) -> Warps:
-    """Draw where and how fingers touch, as `fpmatch.lab.synthesis.warp.draw_warp`."""
-    u = uniform(keys, 22).astype(np.float64)
-    px = sensor.px
-    sign = np.where(u[:, :4] < 0.5, -1.0, 1.0)
-    rotation = np.radians(between(p.rotation_deg, u[:, 4])) * sign[:, 0]
-    scale = px * between(p.scale, u[:, 5])
-    middle = np.array(sensor.shape[::-1]) / 2
-    shift = px * between(p.shift, u[:, 6:8]) * sign[:, 1:3]
-    tip, cut = u[:, 8] < p.tip_only, u[:, 9] < p.cut_off
-    off = np.where(tip, between(p.tip_off_centre, u[:, 10]), between(p.off_centre, u[:, 10]))
-    towards = off[:, None] * _directions(u[:, 11])
-    beyond = between(p.cut_shift, u[:, 12])[:, None] * 2 * middle * _directions(u[:, 13])
-    shift = np.where(cut[:, None], beyond, shift)
-    torsion = np.radians(between(p.torsion_deg, u[:, 14])) * sign[:, 3]
-    slide = px * between(p.traction, u[:, 15])[:, None] * _directions(u[:, 16])
-    half_width = px * between(p.half_width, u[:, 17])
-    half_width = half_width * np.where(tip, between(p.tip_size, u[:, 18]), 1.0)
-    c, s = np.cos(rotation), np.sin(rotation)
-    centre = middle + shift
-    half_height = half_width * between(p.elongation, u[:, 19])
-    x, y = (np.array(master_shape[::-1]) / 2 + towards).T
-    tx, ty = centre[:, 0] - scale * (c * x - s * y), centre[:, 1] - scale * (s * x + c * y)
-    rows = *centre.T, half_width, half_height, c, s, scale, tx, ty
-    rows = *rows, np.cos(torsion), np.sin(torsion), *slide.T
-    return Warps(*(row[:, None] for row in rows))
-
-
 def _pressure(
-    keys: list[NDArray[np.uint64]], shape: tuple[int, int], p: PressureParameters
-) -> tuple[Floats, Floats, Floats]:
+    keys: list[NDArray[np.uint64]], shape: tuple[int, int], preset: Preset
+) -> tuple[Floats, ...]:
     """Draw threshold, strength and relative outline in each cell, as `contact.press`."""
+    p = preset.pressure
     u = uniform(keys[0], 4).astype(np.float64)
     column = (slice(None), None, None)
     rows, columns = np.linspace(-1, 1, shape[0])[:, None], np.linspace(-1, 1, shape[1])
-    x, y = (part[column] for part in _directions(u[:, 1]).T)
+    side = np.exp(2j * np.pi * u[:, 1])[column]
     threshold = p.unevenness * smooth_grids(keys[1], shape, p.unevenness_extent_px / CELL_PX)
     threshold += between(p.dryness, u[:, 0])[column]
-    threshold += between(p.tilt, u[:, 2])[column] * (x * columns + y * rows)
+    threshold += between(p.tilt, u[:, 2])[column] * (side.real * columns + side.imag * rows)
     worn = 1 + np.tanh(smooth_grids(keys[2], shape, p.wear_extent_px / CELL_PX))
     strength = 1 - between(p.wear, u[:, 3])[column] * worn / 2
     outline = 1 + p.outline * smooth_grids(keys[3], shape, _OUTLINE_EXTENT_PX / CELL_PX)
@@ -417,20 +304,18 @@ def _pressure(
         * SQRT_12
         * (uniform(keys[4], shape[0] * shape[1]).reshape(-1, *shape) - np.float32(0.5))
     )
-    return threshold.astype(np.float32), strength.astype(np.float32), outline.astype(np.float32)
+    smeared = uniform(keys[5], 2)
+    limit = np.interp(between(preset.smear.share, smeared[:, 1]), _SMEAR_SHARES, _SMEAR_LIMITS)
+    limit = np.where(smeared[:, 0] < preset.smear.chance, limit, np.inf)
+    patches = smooth_grids(keys[5], shape, preset.smear.extent_px / CELL_PX, skip=2)
+    threshold = threshold.astype(np.float32)
+    threshold += np.clip(2.5 * (patches - limit[column]), 0, 1).astype(np.float32)
+    return threshold, strength.astype(np.float32), outline.astype(np.float32)
 
 
-def _smears(keys: NDArray[np.uint64], shape: tuple[int, int], p: SmearParameters) -> Floats:
-    """Draw patches of smeared ridges: what they add to the threshold in each cell."""
-    u = uniform(keys, 2)
-    limit = np.interp(between(p.share, u[:, 1]), _SMEAR_SHARES, _SMEAR_LIMITS)
-    limit = np.where(u[:, 0] < p.chance, limit, np.inf)
-    patches = smooth_grids(keys, shape, p.extent_px / CELL_PX, skip=2)
-    return np.asarray(np.clip(2.5 * (patches - limit[:, None, None]), 0, 1), np.float32)
-
-
-def _spots(keys: NDArray[np.uint64], sensor: Sensor, p: PressureParameters) -> NDArray[np.float64]:
+def _spots(keys: NDArray[np.uint64], sensor: Sensor, preset: Preset) -> Doubles:
     """Draw spots too wet or too dry: x, y, inverse extents in pixels, and height, (B, 8, 5)."""
+    p = preset.pressure
     most = min(p.max_spots, _MOST_SPOTS)
     u = uniform(keys, 8 + _MOST_SPOTS * 5)[:, 8:].reshape(-1, _MOST_SPOTS, 5).astype(np.float64)
     count = uniform(keys, 5)[:, 4] * (most + 1)
@@ -443,7 +328,3 @@ def _spots(keys: NDArray[np.uint64], sensor: Sensor, p: PressureParameters) -> N
     spots[..., 4] = _SPOT_STRENGTH * np.where(u[..., 4] < 0.5, WET_SPOT, DRY_SPOT)
     spots[np.arange(_MOST_SPOTS) >= np.floor(count)[:, None], 4] = 0
     return spots
-
-
-def _directions(even: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.stack([np.cos(2 * np.pi * even), np.sin(2 * np.pi * even)], axis=-1)

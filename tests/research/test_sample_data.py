@@ -15,10 +15,12 @@ from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.plan import Plan, sensors_named
+from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.figures import sample_data
 from research.ground_truth import load_truth
+from research.markdown import marked_block
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "sample_data"
@@ -78,6 +80,28 @@ def test_the_folder_is_made_from_what_the_script_asks_for():
     plan = Plan(sample_data.PRINT_SEED, sample_data.PRESET, sensors, sample_data.IMPRESSIONS)
     assert plan.table() == tomllib.loads((FOLDER / "dataset.toml").read_text())["synthesis"]
     assert len(FINGERS) == sample_data.FINGERS
+
+
+def test_the_hard_prints_are_made_as_they_are_here():
+    folder, plan = FOLDER / "hard", sample_data.HARD
+    impressions = load_dataset(folder).impressions
+    assert len(impressions) == plan["fingers"] * plan["impressions"]
+    described = Plan(plan["seed"], plan["preset"], plan["sensors"], plan["impressions"])
+    assert described.table() == tomllib.loads((folder / "dataset.toml").read_text())["synthesis"]
+    made = make_impression(make_master(plan["seed"], 103), 2, PRESETS["hard"], plan["sensors"][0])
+    difference = np.abs(made.image.astype(int) - pixels_of("hard/103_2"))
+    assert difference.mean() < 0.5
+    assert difference.max() <= 10
+    sizes = [path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()]
+    assert sum(sizes) < 2 * 2**20
+
+
+@pytest.mark.slow
+def test_the_tutorial_shows_what_its_changes_do_to_the_hard_prints(run_research):
+    printed = run_research("check", "changes").stdout.strip()
+    assert printed == marked_block((ROOT / "docs/tutorial/change_a_step.md").read_text(), "changes")
+    verdicts = [line.split(" | ")[6].strip() for line in printed.splitlines()[2:]]
+    assert verdicts == ["worse", "worse", "within chance", "no change", "worse", "worse"]
 
 
 def test_the_points_are_made_as_they_are_here_and_their_match_is_the_truth(tmp_path, run_research):

@@ -1,6 +1,5 @@
 """Templates without images: reproducible, on their finger, where the maps of images take them."""
 
-import math
 import zlib
 
 import numpy as np
@@ -16,10 +15,11 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.templates import impressions
 from research.templates.fingers import draw_fingers
-from research.templates.impressions import ExtractionParameters, draw_impressions, draw_warps
+from research.templates.impressions import ExtractionParameters, draw_impressions
 from research.templates.making import make_templates
 from research.templates.numbers import TURN, keys_of, uniform
 from research.templates.ridges import STEP_PX
+from research.templates.warps import draw_warps
 
 MASTER = (560, 440)
 NOTHING_LOST = ExtractionParameters(
@@ -65,11 +65,11 @@ def test_placements_have_the_distribution_of_drawn_ones():
     p = PRESETS["normal"].placement
     keys = keys_of(3, np.arange(4000), 1, 131)
     warps = draw_warps(keys, MASTER, SENSORS["optical-388x374"], p)
-    rotation = np.degrees(np.arctan2(warps.sine, warps.cosine))
+    rotation = np.degrees(np.angle(warps.turn))
     assert np.abs(rotation).max() <= p.rotation_deg[1]
     assert abs(rotation.mean()) < 0.7
-    centre = np.column_stack([warps.x, warps.y])
-    far = np.abs(centre - np.array([388, 374]) / 2).max(axis=1) > p.shift[1] + 1
+    off = warps.centre - complex(388, 374) / 2
+    far = np.maximum(abs(off.real), abs(off.imag)) > p.shift[1] + 1
     assert 0.5 * p.cut_off < far.mean() <= 1.1 * p.cut_off
 
 
@@ -86,9 +86,10 @@ def test_minutiae_lie_and_point_where_the_warp_of_images_takes_them(monkeypatch)
     numbers = np.array([1], np.uint64)
     made = draw_impressions(plan, fingers, numbers, plan.sensor_of(1), NOTHING_LOST)
     for k, template in enumerate(made):
-        w = [float(column[k, 0]) for column in drawn[0]]
-        placement = Similarity(w[6], math.atan2(w[5], w[4]), w[7], w[8])
-        warp = Warp(placement, tuple(w[:2]), tuple(w[2:4]), math.atan2(w[10], w[9]), tuple(w[11:]))
+        w = type(drawn[0])(*(column[k, 0] for column in drawn[0]))
+        placement = Similarity(w.scale, np.angle(w.turn), w.shift.real, w.shift.imag)
+        centre, slide = ((float(v.real), float(v.imag)) for v in (w.centre, w.slide))
+        warp = Warp(placement, centre, (w.half_width, w.half_height), np.angle(w.twist), slide)
         x, y, direction = fingers.minutiae[k].T
         start = np.column_stack([x, y])
         angle = direction * (2 * np.pi / TURN)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import time
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 
@@ -18,9 +19,6 @@ from fpmatch.lab.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import SENSORS, Sensor
 from fpmatch.printable import count, json_text, printable
-
-if TYPE_CHECKING:
-    from fpmatch.lab.synthesis.database import DatabaseMade
 
 _PRESETS: Final = {
     "clean": "straight, evenly pressed, nothing smeared: every ridge is visible",
@@ -39,7 +37,6 @@ _SENSORS: Final = {
     "optical-328x364": "as FVC2004 DB2: soft, upper corners cut off",
     "rolled-512x512": "ink on a card with lines, words and handwriting",
 }
-_STAGES: Final = {"synth": "making fingers"}
 
 
 def _listed(words: dict[str, str]) -> str:
@@ -69,7 +66,6 @@ Examples:
   fpmatch synth prints
   fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
   fpmatch synth prints --sensor optical-388x374 --sensor capacitive-300x300
-  fpmatch synth prints --size 600x700 --dpi 1000
 """,
 )
 @click.argument("out", type=click.Path(path_type=Path))
@@ -116,18 +112,15 @@ def synth(
 
     chosen = _sensors(sensors, size, dpi)
     start = time.perf_counter()
-    with ProgressBars(_STAGES) as bars:
+    with ProgressBars({"synth": "making fingers"}) as bars:
         made = make_database(out, sensors=chosen, progress=bars.show, **plan)
     seconds = time.perf_counter() - start
-    document = {
-        "folder": str(made.folder),
-        "fingers": made.fingers,
-        "impressions": made.impressions,
-        "made": made.made,
-        "bytes": made.size,
-        "seconds": round(seconds, 3),
-    }
-    show(json_text(document) if as_json else _in_words(made, seconds))
+    document = asdict(made) | {"folder": str(made.folder), "seconds": round(seconds, 3)}
+    pictures = made.made * made.impressions
+    done = f"{count(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
+    there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
+    there += f" in {printable(made.folder)}, {made.bytes / 1e6:.1f} MB"
+    show(json_text(document) if as_json else f"{there}: {done if pictures else 'nothing to do'}")
 
 
 def _sensors(
@@ -145,13 +138,3 @@ def _sensors(
         raise click.BadParameter(f"{size!r} is not like 388x374", param_hint="--size")
     width, height = map(int, sides.groups())
     return (plain_sensor(width, height) if dpi is None else plain_sensor(width, height, dpi),)
-
-
-def _in_words(made: DatabaseMade, seconds: float) -> str:
-    there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
-    place = f"{printable(made.folder)}, {made.size / 1e6:.1f} MB"
-    if not made.made:
-        return f"nothing to do: {there}, all there in {place}"
-    pictures = made.made * made.impressions
-    rate = f"{count(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
-    return f"{there} in {place}: {rate}"

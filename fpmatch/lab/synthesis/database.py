@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
 
 FIRST_FINGER: Final = 101
-LAST_FINGER: Final = 9_999_999
 COMPRESSION: Final = "tiff_lzw"  # libtiff's own, so its bytes do not vary with a zlib
 STAGE: Final = "synth"
 
@@ -54,17 +53,7 @@ class DatabaseMade:
     fingers: int  # requested ones, all complete
     impressions: int  # of each
     made: int  # fingers that this call made
-    size: int  # bytes of all their files
-
-
-def finger_numbers(first: int, count: int) -> range:
-    """Return the numbers of so many fingers; DatasetError if there are none, or out of range."""
-    if not (count >= 1 and first >= 1 and first + count - 1 <= LAST_FINGER):
-        raise DatasetError(
-            f"{count} fingers from number {first}: "
-            f"there must be at least 1, numbered within 1 to {LAST_FINGER}"
-        )
-    return range(first, first + count)
+    bytes: int  # of all their files
 
 
 def make_database(
@@ -75,7 +64,6 @@ def make_database(
     preset: str | Preset = "normal",
     seed: int = 0,
     sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
-    first_finger: int = FIRST_FINGER,
     master: MasterParameters | None = None,
     workers: int | None = None,
     progress: Progress = no_progress,
@@ -87,12 +75,11 @@ def make_database(
     arguments made. `fingers`, `impressions`: how many fingers, and how many impressions of each.
     `preset`: ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"``, ``"stretched"`` or ``"rolled"``.
     `seed`: family of fingers, from 0. `sensors`: sensors that take the impressions in turn.
-    `first_finger`: number of the first finger (default 101), from 1. `master`: parameters of the
-    masters (default: as in the preset). `workers`: processes to use (default: one a core).
-    `progress`: called with the number of complete fingers of the stage ``"synth"``. Raises a
-    `DatasetError` if a count or the seed is impossible, the folder holds other files or another
-    database, or another process is making it; an `ImageError` if the preset is unknown; an
-    `OutputError` if a file is not written.
+    `master`: parameters of the masters (default: as in the preset). `workers`: processes to use
+    (default: one a core). `progress`: called with the number of complete fingers of the stage
+    ``"synth"``. Raises a `DatasetError` if a count or the seed is impossible, the folder holds
+    other files or another database, or another process is making it; an `ImageError` if the preset
+    is unknown; an `OutputError` if a file is not written.
 
     Examples
     --------
@@ -104,7 +91,9 @@ def make_database(
     ...     sorted(path.name for path in Path(out).iterdir())
     ['101_1.tif', '101_2.tif', 'dataset.toml', 'truth']
     """
-    numbers = finger_numbers(first_finger, fingers)
+    if fingers < 1:
+        raise DatasetError(f"{fingers} fingers: there must be at least 1")
+    numbers = range(FIRST_FINGER, FIRST_FINGER + fingers)
     chosen = sensors_named(sensors)
     plan = Plan(seed, preset, chosen, impressions, master or preset_named(preset).master)
     folder = Path(out)

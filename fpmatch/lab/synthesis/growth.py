@@ -54,14 +54,17 @@ def grow_ridges(
     mean_period = float(np.mean(period, dtype=np.float64))
     seeds = int(p.seeds_per_square_period * relief.size / mean_period**2)
     relief[rng.integers(0, relief.size, max(seeds, 1))] = 1.0
-    gain = np.float32(p.gain)
+    gain, blur = np.float32(p.gain), np.float32(p.blur)
+    own = 1 - 2 * blur
     for step in range(p.steps):
         if p.steps - step == p.settling_steps:
             smooth = without_dots_and_holes(relief.reshape(orientation.shape), p.dot * period**2)
             relief = smooth.ravel()
         relief = np.clip(gain * relief, -1, 1)
         relief = _weighted_sum(_weighted_sum(relief, across), along)
-        relief = _blurred(relief.reshape(orientation.shape), np.float32(p.blur)).ravel()
+        padded = np.pad(relief.reshape(orientation.shape), 1, mode="edge")
+        padded = own * padded[1:-1] + blur * (padded[:-2] + padded[2:])
+        relief = (own * padded[:, 1:-1] + blur * (padded[:, :-2] + padded[:, 2:])).ravel()
     grown = np.float32(p.final_gain) * relief.reshape(orientation.shape)
     return np.asarray(np.clip(grown, -1, 1))
 
@@ -116,10 +119,3 @@ def _weighted_sum(values: Field, taps: Taps) -> Field:
     for pixel, weight in taps:
         total += weight * values[pixel]
     return total
-
-
-def _blurred(relief: Field, weight: np.float32) -> Field:
-    """Average every pixel with its neighbours in row and column."""
-    padded = np.pad(relief, 1, mode="edge")
-    padded = (1 - 2 * weight) * padded[1:-1] + weight * (padded[:-2] + padded[2:])
-    return (1 - 2 * weight) * padded[:, 1:-1] + weight * (padded[:, :-2] + padded[:, 2:])

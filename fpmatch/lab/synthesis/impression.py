@@ -51,6 +51,8 @@ class Impression:
 
 def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor) -> Impression:
     """Press a finger on a sensor once; impressions are numbered from 1, none depends on another."""
+    import cv2  # noqa: PLC0415
+
     streams = random_streams(master.seed, master.finger, number, range(31, 36))
     placing, pressing, smearing, sensing, taking = streams
     px = sensor.px
@@ -60,7 +62,9 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     radius = outline_radius(warp.upright(pixels)).reshape(sensor.shape)
     skin = detailed_skin(master) if preset.detailed else skin_of(master)
     rough = master.relief + preset.texture * (skin.relief - master.relief)
-    on_print = _sampled(_share_of_print(master.silhouette), origin, 0.0) * (1 - framed(sensor))
+    to_border = cv2.distanceTransform(master.silhouette.astype(np.uint8), cv2.DIST_L2, 5)
+    share = np.asarray(np.clip(to_border / ROUNDED_PX, 0, 1), np.float32)
+    on_print = _sampled(share, origin, 0.0) * (1 - framed(sensor))
     creases = _sampled(skin.creases, origin, 0.0)
     contact = press(radius, on_print, creases, pressing, preset.pressure, px)
     still = _sampled(rough, origin, BEYOND_THE_MASTER)
@@ -76,24 +80,14 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     moved = moved.take(inside)
     column, row = np.floor(moved.xy).astype(np.intp).T
     visible = is_legible(moved.xy, contact, px) & (smeared[row, column] < SMEARED)
-    maps = warp, transform, residual
-    return Impression(
-        image, sensor.dpi, preset.name, *maps, moved, inside.astype(np.int64), visible
-    )
+    minutiae = moved, inside.astype(np.int64), visible
+    return Impression(image, sensor.dpi, preset.name, warp, transform, residual, *minutiae)
 
 
 def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:
     """Return x and y of every `step`-th pixel, row by row, shape (N, 2)."""
     y, x = np.mgrid[: shape[0] : step, : shape[1] : step]
     return np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
-
-
-def _share_of_print(silhouette: NDArray[np.bool_]) -> Field:
-    """Return 1 inside a silhouette, falling to 0 at its border."""
-    import cv2  # noqa: PLC0415
-
-    inside = cv2.distanceTransform(silhouette.astype(np.uint8), cv2.DIST_L2, 5)
-    return np.asarray(np.clip(inside / ROUNDED_PX, 0, 1), np.float32)
 
 
 def _sampled(layer: Field, origin: Field, beyond: float) -> Field:

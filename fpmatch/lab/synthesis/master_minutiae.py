@@ -49,7 +49,9 @@ def list_minutiae(
     for kind, branches in _BRANCHES.items():
         for row, column in np.argwhere(skeleton & off_border & (crossing == branches)):
             ways = _ways_out(skeleton, row, column, p.branch * float(period[row, column]))
-            direction = _direction(ways, float(orientation[row, column]))
+            axis = float(orientation[row, column])
+            ahead = sum(np.sign((way * np.exp(-1j * axis)).real) for way in ways)
+            direction = axis if ahead > 0 else axis + np.pi  # to most of the ways
             listed.append((column, row, direction, kind, len(ways) == branches))
     x, y, angle, codes, whole = np.array(listed, np.float32).reshape(-1, 5).T
     minutiae = Minutiae(x, y, angle, codes.astype(np.uint8))
@@ -85,12 +87,6 @@ def _ways_out(skeleton: Mask, row: int, column: int, reach: float) -> list[compl
     own = whole == whole[side, side]
     rim, count = ndimage.label(own & (distance > reach - np.sqrt(2)), eight)
     return [complex(x[rim == i].mean(), y[rim == i].mean()) for i in range(1, count + 1)]
-
-
-def _direction(ways: list[complex], axis: float) -> float:
-    """Return the sense of the ridge orientation towards most of the points `ways`."""
-    ahead = sum(np.sign((way * np.exp(-1j * axis)).real) for way in ways)
-    return axis if ahead > 0 else axis + np.pi
 
 
 def _too_near(minutiae: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:

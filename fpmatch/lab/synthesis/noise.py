@@ -10,8 +10,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 NO_IMPRESSION: Final = 0  # in the place of an impression's number: impressions count from 1
-# Of the cubic B-spline sum of unit noise along both axes: the variance along one is 11/23.
-SPLINE_DEVIATION = 11 / 23
+SPLINE_DEVIATION: Final = 11 / 23  # of the cubic B-spline sum of unit noise along both axes
 
 
 def random_streams(

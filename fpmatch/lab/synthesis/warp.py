@@ -66,10 +66,6 @@ class Warp:
         by_waves = sum(math.hypot(dx, dy) * math.hypot(kx, ky) for dx, dy, kx, ky, _ in self.waves)
         return turn + 0.5 * math.pi * (by_turn + by_slide) + by_waves
 
-    def radius(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return the radius of `points` (N, 2): 0 in the middle, 1 on the ellipse."""
-        return np.asarray(np.hypot(*self.upright(points).T))
-
     def upright(self, points: ArrayLike) -> Points:
         """Return `points` (N, 2) across and along the finger, in half axes."""
         turned = (as_points(points) - self.centre) @ _rotation(-self.placement.rotation).T
@@ -78,7 +74,7 @@ class Warp:
     def drag(self, points: ArrayLike) -> Points:
         """Return the drag of the skin at `points` (N, 2), in pixels."""
         p = as_points(points)
-        slip = np.clip(self.radius(p) - STICKING_RADIUS, 0, 1)
+        slip = np.clip(np.hypot(*self.upright(p).T) - STICKING_RADIUS, 0, 1)
         share = 0.5 * (1 - np.cos(np.pi * slip))
         away = p - self.centre
         moved = away @ _rotation(self.torsion).T - away + self.traction

@@ -41,10 +41,8 @@ _SCORES = (
     b"matcher,set,probe,reference,genuine,similarity,score,reason,probe_quality\n"
     b"unit-circle,one,101_1,101_2,1,25.5,50.1,,80\nunit-circle,one,101_1,102_1,0,3.25,1.5,,80\n"
     b"unit-circle,one,101_2,102_1,0,,,probe: no template,\nunit-circle,one,102_1,102_2,1,9,,,70\n",
-    b"1_1,2_1,0.5\n1_1,1_2,7\n2_1,2_2,8\n1_2,2_1,0.25\n",
-    b"0.5 0\n7.5 1\n8 1\n0.1 0\n",
-    b"genuine;impostor\n7,5;0,5\n8;0,25\n9;nan\n",
-    b"probe reference distance label\na b 0.5 mated\na c 0.75 nonmated\n",
+    b"probe,reference,similarity\n1_1,2_1,0.5\n1_1,1_2,7\n2_1,2_2,8\n1_2,2_1,0.25\n",
+    b"probe,reference,score,genuine\na,b,7.5,1\na,c,0.5,0\n",
 )
 _POINTS = (
     *(b"name,x,y\nVega,279.23,38.78\nDeneb,310.36,45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),

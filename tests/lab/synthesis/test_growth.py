@@ -51,11 +51,6 @@ def test_the_print_is_filled_half_by_ridges(angle, period, seed):
     assert np.mean(np.abs(relief) < 0.25) < 0.25
 
 
-def test_one_seed_is_enough():
-    relief = grown(20, 9, 0, seeds_per_square_period=0, steps=40)
-    assert np.mean(np.abs(relief) > 0.25) > 0.7
-
-
 def test_dots_vanish_and_holes_close_but_ridges_stay():
     relief = np.full((40, 60), -0.5, np.float32)
     relief[10:15] = 0.75  # a ridge

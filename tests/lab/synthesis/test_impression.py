@@ -18,14 +18,6 @@ def normal(master):
     return one, two
 
 
-def test_impressions_differ_and_none_depends_on_another(master, normal):
-    one, two = normal
-    assert one.warp != two.warp
-    assert not np.array_equal(one.image, two.image)
-    again = make_impression(master, 2, PRESETS["normal"], SENSOR)
-    np.testing.assert_array_equal(again.image, two.image)
-
-
 def test_minutiae_lie_where_the_warp_takes_the_masters_and_turn_with_the_finger(master, normal):
     for made in normal:
         assert len(made.minutiae) == len(made.master) == len(made.visible) > 5
@@ -45,7 +37,7 @@ def test_the_picture_shows_the_masters_ridges_where_the_warp_puts_them(master):
     pixels = np.column_stack([x.ravel(), y.ravel()])
     origin = made.warp.to_master(pixels).astype(np.float32).reshape(*SENSOR.shape, 2)
     relief = cv2.remap(master.relief, origin[..., 0], origin[..., 1], cv2.INTER_LINEAR)
-    inside = made.warp.radius(pixels).reshape(SENSOR.shape) < 0.6
+    inside = np.hypot(*made.warp.upright(pixels).T).reshape(SENSOR.shape) < 0.6
     likeness = np.corrcoef(relief[inside], made.image[inside])[0, 1]
     assert likeness < -0.85  # ridges are dark
     for shifted in (np.roll(relief, 2, axis=0), np.roll(relief, 2, axis=1)):
@@ -58,13 +50,6 @@ def test_the_best_similarity_is_as_near_as_its_residual_says(normal):
         points = made.warp.to_master(np.array(made.warp.centre)[None] + [[0, 0], [40, 0], [0, 40]])
         off = made.transform.apply(points) - made.warp.from_master(points)
         assert np.hypot(*off.T).max() < 5 * made.residual_rms_px
-
-
-def test_without_slip_the_transform_is_the_placement(master):
-    placement = replace(PRESETS["clean"].placement, torsion_deg=(0, 0), traction=(0, 0))
-    made = make_impression(master, 1, replace(PRESETS["clean"], placement=placement), SENSOR)
-    assert made.residual_rms_px < 1e-3
-    assert made.transform.rotation == pytest.approx(made.warp.placement.rotation, abs=1e-6)
 
 
 def test_resolution_scales_the_picture(master):

@@ -11,7 +11,6 @@ from fpmatch.lab.synthesis.classes import (
     draw_singular_points,
 )
 from fpmatch.lab.synthesis.orientation import (
-    ORIENTATION_LEVELS,
     OrientationParameters,
     ZeroPoleParameters,
     ridge_orientation,
@@ -75,27 +74,10 @@ def test_cores_and_deltas_are_where_they_were_put(pattern):
 
 
 @patterns
-def test_orientations_are_whole_levels_below_pi(pattern):
-    orientation, _ = field_of(pattern)
-    assert (orientation.shape, orientation.dtype) == (SHAPE, np.float32)
-    assert 0 <= orientation.min() <= orientation.max() < np.float32(np.pi)
-    levels = orientation.astype(np.float64) * ORIENTATION_LEVELS / np.pi
-    assert np.abs(levels - np.rint(levels)).max() < 1e-3
-
-
-@patterns
 def test_ridges_rise_on_the_left_and_fall_on_the_right_of_the_tip(pattern):
     rise = np.sin(2 * field_of(pattern)[0][20:60])
     assert rise[:, 20:70].mean() > 0.3
     assert rise[:, 150:200].mean() < -0.3
-
-
-def test_fingers_of_a_class_differ():
-    (one, _), (other, _) = (field_of(PatternClass.ARCH, seed) for seed in (1, 2))
-    turn = np.abs(np.mod(one - other + np.pi / 2, np.pi) - np.pi / 2)
-    assert np.degrees(turn.mean()) > 2
-    cores = [field_of(PatternClass.WHORL, seed)[1].cores for seed in range(10)]
-    assert np.std(cores, axis=0).min() > 5 * SIZE
 
 
 @given(st.integers(0, 2**32))

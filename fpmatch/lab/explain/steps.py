@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from fpmatch.errors import FpmatchError
+from fpmatch.lab.plots.style import short_name
 from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
@@ -56,8 +57,8 @@ class Side:
 
     @property
     def name(self) -> str:
-        """Name of the file."""
-        return Path(self.path).name
+        """Name of the file, as titles show it."""
+        return short_name(Path(self.path).name)
 
     @cached_property
     def mesh(self) -> Triangulation:

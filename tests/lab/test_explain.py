@@ -198,7 +198,7 @@ def test_a_match_a_non_match_a_changed_parameter_and_points_have_their_pages(run
         np.save(tmp_path / f"{name}.npy", points)
     done = run("explain", tmp_path / "p.npy", tmp_path / "q.npy", "-o", out)
     assert (done.exit_code, done.stdout.split(",")[0]) == (0, "MATCH")
-    assert "MATCH, 25 pairs" in text_of(out)
+    assert "PointMatch(25 pairs, " in text_of(out)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -219,10 +219,12 @@ def test_the_sides_of_the_equations_follow_the_order_of_the_prints(prints, tmp_p
         ("p.csv q.csv --pair 99", "--pair 99: pairs with a ring that is closed in both: 2, "),
         ("p.csv line.csv --pair 1", "--pair 1: pairs with a ring that is closed in both: none"),
         ("p.csv q.csv --matcher unit-circle", "--matcher paper"),
-        ("p.csv two.json", "p.csv: points, which cannot be compared with the print two.json"),
-        ("two.json p.csv", "p.csv: points, which cannot be compared with the print two.json"),
+        ("p.csv two.json", "p.csv and two.json: one has points, the other is a print"),
         ("two.json two.json --matcher reference", "only unit-circle and paper"),
-        ("p.csv text.txt", "text.txt: not an image, a template or a table of points (line 1: "),
+        (
+            "p.csv text.txt",
+            "text.txt, line 1: expected a header with columns x and y or two numbers",
+        ),
         ("p.csv huge.csv", "huge.csv: 1001 points"),
         ("p.csv q.csv --matcher paper:rho=2", "rho"),
         ("gone.tif two.json", "gone.tif: no such file"),

@@ -69,17 +69,15 @@ def explain(ctx: click.Context, /, output: Path, number: int | None, **values: A
     check_folder(output)
     check_writable(output / PAGE)
     sides = [values["probe"], values["reference"]]
-    sets = [_points_of(path, values) for path in sides]
-    points = [one for one in sets if one is not None]
+    points = [one for path in sides if (one := _points_of(path, values)) is not None]
     if len(points) == 1:
-        table, print_ = sides if sets[1] is None else sides[::-1]
-        raise ExplainError(f"{table}: points, which cannot be compared with the print {print_}")
+        raise ExplainError(f"{sides[0]} and {sides[1]}: one has points, the other is a print")
     if points:
         if ctx.get_parameter_source("matcher") == ParameterSource.DEFAULT:
             values["matcher"] = PAPER
-        result, facts, steps, numbers = _of_points(
-            values["matcher"], [*zip(map(str, sides), points, strict=True)], number
-        )
+        sets = list(zip(map(str, sides), points, strict=True))
+        result, facts, steps = _of_points(values["matcher"], sets, number)
+        numbers: dict[str, Any] = {}
     else:
         result, facts, steps, numbers = _of_prints(values, number)
     title = f"{sides[0].name} and {sides[1].name}, step by step"
@@ -125,8 +123,8 @@ def _of_prints(
 
 def _of_points(
     chosen: str, sets: list[tuple[str, Any]], number: int | None
-) -> tuple[str, list[tuple[str, str]], list[Step], dict[str, Any]]:
-    """Return the paper's decision on two point sets, facts, steps and numbers."""
+) -> tuple[str, list[tuple[str, str]], list[Step]]:
+    """Return the paper's decision on two point sets, facts and steps."""
     from fpmatch.lab.explain.paper import PaperMethod, explain_points
     from fpmatch.lab.explain.steps import ExplainError
     from fpmatch.lab.points.match import match_points
@@ -143,13 +141,10 @@ def _of_points(
     method = PaperMethod.of_sets(sets, parameters, matcher.parameters.rho)
     steps = explain_points(method, number)
     try:
-        default = match_points(sets[0][1], sets[1][1])
+        by_default = repr(match_points(sets[0][1], sets[1][1]))
     except PointSetError as error:
-        words = str(error)
-    else:
-        words = verdict(default.transform is not None)
-        words += f": {default.reason}" if default.reason else f", {len(default.pairs)} pairs"
-    return verdict(method.matches), [("fpmatch points, by triangles", words)], steps, {}
+        by_default = str(error)
+    return verdict(method.matches), [("By triangles", by_default)], steps
 
 
 def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None:
@@ -160,14 +155,11 @@ def _points_of(path: Path, values: dict[str, Any]) -> NDArray[np.float64] | None
     from fpmatch.prints.reading import content_of
 
     head = read_head(path)
-    table = is_npy(head)  # of points by two columns, else of minutiae
-    if values["raw"] or not head or (content_of(head) and not table):
+    if values["raw"] or not head or (content_of(head) and not is_npy(head)):
         return None
     try:
         return load_points(path)
-    except PointSetError as error:
-        if table:
+    except PointSetError:
+        if is_npy(head):  # of minutiae
             return None
-        why = str(error).removeprefix(str(path)).lstrip(",: ")
-        kinds = "an image, a template or a table of points"
-        raise PointSetError(f"{path}: not {kinds} ({why})") from error
+        raise

@@ -83,7 +83,7 @@ CASES = {
     ],
     "explain -o out": [
         ("1_1.png text.png", "text.png: "),
-        ("p.csv word.csv", "word.csv: not an image, a template or a table of points (line 3: "),
+        ("p.csv word.csv", "word.csv, line 3: "),
         ("p.csv q.csv -o notes.txt", "notes.txt/index.html: cannot be written"),
         ("p.csv q.csv --pair 99", "--pair 99: "),
     ],

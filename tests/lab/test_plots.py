@@ -93,6 +93,14 @@ def test_points_of_any_magnitude_are_drawn(tmp_path, sets, factor, move):
     assert any(word.startswith("x (1e") for word in words) == (factor != 1e12)
 
 
+def test_many_marks_are_one_image_in_an_svg(tmp_path, sets, match, monkeypatch):
+    monkeypatch.setattr("fpmatch.lab.plots.point_plot._MOST_VECTORS", 7)
+    svg = drawn(tmp_path / "plot.svg", *sets, match)
+    assert "<image" in svg
+    assert len(marks_of(svg, PROBE_MARK)) == 0
+    assert len(marks_of(svg, palette.PROBE_INK)) == 2
+
+
 @pytest.mark.parametrize(
     ("name", "reason"),
     [

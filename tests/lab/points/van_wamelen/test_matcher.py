@@ -92,34 +92,30 @@ def test_the_seed_decides_and_nothing_else():
     ("arguments", "plan"),
     [
         # by hand: ln 50 / 2(0.95 - 0.0458)² = 2.39; 2·0.428·√(3/π) = 0.84; ln .05 / ln .05 = 1
-        ((50, 100, 0.95, 0.428), SearchPlan(3, 1, 1, 50, 3, 48)),
+        ((50, 100, 0.95, 0.428), SearchPlan(3, 1, 1, 3, 48)),
         # ln 400 / 2(0.6 - 0.0930)² = 11.66; 2·0.61·√(12/π) = 2.38; ln .05 / ln .4 = 3.27
-        ((400, 800, 0.6, 0.61), SearchPlan(12, 3, 4, 400, 8, 240)),
+        ((400, 800, 0.6, 0.61), SearchPlan(12, 3, 4, 8, 240)),
         # ln 200 / 2(0.9 - 0.1764)² = 5.06; 2·0.84·√(6/π) = 2.32; ln .05 / ln .1 = 1.30
-        ((200, 400, 0.9, 0.84), SearchPlan(6, 3, 2, 200, 6, 180)),
+        ((200, 400, 0.9, 0.84), SearchPlan(6, 3, 2, 6, 180)),
         # the window takes all the neighbours there are, and no base neighbour is left over
-        ((3, 3, 0.9, 0.84), SearchPlan(2, 1, 2, 3, 2, 3)),
-        ((3, 9, 1.0, 0.0), SearchPlan(1, 1, 1, 3, 1, 3)),
+        ((3, 3, 0.9, 0.84), SearchPlan(2, 1, 2, 2, 3)),
+        ((3, 9, 1.0, 0.0), SearchPlan(1, 1, 1, 1, 3)),
     ],
 )
 def test_the_plan_follows_the_formulas(arguments, plan):
     assert plan_search(*arguments) == plan
-    # the more confidence, the more pivots
-    pivots = [plan_search(200, 400, 0.6, 0.61, c).pivots for c in (0.1, 0.5, 0.9, 0.999, 1.0)]
-    assert pivots == [1, 1, 3, 8, 200]
 
 
 sizes, shares = st.integers(3, 10**6), st.floats(0.01, 1)
 
 
-@given(sizes, sizes, shares, st.floats(0, 0.999), shares)
-def test_every_rank_of_a_plan_is_in_the_lists(m, n, rho, share, confidence):
-    plan = plan_search(m, n, rho, 2 * math.sqrt(share * rho), confidence)
+@given(sizes, sizes, shares, st.floats(0, 0.999))
+def test_every_rank_of_a_plan_is_in_the_lists(m, n, rho, share):
+    plan = plan_search(m, n, rho, 2 * math.sqrt(share * rho))
     half = plan.window // 2
     assert plan.window % 2 == 1
     assert 1 <= plan.neighbours < min(m, n)
     assert 1 <= plan.bases <= plan.neighbours - 2 * half
-    assert 1 <= plan.pivots <= m
     assert 1 <= plan.enough_near <= plan.neighbours
     assert 1 <= plan.enough <= m
 
@@ -180,7 +176,6 @@ def test_work_is_bounded_whatever_the_sets():
     ("name", "values"),
     [
         ("rho", [0.0, math.nan]),
-        ("confidence", [1.5]),
         ("lambda_", [-0.1, 2.0]),
         ("tolerance", [math.inf, -1.0]),
     ],

@@ -114,8 +114,8 @@ class DefaultMethod:
 
     def _ring(self, pairing: Pairing, i: int, j: int) -> Ring | None:
         mesh, (a, b) = pairing.mesh[0], pairing.places
-        ring = mesh.rings[i]
-        if len(ring) < 3 or np.isnan(ring_weights(mesh.vertex[ring] - a[i])[0]):
+        ring = mesh.rings[i, mesh.once(i)]
+        if not len(ring):
             return None
         owner = mesh.owner[ring]
         names = [
@@ -322,7 +322,7 @@ def _ring(m: DefaultMethod, pairing: Pairing, chosen: int | None) -> list[Step]:
     i, places = int(m.paired[0][chosen]), pairing.places
     alone = replace(mesh, owner=np.append(mesh.owner[: fixed.FRAME], i))
     agreement = measure(alone, places[1], pairing.partner, predicted, m.parameters)
-    weights = ring_weights(mesh.vertex[mesh.rings[i]] - places[0][i])
+    weights = ring_weights(mesh.vertex[mesh.rings[i, mesh.once(i)]] - places[0][i])
     circle = {"pair": chosen + 1, "agreement": agreement["places"], **ring.numbers()}
     weighed = {
         "first": m.ordered[0].letter,

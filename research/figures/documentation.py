@@ -11,10 +11,7 @@ from PIL import Image
 
 import fpmatch
 from fpmatch.base.folders import write_files
-from fpmatch.drawing.scene.items import Scene
-from fpmatch.drawing.scene.svg import svg_text
-from fpmatch.lab.explain.paper import PaperMethod
-from fpmatch.lab.explain.paper_steps import explain_points
+from fpmatch.lab.explain.paper import PaperMethod, explain_points
 from fpmatch.pointset.paper.matcher import DEFAULT_RHO, UnitCircleParameters
 from research.commands import PATH, ROOT, Command
 from research.figures.how_it_works import how_it_works
@@ -80,13 +77,8 @@ def _point_figures() -> dict[str, bytes]:
     """Draw the paper's steps on two random sets."""
     made = random_pair(POINTS, POINTS, 1.0, ETA, LAMBDA, rng=EASY_SEED)
     sets = ("random", made.p), ("random, moved", made.q)
-    steps, _ = explain_points(PaperMethod.of_sets(sets, UnitCircleParameters(), DEFAULT_RHO), None)
-    pictures = {step.name: step.picture for step in steps}
-    return {
-        f"{name}.svg": svg_text(picture).encode()
-        for name, picture in pictures.items()
-        if isinstance(picture, Scene)
-    }
+    steps = explain_points(PaperMethod.of_sets(sets, UnitCircleParameters(), DEFAULT_RHO), None)
+    return {f"{step.name}.svg": step.picture for step in steps if step.picture is not None}
 
 
 def _overlay(probe_path: Path, reference_path: Path, **view: bool) -> NDArray[np.uint8]:

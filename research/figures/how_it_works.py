@@ -31,8 +31,7 @@ from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.errors import FpmatchError
 from fpmatch.lab.explain.default import DefaultMethod
-from fpmatch.lab.explain.panels import GREY
-from fpmatch.lab.explain.steps import INKS, MARKS, chosen_pair
+from fpmatch.lab.explain.steps import chosen_pair
 from fpmatch.prints.pair import PairOptions, compare_pair
 from fpmatch.prints.reading import GivenPrint
 
@@ -72,6 +71,9 @@ CAPTIONS: Final = (
 )
 
 
+MARKS: Final = {"P": palette.PROBE_MARK, "Q": palette.REFERENCE_MARK}
+INKS: Final = {"P": palette.PROBE_INK, "Q": palette.REFERENCE_INK}
+GREY: Final[Colour] = (150, 154, 160)
 SKELETON_INK: Final[Colour] = (170, 173, 178)
 FOLLOWED: Final = Pen(palette.TEXT, palette.PAPER, width=3.0)  # the minutia, and its image
 
@@ -264,7 +266,7 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     probe = Side.of("probe", "P", probe_path)
     reference = Side.of("reference", "Q", reference_path)
     pair = compare_pair(probe.given, reference.given, PairOptions())
-    m = DefaultMethod.of(pair)
+    m = DefaultMethod.of(pair.probe, pair.reference)
 
     views = probe.view(), reference.view()
     size = max(v.width for v in views), max(v.height for v in views)

@@ -64,8 +64,8 @@ CASES = {
         ("1_1.png set/1_1.png -o out", "1_1"),
     ],
     "explain -o out": [
-        ("1_1.png text.png", "text.png: "),
-        ("p.csv notes.txt", "notes.txt: not an image, a template or a table of points (line 1: "),
+        ("1_1.png text.png", "text.png, line 1: "),
+        ("p.csv notes.txt", "notes.txt, line 1: "),
         ("p.csv q.csv -o notes.txt", "notes.txt/index.html: cannot be written"),
         ("p.csv q.csv --pair 99", "--pair 99: "),
     ],

@@ -1,235 +1,366 @@
-"""What the default matcher computes on two prints, by the functions of the reference matcher."""
+"""The steps of the default matcher on two prints, by the functions of the reference matcher."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.lab.explain.shared import numbers_of
-from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side
+from fpmatch.drawing.overlay.draw import View, overlay_scene, scene_bytes
+from fpmatch.lab.explain import pictures as draw
+from fpmatch.lab.explain.steps import FRAME_NAME, Ring, Side, Step, chosen_pair
 from fpmatch.matching import reference as method
-from fpmatch.matching.constants.comparison import FRAME
+from fpmatch.matching.constants import comparison as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.pipeline.evidence import load_weights
-from fpmatch.matching.reference.evidence import features_of
+from fpmatch.matching.pipeline.evidence import FEATURES, amount_terms, load_weights
+from fpmatch.matching.reference.alignment import Pairing, grow, seeded
+from fpmatch.matching.reference.evidence import features_of, most_decades
 from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.pair_mesh import measure
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.lab.explain.steps import Plane, Sides
-    from fpmatch.matching.pipeline.evidence import Evidence
+    from fpmatch.lab.explain.steps import Sides
+    from fpmatch.matching.pipeline.evidence import Alignment
     from fpmatch.matching.prints.prepared import PreparedTemplate
-    from fpmatch.matching.reference.alignment import Pairing
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.prints.pair import ComparedPair
+    from fpmatch.prints.reading import GivenPrint
 
     Numbers = NDArray[np.intp]
-    Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class PairedMesh:
-    """The pairs that grew, their mesh, and the evidence in them: of A with B."""
-
-    pairing: Pairing
-    evidence: Evidence
-
-    @property
-    def vertex(self) -> Plane:
-        """Vertices of the mesh in A: frame points, then paired minutiae."""
-        return self.pairing.mesh[0].vertex
-
-    @property
-    def image(self) -> Plane:
-        """The same in B."""
-        return self.pairing.mesh[0].image
-
-    @property
-    def triangles(self) -> Numbers:
-        """Triangles of the mesh, (T, 3)."""
-        return self.pairing.mesh[0].triangles
-
-    @property
-    def predicted(self) -> Plane:
-        """Places in B where the mesh predicts the minutiae of A."""
-        return self.pairing.mesh[1]
-
-    @cached_property
-    def edges(self) -> Numbers:
-        """Ends of the edges of the mesh, (E, 2)."""
-        corners = self.triangles, np.roll(self.triangles, -1, axis=1)
-        ends = np.stack(corners, axis=2).reshape(-1, 2)
-        return np.unique(np.sort(ends, axis=1), axis=0)
-
-
-class RingMeasures(NamedTuple):
-    """What the matcher measures on the ring of a pair; lengths in px at 500 dpi."""
-
-    weights: list[float]  # eq. (4), of A's minutia in its ring
-    spread: float  # standard deviation of the places' differences, in radians
-    off: float  # distance of the partner from its prediction
-    place_agreement: float  # 0 to 1
-    weight_agreement: float  # 0 to 1
 
 
 @dataclass(frozen=True, eq=False)
 class DefaultMethod:
     """The steps on two prints: A is the first of them in the order of content."""
 
-    pair: ComparedPair
     sides: Sides
     prints: tuple[PreparedTemplate, PreparedTemplate]  # A, B
     swapped: bool  # whether A is Q
     candidates: Candidates
-    matched: PairedMesh | None
+    matched: tuple[Pairing, Alignment] | None
     parameters: MatchParameters
 
     @classmethod
-    def of(cls, pair: ComparedPair, parameters: MatchParameters = USUAL) -> DefaultMethod:
-        """Take the steps of the reference matcher on two prints that were compared."""
-        given = pair.probe, pair.reference
-        p, q = (method.prepare(one.template, parameters) for one in given)
-        sides = Side.of_prepared("P", given[0], p), Side.of_prepared("Q", given[1], q)
+    def of(
+        cls, probe: GivenPrint, reference: GivenPrint, parameters: MatchParameters = USUAL
+    ) -> DefaultMethod:
+        """Take the steps of the reference matcher on two prints."""
+        p, q = (method.prepare(one.template, parameters) for one in (probe, reference))
+        sides = _side("P", probe, p), _side("Q", reference, q)
         swapped = q.key < p.key
         a, b = (q, p) if swapped else (p, q)
-        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
         matched = method.match(a, b, parameters) if min(len(a), len(b)) else None
-        mesh = None if matched is None else PairedMesh(matched[0], matched[1].evidence)
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
         candidates = relax(a.points, b.points, similarity, parameters)
-        return cls(pair, sides, (a, b), swapped, candidates, mesh, parameters)
+        return cls(sides, (a, b), swapped, candidates, matched, parameters)
 
     @property
     def ordered(self) -> Sides:
         """The sides of A and B."""
-        first, second = self.sides
-        return (second, first) if self.swapped else (first, second)
+        return (self.sides[1], self.sides[0]) if self.swapped else self.sides
 
     def as_pq(self, of_a: Any, of_b: Any) -> tuple[Any, Any]:
         """Return what A and B have as P and Q have it."""
         return (of_b, of_a) if self.swapped else (of_a, of_b)
 
     @cached_property
-    def kept(self) -> NDArray[np.bool_]:
-        """Which local matches relaxation keeps: those from which the first hypothesis starts."""
-        c = self.candidates
-        if not c.seeds:
-            return np.zeros(len(c.first), bool)
-        return c.among(c.hypothesis(len(self.prints[0]), c.seeds[0])[0])
-
-    @cached_property
     def paired(self) -> tuple[Numbers, Numbers]:
         """Minutiae of A and B that are paired, in the order of P."""
         if self.matched is None:
             return np.empty(0, np.intp), np.empty(0, np.intp)
-        partner = self.matched.pairing.partner
+        partner = self.matched[0].partner
         i = np.flatnonzero(partner >= 0)
         order = np.argsort(partner[i] if self.swapped else i, kind="stable")
         return i[order], partner[i][order]
 
     @cached_property
+    def hypothesis(self) -> tuple[int | None, Numbers]:
+        """Which hypothesis grew to the pairs, from 1, None for none; its partners of A's minutiae.
+
+        Where none did, those of the first are returned.
+        """
+        a, b = self.prints
+        p, c = self.parameters, self.candidates
+        first, seeds = np.full(len(a), -1), c.seeds
+        for k in range(1, p.hypotheses + 1):
+            if not seeds:
+                break
+            partner, weight = c.hypothesis(len(a), seeds[0])
+            first = partner if k == 1 else first
+            coarse = grow(seeded(a.points, b.points, partner, weight, p), p.coarse_rounds)
+            grown = grow(coarse, p.rounds - p.coarse_rounds, settled=True)
+            ends = [one.partner for one in (coarse, grown)]
+            if self.matched and any((self.matched[0].partner == end).all() for end in ends):
+                return k, partner
+            among = c.among(coarse.partner)
+            seeds = [seed for seed in seeds[1:] if not among[seed]]
+        return None, first
+
+    @cached_property
     def rings(self) -> list[Ring | None]:
         """The ring of each pair in the mesh of pairs."""
-        mesh = self.matched
-        if mesh is None:
+        if self.matched is None:
             return []
-        return [self._ring(mesh, int(i), int(j)) for i, j in zip(*self.paired, strict=True)]
+        pairing = self.matched[0]
+        return [self._ring(pairing, i, j) for i, j in np.transpose(self.paired).tolist()]
 
-    def _ring(self, mesh: PairedMesh, i: int, j: int) -> Ring | None:
-        whole, (a, b) = mesh.pairing.mesh[0], mesh.pairing.places
-        ring = whole.rings[i, whole.once(i)]
+    def _ring(self, pairing: Pairing, i: int, j: int) -> Ring | None:
+        mesh, (a, b) = pairing.mesh[0], pairing.places
+        ring = mesh.rings[i, mesh.once(i)]
         if not len(ring):
             return None
-        owner = whole.owner[ring]
+        owner = mesh.owner[ring]
         names = [
             [FRAME_NAME if k < 0 else str(n) for k, n in zip(owner, side.index[of], strict=True)]
-            for side, of in zip(self.ordered, (owner, mesh.pairing.partner[owner]), strict=True)
+            for side, of in zip(self.ordered, (owner, pairing.partner[owner]), strict=True)
         ]
         angles = self.as_pq(*(ring_angles(of[ring]) for of in (mesh.vertex, mesh.image)))
+        ends = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=2)
+        edges = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0)
         return Ring(
             sides=self.sides,
             centres=self.as_pq(complex(a[i]), complex(b[j])),
             points=self.as_pq(mesh.vertex[ring], mesh.image[ring]),
             names=self.as_pq(*names),
-            edges=self.as_pq(mesh.vertex[mesh.edges], mesh.image[mesh.edges]),
+            edges=self.as_pq(mesh.vertex[edges], mesh.image[edges]),
             angles=angles,
             turn=float((angles[1] - angles[0]).mean()),
         )
 
-    def measures(self, mesh: PairedMesh, chosen: int) -> RingMeasures:
-        """Measure the ring of a pair as the matcher does."""
-        (whole, predicted, *_), (a, b) = mesh.pairing.mesh, mesh.pairing.places
-        i, j = (int(of[chosen]) for of in self.paired)
-        ring = whole.rings[i, whole.once(i)]
-        weights = ring_weights(mesh.vertex[ring] - a[i])
-        apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])
-        alone = replace(whole, owner=np.append(whole.owner[:FRAME], i))
-        of_pair = measure(alone, b, mesh.pairing.partner, predicted, self.parameters)
-        off = float(abs(predicted[i] - b[j]))
-        agreements = of_pair["places"], of_pair["weights"]
-        return RingMeasures(weights.tolist(), float(apart.std()), off, *agreements)
 
-    def numbers(self, chosen: int | None) -> dict[str, Any]:
-        """Return every number of the steps; minutiae are numbered as in the template."""
-        c, (first, second) = self.candidates, self.ordered
-        pq = self.as_pq(first.index[c.first], second.index[c.second])
-        each = *pq, c.similarity[c.first, c.second], c.relaxed, self.kept
-        fields = "p", "q", "similarity", "relaxed", "kept"
-        numbers = {
-            **numbers_of(self.sides),
-            "first": first.letter.lower(),
-            "similarity": (c.similarity.T if self.swapped else c.similarity).tolist(),
-            "local_matches": rows(fields, *each),
-            "support": c.support.tolist(),
-            "pairs": [],
-            "mesh_of_pairs": None,
-            "ring": None,
-            "predictions": None,
-            "evidence": None,
-        }
-        mesh = self.matched
-        if mesh is None:
-            return numbers
-        i, j = self.paired
-        pq = self.as_pq(first.index[i], second.index[j])
-        weight = mesh.pairing.weight[i]
-        vertices = zip(self.sides, self.as_pq(mesh.vertex, mesh.image), strict=True)
-        shown = {side.letter.lower(): side.given(of) for side, of in vertices}
-        partner = mesh.pairing.partner
-        partners = [None if k < 0 else int(second.index[k]) for k in partner]
-        nearest = mesh.pairing.mesh[3].tolist()
-        evidence = mesh.evidence._asdict()
-        model = load_weights().model_of(*self.prints)
-        features = features_of(model, evidence, self.parameters)
-        numbers |= {
-            "pairs": rows(("number", "p", "q", "weight"), np.arange(1, len(i) + 1), *pq, weight),
-            "mesh_of_pairs": {"frame": FRAME, **shown, "triangles": mesh.triangles.tolist()},
-            "predictions": [
-                {"of": k, "at": at, "nearest_pair": near, "partner": other}
-                for k, at, near, other in zip(
-                    first.index.tolist(),
-                    second.given(mesh.predicted),
-                    nearest,
-                    partners,
-                    strict=True,
-                )
-            ],
-            "evidence": evidence | {"features": features.tolist()},
-        }
-        ring = None if chosen is None else self.rings[chosen]
-        if chosen is not None and ring is not None:
-            measures = self.measures(mesh, chosen)._asdict()
-            numbers["ring"] = {"pair": chosen + 1, **ring.numbers(), **measures}
-        return numbers
+def _side(letter: Any, given: GivenPrint, prepared: PreparedTemplate) -> Side:
+    z = prepared.points[0] + 1j * prepared.points[1]
+    index = prepared.index.astype(np.intp)
+    return Side(letter, given.name, z, index, 1.0 / prepared.to_500dpi, True, given)
 
 
-def rows(names: tuple[str, ...], *columns: NDArray[Any]) -> list[dict[str, Any]]:
-    """Return columns as the rows of a table for JSON."""
-    values = zip(*(column.tolist() for column in columns), strict=True)
-    return [dict(zip(names, row, strict=True)) for row in values]
+def explain_prints(
+    probe: GivenPrint,
+    reference: GivenPrint,
+    parameters: MatchParameters,
+    asked: int | None,
+    pair: ComparedPair | None,
+) -> list[Step]:
+    """Return the steps of the default matcher; `pair` is their comparison, if there is one."""
+    m = DefaultMethod.of(probe, reference, parameters)
+    chosen = chosen_pair(asked, m.rings, m.candidates.similarity[m.paired].tolist())
+    made = [draw.points_step(m.sides), draw.triangulation_step(m.sides)]
+    if len(m.candidates.first):
+        made += [_neighbours(m, chosen), _local(m), _relaxation(m)]
+    if m.matched is None:
+        return [*made, Step("nothing_paired")]
+    pairing, alignment = m.matched
+    made += [_mesh(m, pairing), *_ring(m, pairing, chosen)]
+    numbers = {
+        "first": m.ordered[0].letter,
+        "off": float(abs(pairing.mesh[1] - _partners(pairing))[m.paired[0]].mean()),
+        "minutiae": len(pairing.partner),
+        "at": m.ordered[1].shown(pairing.mesh[1]).tolist(),
+    }
+    picture = draw.superposed(m.ordered, pairing.mesh[1], m.paired)
+    made.append(Step("predictions", picture, numbers))
+    if pair is not None and pair.verification.ridge_map is not None:
+        made.append(Step("ridges", _overlay(pair, "ridges")))
+    made.append(_evidence(m, alignment, pair))
+    if pair is not None and pair.verification.transform is not None:
+        return [*made, transform_step(pair, alignment.competing)]
+    (linear, shift), z = pairing.move, m.sides[0].z
+    moved = (z - shift) / linear if m.swapped else linear * z + shift
+    picture = draw.superposed(m.sides, moved, m.as_pq(*m.paired))
+    return [*made, Step("transform", picture, {"reason": "", "competing": alignment.competing})]
+
+
+def transform_step(pair: ComparedPair, competing: int = 0) -> Step:
+    """Show the transform of the probe over the reference, as ``verify --overlay`` does."""
+    numbers = {"reason": pair.verification.reason, "competing": competing}
+    return Step("transform", _overlay(pair, "superposed"), numbers)
+
+
+def _overlay(pair: ComparedPair, view: View) -> bytes:
+    images = pair.probe.pixels, pair.reference.pixels
+    return scene_bytes(".svg", overlay_scene(*images, pair.verification, view))
+
+
+def _partners(pairing: Pairing) -> NDArray[np.complex128]:
+    """Return where the partners of A's minutiae are; of those without, any."""
+    return np.asarray(pairing.places[1][pairing.partner])
+
+
+def _neighbours(m: DefaultMethod, chosen: int | None) -> Step:
+    """Show the neighbours of a pair in the frame of its minutiae."""
+    similarity, p = m.candidates.similarity, m.parameters
+    i, j = (int(k) for k in np.unravel_index(similarity.argmax(), similarity.shape))
+    if chosen is not None:
+        i, j = (int(of[chosen]) for of in m.paired)
+    described = [of.neighbourhoods for of in m.prints]
+    ours, theirs = (
+        of.frame[k, :, : of.count[k]].astype(float) for of, k in zip(described, (i, j), strict=True)
+    )
+    best = counterparts(ours, theirs, p.neighbour_cosine)
+
+    def three(*axes: Axes) -> None:
+        both = axes[2]
+        both.set(aspect="equal", xticks=[], yticks=[])
+        both.set_title("Both, directions to the right", loc="left")
+        both.annotate("", (30, 0), (0, 0), arrowprops={"arrowstyle": "->", "lw": 2})
+        ends = [(ours[:2, k], theirs[:2, n]) for k, n in best]
+        draw.lines(both, np.reshape(ends, (-1, 2, 2)), draw.TEXT, 1.5)
+        for side, of, k, frame in zip(m.ordered, described, (i, j), (ours, theirs), strict=True):
+            near, ax = side.z[of.neighbour[k, : of.count[k]]], axes[side.letter == "Q"]
+            title = f"{side.letter}: minutia {side.index[k]} and its neighbours"
+            draw.ground(ax, side, title, np.append(near, side.z[k]), 0.4)
+            draw.lines(ax, side.shown(side.edges))
+            draw.dots(ax, side, near)
+            ax.plot(*side.shown(side.z[k]), "*", markersize=13, color=draw.TEXT)
+            colour, fill = draw.MARKS[side.letter], draw.FILLS[side.letter]
+            both.scatter(frame[0], frame[1], 60 * frame[5] ** 2, fill, edgecolors=colour)
+
+    numbers = {
+        "pair": None if chosen is None else chosen + 1,
+        "first": m.ordered[0].letter,
+        "neighbours": ours.shape[1],
+        "counterparts": len(best),
+        "similarity": float(similarity[i, j]),
+        "most": p.neighbours,
+        "fewest": p.fewest_neighbours,
+        "cosine": p.neighbour_cosine,
+    }
+    return Step("neighbours", draw.draw(3, three), numbers)
+
+
+def counterparts(ours: NDArray[Any], theirs: NDArray[Any], least: float) -> list[tuple[int, int]]:
+    """Return which neighbours of A's minutia, (6, n), count by which of B's, (6, m)."""
+    away = ((ours[:2, :, None] - theirs[:2, None]) ** 2).sum(axis=0)
+    near = np.maximum(1.0 - away * ours[4][:, None], 0.0)
+    turn = np.maximum((ours[2:4, :, None] * theirs[2:4, None]).sum(axis=0) - least, 0.0)
+    value = near * turn * theirs[5]
+    best = value.argmax(axis=1).tolist() if value.size else []
+    return [(k, n) for k, n in enumerate(best) if value[k, n] > 0.0]
+
+
+def _local(m: DefaultMethod) -> Step:
+    """Show the local matches, as wide as they are similar."""
+    c = m.candidates
+    similar = c.similarity[c.first, c.second]
+    styles = [{"linewidth": 0.6 + 4.0 * s / similar.max()} for s in similar]
+    numbers = {
+        "least": float(similar.min()),
+        "most": float(similar.max()),
+        "rejected": method.rejected(*m.prints, m.parameters) is not None,
+    }
+    return Step("local_matches", draw.links(m.sides, m.as_pq(c.first, c.second), styles), numbers)
+
+
+def _relaxation(m: DefaultMethod) -> Step:
+    """Show what relaxation leaves of the local matches, those of the hypothesis on top."""
+    c, p, (which, partner) = m.candidates, m.parameters, m.hypothesis
+    similar = c.similarity[c.first, c.second].astype(np.float64)
+    kept, left = c.among(partner), c.relaxed / similar
+    order = np.argsort(kept, kind="stable")
+    styles = [
+        {"color": draw.KEPT if kept[k] else draw.LEFT, "linestyle": "-" if kept[k] else "--"}
+        | {"linewidth": 0.6 + 6.0 * left[k]}
+        for k in order
+    ]
+    of_p, of_q = m.as_pq(m.ordered[0].index[c.first], m.ordered[1].index[c.second])
+    columns = of_p.tolist(), of_q.tolist(), similar.tolist(), c.relaxed.tolist(), kept.tolist()
+    names = "p", "q", "similarity", "relaxed", "kept"
+    numbers = {
+        "matches": [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)],
+        "hypothesis": which,
+        "kept": int(kept.sum()),
+        "left": float(left.max()),
+        "strength": c.strength,
+        "threshold": load_weights().model_of(*m.prints).relaxation_threshold,
+        "rounds": p.relaxation_rounds,
+        "inertia": p.inertia,
+    }
+    pairs = m.as_pq(c.first[order], c.second[order])
+    return Step("relaxation", draw.links(m.sides, pairs, styles), numbers)
+
+
+def _mesh(m: DefaultMethod, pairing: Pairing) -> Step:
+    """Show the mesh of pairs in both prints."""
+    mesh, (i, j), (which, partner) = pairing.mesh[0], m.paired, m.hypothesis
+    inner = mesh.triangles[(mesh.triangles >= fixed.FRAME).all(axis=1)]
+    edges = np.stack([inner, np.roll(inner, -1, axis=1)], axis=2).reshape(-1, 2)
+
+    def both(*axes: Axes) -> None:
+        vertices = m.as_pq(mesh.vertex, mesh.image)
+        for ax, side, of, vertex in zip(axes, m.sides, m.as_pq(i, j), vertices, strict=True):
+            draw.ground(ax, side, f"{side.letter}: {len(of)} paired")
+            draw.lines(ax, side.shown(vertex[edges]), draw.MARKS[side.letter])
+            ax.plot(*side.shown(np.delete(side.z, of)).T, ".", color=draw.GREY)
+            draw.dots(ax, side, side.z[of])
+            draw.labels(ax, side.shown(side.z[of]))
+
+    pairs = m.as_pq(m.ordered[0].index[i].tolist(), m.ordered[1].index[j].tolist())
+    numbers = {
+        "pairs": [list(pair) for pair in zip(*pairs, strict=True)],
+        "same": m.prints[0].key == m.prints[1].key,
+        "hypothesis": which,
+        "started": int(np.count_nonzero(partner >= 0)),
+        "lasting": int(np.count_nonzero((partner >= 0) & (partner == pairing.partner))),
+    }
+    return Step("mesh_of_pairs", draw.draw(2, both), numbers)
+
+
+def _ring(m: DefaultMethod, pairing: Pairing, chosen: int | None) -> list[Step]:
+    """Show the ring of the chosen pair on the unit circle, and its weights."""
+    ring = None if chosen is None else m.rings[chosen]
+    if chosen is None or ring is None:
+        return [Step("unit_circle")]
+    mesh, predicted, *_ = pairing.mesh
+    i, places = int(m.paired[0][chosen]), pairing.places
+    alone = replace(mesh, owner=np.append(mesh.owner[: fixed.FRAME], i))
+    agreement = measure(alone, places[1], pairing.partner, predicted, m.parameters)
+    weights = ring_weights(mesh.vertex[mesh.rings[i, mesh.once(i)]] - places[0][i])
+    circle = {"pair": chosen + 1, "agreement": agreement["places"], **ring.numbers()}
+    weighed = {
+        "first": m.ordered[0].letter,
+        "weights": weights.tolist(),
+        "off": float(abs(predicted[i] - _partners(pairing)[i])),
+        "agreement": agreement["weights"],
+    }
+    return [
+        Step("unit_circle", draw.circle_picture(ring), circle),
+        Step("weights", draw.weights_picture(ring, int(m.swapped), weights), weighed),
+    ]
+
+
+def _evidence(m: DefaultMethod, alignment: Alignment, pair: ComparedPair | None) -> Step:
+    """Show what the score is made of: the sum, its weights and its bounds, then the report."""
+    e, p = alignment.evidence._asdict(), m.parameters
+    model = load_weights().model_of(*m.prints)
+    features = features_of(model, e, p)
+    middle, spread, weight, _ = model.standard
+    adds = (features - middle) / spread * weight
+    low, high = model.quantiles @ amount_terms(math.sqrt(e["fewest"] * e["common"] / 2), e["area"])
+    decades = 2.0 + (e["total"] - low) / max(high - low, fixed.LEAST_SPREAD)
+    unusual = e["ridges"] - p.usual_correlation
+    bound = most_decades(e["pairs"], e["chance"], unusual, e["cells"])
+    columns = FEATURES, features.tolist(), (weight / spread).tolist(), adds.tolist()
+    v = None if pair is None else pair.verification
+    numbers = {
+        **e,
+        "features": list(zip(*columns, strict=True)),
+        "impostors": [float(low), float(high)],
+        "by_sum": fixed.LOG_10 * float(decades),
+        "bound": fixed.LOG_10 * bound if math.isfinite(bound) else None,
+        "rejected": method.rejected(*m.prints, p),
+        "reported": v
+        and {
+            "minus_log_fmr": -math.log(v.fmr),
+            "score": v.score,
+            "at": v.threshold,
+        },
+    }
+    return Step("evidence", None, numbers)

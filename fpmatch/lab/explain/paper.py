@@ -1,21 +1,21 @@
-"""What the paper's matcher computes on two point sets, or on the positions of minutiae."""
+"""The steps of the paper's matcher on two point sets, or on the positions of minutiae."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.lab.explain.shared import numbers_of
-from fpmatch.lab.explain.steps import Ring, Side
+from fpmatch.lab.explain import pictures as draw
+from fpmatch.lab.explain.steps import Ring, Side, Step, chosen_pair
 from fpmatch.pointset.geometry.point_match import check_rho
-from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.pointset.paper.matcher import fit_rings, match_prepared, similar_rings
+from fpmatch.pointset.paper.matcher import match_prepared, similar_rings
 from fpmatch.pointset.paper.one_rings import prepare_points
+from fpmatch.pointset.paper.parametrize import parametrize
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,34 +27,13 @@ if TYPE_CHECKING:
     from fpmatch.pointset.geometry.point_match import PointMatch
     from fpmatch.pointset.paper.matcher import UnitCircleParameters
     from fpmatch.pointset.paper.one_rings import PreparedPoints
-    from fpmatch.prints.pair import ComparedPair
+    from fpmatch.pointset.paper.parametrize import UnitCircle
+    from fpmatch.prints.reading import GivenPrint
 
     Floats = NDArray[np.float64]
-    Ints = NDArray[np.int32]
 
 MOST_POINTS: Final = 1000  # of a set that is drawn
-
-
-class Circle(NamedTuple):
-    """A closed one-ring of d points on its unit circle, as the matcher has it."""
-
-    vertex: Ints  # (d,)
-    angles: Floats  # (d,): eq. (3), in radians
-    weights: Floats  # (d,): eq. (4)
-    image: complex  # of the centre
-    area: float  # of the polygon
-
-    @classmethod
-    def of(cls, prepared: PreparedPoints, i: int) -> Circle | None:
-        """Return the circle of point i; None where its ring is not closed."""
-        rings = prepared.rings
-        for n in np.flatnonzero(rings.centre == i).tolist():
-            part = slice(int(rings.start[n]), int(rings.start[n + 1]))
-            x, y = rings.circle[:, part]
-            angles = np.arctan2(y, x) % (2 * np.pi)
-            image, area = complex(*rings.image[:, n]), float(rings.area[n])
-            return cls(rings.vertex[part], angles, rings.weight[part], image, area)
-        return None
+MOST_LINKS: Final = 300  # local matches drawn that are not pairs of the result
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,15 +46,13 @@ class PaperMethod:
     rho: float
 
     @classmethod
-    def of_prints(cls, pair: ComparedPair, matcher: PaperMatcher) -> PaperMethod:
+    def of_prints(
+        cls, probe: GivenPrint, reference: GivenPrint, matcher: PaperMatcher
+    ) -> PaperMethod:
         """Take the steps on the positions of minutiae, at 500 dpi."""
-        given = pair.probe, pair.reference
+        given = probe, reference
         p, q = (matcher.prepare(one.template).at_500_dpi for one in given)
-        probe, reference = given
-        sides = (
-            Side.of_points("P", probe.name, p, probe),
-            Side.of_points("Q", reference.name, q, reference),
-        )
+        sides = _side("P", probe.name, p, probe), _side("Q", reference.name, q, reference)
         return cls(sides, (p, q), matcher.parameters, matcher.parameters.rho)
 
     @classmethod
@@ -85,8 +62,7 @@ class PaperMethod:
         """Take the steps on two sets, each with its name; raises PointSetError."""
         check_rho(rho)
         (p_name, p), (q_name, q) = ((name, _prepared(name, points)) for name, points in sets)
-        sides = Side.of_points("P", p_name, p), Side.of_points("Q", q_name, q)
-        return cls(sides, (p, q), parameters, rho)
+        return cls((_side("P", p_name, p), _side("Q", q_name, q)), (p, q), parameters, rho)
 
     @cached_property
     def match(self) -> PointMatch:
@@ -98,48 +74,25 @@ class PaperMethod:
         """Whether the share that is paired exceeds ρ."""
         return self.match.matched_share > self.rho
 
-    @cached_property
-    def local(self) -> Ints:
-        """Local matches, (K, 2): similar rings, by their places among the rings."""
-        p, q = self.prepared
-        return similar_rings(p.rings, q.rings, self.parameters.area_tolerance)
-
-    @property
-    def centres(self) -> tuple[Ints, Ints]:
-        """The points of P and Q whose rings match locally."""
-        p, q = self.prepared
-        return p.rings.centre[self.local[:, 0]], q.rings.centre[self.local[:, 1]]
-
-    @property
-    def tolerance(self) -> float:
-        """The matching distance of eq. (2), in the units shown of the larger set."""
-        larger = int(len(self.prepared[1]) >= len(self.prepared[0]))
-        q = self.prepared[larger]
-        own = math.ldexp(self.parameters.precision * q.spacing, q.frame.exponent)
-        return own * self.sides[larger].unit
-
-    def circles(self, pair: int) -> tuple[Circle, Circle] | None:
-        """Return the circles of a pair, if both are closed and have as many points."""
-        i, j = self.match.pairs[pair].tolist()
-        p, q = Circle.of(self.prepared[0], i), Circle.of(self.prepared[1], j)
-        if p is None or q is None or len(p.vertex) != len(q.vertex):
+    def circle(self, which: int, i: int) -> UnitCircle | None:
+        """Return the ring of a point on its unit circle; None where it is not closed."""
+        if i not in self.prepared[which].rings.centre:
             return None
-        return p, q
+        xy, mesh = self.prepared[which].points, self.sides[which].mesh
+        return parametrize(xy[mesh.one_ring(i)], xy[i])
 
     @cached_property
     def rings(self) -> list[Ring | None]:
         """The ring of each pair, its points in the cyclic order in which the circles agree best."""
-        return [self._ring(pair) for pair in range(len(self.match.pairs))]
+        return [self._ring(i, j) for i, j in self.match.pairs.tolist()]
 
-    def _ring(self, pair: int) -> Ring | None:
-        circles = self.circles(pair)
-        if circles is None:
+    def _ring(self, i: int, j: int) -> Ring | None:
+        a, b = self.circle(0, i), self.circle(1, j)
+        if a is None or b is None or len(a.angles) != len(b.angles):
             return None
-        a, b = circles
         shift, turn = best_turn(a, b)
         first, second = self.sides
-        vertex = a.vertex, np.roll(b.vertex, -shift)
-        i, j = self.match.pairs[pair].tolist()
+        vertex = first.mesh.one_ring(i), np.roll(second.mesh.one_ring(j), -shift)
         return Ring(
             sides=self.sides,
             centres=(complex(first.z[i]), complex(second.z[j])),
@@ -150,58 +103,11 @@ class PaperMethod:
             turn=turn,
         )
 
-    def agreement(self, ring: Ring | None) -> float:
-        """Return how many points of a ring in P have their partners in that in Q, as a share."""
-        if ring is None:
-            return 0.0
-        partner = {str(i): str(j) for i, j in self.match.pairs.tolist()}
-        return float(np.mean([partner.get(a) == b for a, b in zip(*ring.names, strict=True)]))
 
-    def numbers(self, chosen: int | None) -> dict[str, Any]:
-        """Return every number of the steps, the scale of transforms in the units of the files."""
-        (p, q), (first, second) = self.prepared, self.sides
-        per_unit = math.ldexp(second.unit / first.unit, q.frame.exponent - p.frame.exponent)
-        moves = fit_rings(p, q, self.local)
-        local = zip(*self.centres, *self.local.T, moves, strict=True)
-        numbers = {
-            **numbers_of(self.sides),
-            "area_tolerance": self.parameters.area_tolerance,
-            "tolerance": self.tolerance,
-            "rho": self.rho,
-            "local_matches": [
-                {
-                    "p": int(i),
-                    "q": int(j),
-                    "areas": [float(p.rings.area[k]), float(q.rings.area[n])],
-                    "scale": math.hypot(c, s) * per_unit,
-                    "rotation_deg": math.degrees(math.atan2(s, c)),
-                }
-                for i, j, k, n, (c, s, _, _) in local
-            ],
-            "pairs": [
-                {"number": n, "p": i, "q": j}
-                for n, (i, j) in enumerate(self.match.pairs.tolist(), start=1)
-            ],
-            "match": self.matches,
-            "matched_share": self.match.matched_share,
-            "rms": self.match.rms * second.unit,
-            "transform": None,
-            "ring": None,
-        }
-        if isinstance(t := self.match.transform, Similarity):
-            scale = t.scale * second.unit / first.unit
-            shift = {"tx": t.tx * second.unit, "ty": t.ty * second.unit}
-            numbers["transform"] = {"scale": scale, "rotation_deg": t.rotation_deg, **shift}
-        ring = None if chosen is None else self.rings[chosen]
-        if chosen is not None and ring is not None and (both := self.circles(chosen)):
-            numbers["ring"] = {
-                "pair": chosen + 1,
-                **ring.numbers(),
-                "weights": both[0].weights.tolist(),
-                "images": [[of.image.real, of.image.imag] for of in both],
-                "areas": [of.area for of in both],
-            }
-        return numbers
+def _side(letter: Any, name: str, of: PreparedPoints, given: GivenPrint | None = None) -> Side:
+    z = of.points.view(np.complex128).ravel()
+    unit = 1.0 if given is None else given.template.dpi / 500.0
+    return Side(letter, name, z, np.arange(len(z)), unit, False, given)
 
 
 def _prepared(name: str, points: Floats) -> PreparedPoints:
@@ -214,15 +120,84 @@ def _prepared(name: str, points: Floats) -> PreparedPoints:
         raise PointSetError(f"{name}: {str(error).removeprefix('points: ')}") from error
 
 
-def best_turn(a: Circle, b: Circle) -> tuple[int, float]:
+def best_turn(a: UnitCircle, b: UnitCircle) -> tuple[int, float]:
     """Return the cyclic shift and the rotation in radians at which two circles agree best.
 
     As in the matcher, the correlation of boundary points and centres' images is largest, the image
     counting as much as the whole boundary.
     """
     d = len(a.angles)
-    images = d * a.image.conjugate() * b.image
+    images = d * complex(*a.image).conjugate() * complex(*b.image)
     from_a, onto_b = np.exp(-1j * a.angles), np.exp(1j * b.angles)
     agreement = [images + from_a @ np.roll(onto_b, -shift) for shift in range(d)]
     shift = int(np.abs(agreement).argmax())
     return shift, float(np.angle(agreement[shift]))
+
+
+def explain_points(m: PaperMethod, asked: int | None) -> list[Step]:
+    """Return the steps of the paper's matcher."""
+    pairs = {(str(i), str(j)) for i, j in m.match.pairs.tolist()}
+    agreement = [
+        0.0 if ring is None else sum(both in pairs for both in zip(*ring.names, strict=True))
+        for ring in m.rings
+    ]
+    chosen = chosen_pair(asked, m.rings, agreement)
+    made = [draw.points_step(m.sides), draw.triangulation_step(m.sides)]
+    ring = None if chosen is None else m.rings[chosen]
+    if chosen is not None and ring is not None:
+        i, j = m.match.pairs[chosen].tolist()
+        p, q = m.circle(0, i), m.circle(1, j)
+        assert p is not None
+        assert q is not None
+        areas = {"areas": [p.area, q.area], "limit": m.parameters.area_tolerance}
+        picture = draw.circle_picture(ring, (complex(*p.image), complex(*q.image)))
+        numbers = {"pair": chosen + 1, "centre": [i, j], **areas, **ring.numbers()}
+        made.append(Step("unit_circle", picture, numbers))
+        numbers = {"first": "P", "weights": p.weights.tolist()}
+        made.append(Step("weights", draw.weights_picture(ring, 0, p.weights), numbers))
+    else:
+        made.append(Step("unit_circle"))
+    return [*made, _local(m), _global(m)]
+
+
+def _local(m: PaperMethod) -> Step:
+    """Show the rings that match locally, the pairs of the result on top."""
+    p, q = (prepared.rings for prepared in m.prepared)
+    limit = m.parameters.area_tolerance
+    similar = similar_rings(p, q, limit)
+    matches = np.column_stack([p.centre[similar[:, 0]], q.centre[similar[:, 1]]])
+    pairs = set(map(tuple, m.match.pairs.tolist()))
+    right = np.array([tuple(match) in pairs for match in matches.tolist()], bool)
+    others = np.flatnonzero(~right)
+    drawn = others[:: math.ceil(len(others) / MOST_LINKS) or 1]
+    order = np.append(drawn, np.flatnonzero(right))
+    faint, strong = {"color": draw.GREY, "alpha": 0.3}, {"color": draw.KEPT, "linewidth": 2.0}
+    styles = [strong if k else faint for k in right[order]]
+    picture = draw.links(m.sides, (matches[order, 0], matches[order, 1]), styles)
+    numbers = {
+        "rings": [len(p), len(q)], "limit": limit, "matches": matches.tolist(),
+        "right": int(right.sum()), "drawn": len(drawn),
+    }  # fmt: skip
+    return Step("similar_rings", picture, numbers)
+
+
+def _global(m: PaperMethod) -> Step:
+    """Show P, moved by the best transform, over Q."""
+    match, (p, q) = m.match, m.sides
+    numbers: dict[str, Any] = {"match": m.matches, "rho": m.rho, "pairs": match.pairs.tolist()}
+    t = match.transform
+    if t is None:
+        return Step("global_match", None, numbers)
+    larger = int(len(m.prepared[1]) >= len(m.prepared[0]))
+    own = m.parameters.precision * m.prepared[larger].spacing
+    numbers |= {
+        "matched_share": match.matched_share,
+        "scale": t.scale * q.unit / p.unit,
+        "rotation_deg": t.rotation_deg,
+        "rms": match.rms * q.unit,
+        "tolerance": math.ldexp(own, m.prepared[larger].frame.exponent) * m.sides[larger].unit,
+        "precision": m.parameters.precision,
+    }
+    moved = t.apply(m.prepared[0].points).view(np.complex128).ravel()
+    i, j = match.pairs.T
+    return Step("global_match", draw.superposed(m.sides, moved, (i, j)), numbers)

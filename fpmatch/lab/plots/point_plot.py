@@ -13,7 +13,14 @@ import numpy as np
 from fpmatch.base.output import atomic_write_bytes
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import hexadecimal
-from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, match_facts, plain_style
+from fpmatch.lab.plots.style import (
+    PLOT_DPI,
+    check_plot,
+    figure_bytes,
+    match_facts,
+    plain_style,
+    short_name,
+)
 from fpmatch.prints.report import verdict
 
 if TYPE_CHECKING:
@@ -29,7 +36,6 @@ if TYPE_CHECKING:
 
 _WIDTH, _HEIGHT, _HEIGHT_APART = 9.0, 8.0, 5.0  # inches
 _MOST_VECTORS: Final = 50_000  # marks; an SVG holds more of them as one image
-_NAME_LETTERS: Final = 30
 _PLAIN_EXPONENT: Final = 20  # coordinates beyond 1e±20 are drawn in a unit that tames them
 # Marker, colour, size as a share of a point's room, filled.
 _Q_PAIRED: Final = ("o", palette.REFERENCE_MARK, 1.5, False)
@@ -53,7 +59,7 @@ def save_point_plot(
     """
     check_plot(path)
     with plain_style():
-        figure = _draw(p, q, match, [_short(name) for name in names])
+        figure = _draw(p, q, match, [short_name(name) for name in names])
         content = figure_bytes(figure, path, PLOT_DPI)
     atomic_write_bytes(path, content, public=True)
 
@@ -120,9 +126,3 @@ def _axes(
     axes.set_axisbelow(True)
     words = "" if unit == 1.0 else f" ({unit:g})"
     axes.set(xlabel=f"x{words}", ylabel=f"y{words}")
-
-
-def _short(name: str) -> str:
-    """Return a name as a title shows it; of a long path the end, which distinguishes it."""
-    clean = "".join(sign if sign.isprintable() else " " for sign in name)
-    return clean if len(clean) <= _NAME_LETTERS else "…" + clean[1 - _NAME_LETTERS :]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 import warnings
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 
 PLOT_FORMATS: Final = (".png", ".svg", ".pdf")
 PLOT_DPI: Final = 150
+_NAME_LETTERS: Final = 30
 # Distinct with any kind of colour vision: Okabe and Ito, "Color Universal Design" (2008).
 SERIES_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
@@ -72,19 +72,10 @@ def number(value: float, digits: int = 3) -> str:
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
-def significant(value: float) -> str:
-    """Write a positive number to three digits, zeros at its end included."""
-    return f"{value:#.3g}".removesuffix(".")
-
-
-def degrees(radians: float) -> str:
-    """Write an angle in degrees, to a tenth."""
-    return number(math.degrees(radians), 1) + "°"
-
-
-def positive_degrees(radians: float) -> str:
-    """Write an angle in degrees, from 0 up to less than 360."""
-    return f"{round(math.degrees(radians) % 360, 1) % 360:.1f}°"
+def short_name(name: str) -> str:
+    """Return a name as a title shows it; of a long path the end, which distinguishes it."""
+    clean = "".join(sign if sign.isprintable() else " " for sign in name)
+    return clean if len(clean) <= _NAME_LETTERS else "…" + clean[1 - _NAME_LETTERS :]
 
 
 def match_facts(match: PointMatch) -> list[tuple[str, str]]:

@@ -6,12 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, seeds, squared_distances
 
-from fpmatch.errors import PointSetError
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.triangles import matcher as triangles
 from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
-from fpmatch.pointset.geometry.pairing import greedy_pairs
-from fpmatch.pointset.paper.one_rings import prepare_points
 from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
 
 POINTS = 150
@@ -123,19 +120,3 @@ def test_split_crowds_are_searched_as_if_they_were_not_split(seed, count, reach)
             expected = np.sort(squared[squared <= reach**2])[:5]
             assert distance2[:number].tolist() == expected.tolist()
             assert squared[near[:number]].tolist() == expected.tolist()
-
-
-def test_grids_of_even_points_are_not_split():
-    points = np.random.default_rng(3).uniform(0, 1, (2, 5000))
-    grid = grid_of(points, 0.01)
-    before = np.array(grid.order)
-    grid.split_crowds()
-    assert not len(grid.axis)
-    assert (before == np.asarray(grid.order)).all()
-    assert not len(prepare_points(points.T).grid.axis)
-
-
-def test_millions_of_pairs_in_reach_of_one_another_are_refused():
-    p = np.random.default_rng(4).normal(0, 1.0, (3000, 2))
-    with pytest.raises(PointSetError, match="pairs of points lie within the tolerance"):
-        greedy_pairs(p, p, 20.0)

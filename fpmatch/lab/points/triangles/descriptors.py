@@ -69,8 +69,9 @@ def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
         made.append(np.column_stack([of, mesh.ring[here], mesh.ring[beyond]]))
     corners = np.sort(np.vstack(made), axis=1)
     corners = corners[np.lexsort(corners.T)]
-    repeats = (corners[1:] == corners[:-1]).all(axis=1)
-    corners = corners[~np.append(False, repeats)]
+    new = np.ones(len(corners), bool)
+    new[1:] = (corners[1:] != corners[:-1]).any(axis=1)
+    corners = corners[new]
     area = triangle_areas(points, corners)
     clockwise = area < 0.0
     corners[clockwise] = corners[clockwise][:, [0, 2, 1]]
@@ -107,14 +108,18 @@ def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
 
     Where points coincide, one may have a single neighbour: the second is infinitely far then.
     """
-    degree, begin = np.diff(mesh.ring_start), mesh.ring_start[:-1]
-    x, y = points[:, mesh.ring] - np.repeat(points, degree, axis=1)
-    squared = x * x + y * y
+    begin, squared = mesh.ring_start[:-1], _squared_distances(mesh, points)
     first = np.minimum.reduceat(squared, begin)
-    nearest = np.flatnonzero(squared == np.repeat(first, degree))
+    nearest = np.flatnonzero(squared == np.repeat(first, np.diff(mesh.ring_start)))
     owner = np.searchsorted(begin, nearest, "right")
     squared[nearest[np.append(True, owner[1:] != owner[:-1])]] = np.inf
     return first, np.minimum.reduceat(squared, begin)
+
+
+def _squared_distances(mesh: Triangulation, points: Floats) -> Floats:
+    """Return those of each point to its neighbours in the mesh, in the order of the rings."""
+    x, y = points[:, mesh.ring] - np.repeat(points, np.diff(mesh.ring_start), axis=1)
+    return np.asarray(x * x + y * y)
 
 
 def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
@@ -128,7 +133,8 @@ def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
     crowded = 1.0 + max(_CROWDED, _CROWDED_FEW / root)
     if n < _FEW or density > crowded * density_over_hull(mesh, points):
         return False
-    ordered = np.sort(nearest_two(mesh, points)[0])
+    ordered = np.minimum.reduceat(_squared_distances(mesh, points), mesh.ring_start[:-1])
+    ordered.sort()
     quarter, half, most, nearly_all = (float(ordered[int(share * n)]) for share in _SHARES)
     if quarter <= 0.0:
         return False

@@ -11,8 +11,7 @@ With λ and ρ as in the paper, t = λ·r/(2√n), and ln the natural logarithm:
 - k = ⌈ln m / (2(ρ - λ²/4)²)⌉ neighbours make the local test;
 - k3 = ⌈2λ√(k/π)⌉, made odd, ranks of Q's list are tried for each base neighbour;
 - k2 = ⌈ln 0.05 / ln(1 - ρ)⌉ base neighbours, the farthest whose window of ranks fits, are tried;
-- ⌈ln(1 - c) / ln(1 - ρ)⌉ random pivots hold, with confidence c, one that has a partner. That one
-  may still fail the tests, so by default all of P is tried.
+- all of P is tried as pivots, in a random order: one that has a partner may still fail the tests.
 
 What is left open there, and how it is settled here: r/(2√n) is taken by density, over the area of
 Q's convex hull; the rounds of least squares go on past ρm for as long as they gain pairs; the point
@@ -70,7 +69,6 @@ class SearchPlan:
     neighbours: int  # k: of a pivot in the local test
     window: int  # k3, odd: ranks of Q's list tried for each base neighbour
     bases: int  # k2: base neighbours tried
-    pivots: int  # tried
     enough_near: int  # neighbours that make a local match
     enough: int  # pairs that make a global match
 
@@ -91,7 +89,6 @@ def match_van_wamelen(
     rho: float,
     lambda_: float,
     tolerance: float | None = None,
-    confidence: float = 1.0,
     seed: int = 0,
     max_steps: int = MAX_STEPS,
 ) -> PointMatch:
@@ -99,17 +96,16 @@ def match_van_wamelen(
 
     The share `rho` of `p`, in (0, 1] and more than λ²/4, must be paired. `lambda_` is the matching
     distance in mean nearest-neighbour distances of `q`; with a `tolerance`, the matching distance
-    in the units of `q`, λ determines the sizes of lists and windows only. `confidence`, in (0, 1],
-    is the chance that the pivots tried include one that has a partner; 1 tries all. `max_steps`
-    bounds the points and cells visited. Returned is the first transform of `p` onto `q` that pairs
+    in the units of `q`, λ determines the sizes of lists and windows only. `max_steps` bounds the
+    points and cells visited. Returned is the first transform of `p` onto `q` that pairs
     ρM points, or none. Raises PointSetError if a set or a parameter cannot be used.
     """
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
-    _check(rho, lambda_, tolerance, confidence)
+    _check(rho, lambda_, tolerance)
     frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
     if min(len(given_p), len(given_q)) < MIN_POINTS:
         return PointMatch.none(reason=too_few(MIN_POINTS))
-    plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
+    plan = plan_search(len(given_p), len(given_q), rho, lambda_)
     sorted_p, sorted_q = sort_set(given_p, frame_p), sort_set(given_q, frame_q)
     if tolerance is None:
         reach = lambda_ * sorted_q.spacing
@@ -134,7 +130,7 @@ def match_van_wamelen(
     )
 
 
-def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 1.0) -> SearchPlan:
+def plan_search(m: int, n: int, rho: float, lambda_: float) -> SearchPlan:
     """Return the sizes of lists and windows for m and n points, by the formulas of this module."""
     margin = rho - lambda_**2 / 4
     wanted = math.log(m) / (2 * margin**2)
@@ -146,7 +142,6 @@ def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 
         neighbours=k,
         window=2 * half + 1,
         bases=min(bases, k - 2 * half),
-        pivots=m if confidence == 1 else min(m, _tries(1 - confidence, rho)),
         enough_near=share_of(rho, k),
         enough=share_of(rho, m),
     )
@@ -171,7 +166,7 @@ def _search(
     m, n = len(p.order), len(q.order)
     rng = np.random.default_rng(seed)
     # permutations of the sets as given: the search is the same whatever the grids
-    pivots = p.order.argsort()[rng.permutation(m)[: plan.pivots]]
+    pivots = p.order.argsort()[rng.permutation(m)]
     scene = q.order.argsort()[rng.permutation(n)]
     move, pair, counts = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
     near_p, near_q = (nearest_neighbours(grid, plan.neighbours) for grid in (p.grid, q.grid))
@@ -208,10 +203,9 @@ def nearest_neighbours(grid: CellGrid, k: int) -> Ints:
     return np.asarray(near[other].reshape(-1, k), dtype=np.int32)
 
 
-def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:
-    if not 0 < rho <= 1 or not 0 < confidence <= 1:
-        given = f"{number_text(rho)}, {number_text(confidence)}"
-        raise PointSetError(f"rho and confidence must be in (0, 1], not {given}")
+def _check(rho: float, lambda_: float, tolerance: float | None) -> None:
+    if not 0 < rho <= 1:
+        raise PointSetError(f"rho must be in (0, 1], not {number_text(rho)}")
     if not (lambda_ >= 0 and lambda_**2 / 4 < rho):
         raise PointSetError(f"lambda must be 0 or more, its square less than 4 rho: {lambda_:g}")
     if tolerance is not None and not 0 <= tolerance < math.inf:

@@ -1,0 +1,234 @@
+"""The pictures of the steps, by matplotlib: points, meshes, rings, unit circles, links.
+
+P is blue and filled, Q orange and hollow.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.drawing.scene import palette
+from fpmatch.drawing.scene.palette import hexadecimal
+from fpmatch.lab.explain.steps import Step
+from fpmatch.lab.plots.style import figure_bytes, plain_style
+from fpmatch.templates.minutiae import MinutiaKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from fpmatch.lab.explain.steps import Plane, Ring, Side, Sides
+
+    Floats = NDArray[np.float64]
+    Numbers = NDArray[np.integer[Any]]
+
+MARKS: Final = {
+    "P": hexadecimal(palette.PROBE_MARK),
+    "Q": hexadecimal(palette.REFERENCE_MARK),
+}
+FILLS: Final = {"P": MARKS["P"], "Q": "none"}
+GREY, TEXT = hexadecimal(palette.NEUTRAL_INK), hexadecimal(palette.TEXT)
+KEPT, LEFT = hexadecimal(palette.MATCH), hexadecimal(palette.NO_MATCH)
+_WIDTH, _HEIGHT = 12.0, 5.4  # inches
+_ROOM: Final = 0.4  # of the extent of a ring, around it
+_LARGEST_DOT: Final = 40.0  # diameter, in points, at a weight of 1
+_TICK_PX: Final = 12.0  # of a direction, at 500 dpi
+_MOST_NUMBERED: Final = 100  # pairs
+
+
+def draw(panels: int, draw_on: Callable[..., None], height: float = _HEIGHT) -> bytes:
+    """Return a picture of some panels as SVG; `draw_on` gets their axes."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    with plain_style({"font.size": 11.0, "lines.linewidth": 1.2}):
+        figure = Figure((_WIDTH, height), layout="constrained")
+        draw_on(*figure.subplots(1, panels, squeeze=False)[0])
+        return figure_bytes(figure, "picture.svg", dpi=100)
+
+
+def ground(
+    axes: Axes, side: Side, title: str, view: Plane | None = None, room: float = 0.06
+) -> None:
+    """Prepare axes for a side, or a view of it with so much room: its print, pale."""
+    axes.set_title(title, color=MARKS[side.letter], loc="left", fontweight="bold")
+    axes.set_aspect("equal")
+    xy = side.shown(side.z if view is None else view)
+    low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.ones(2))
+    room *= float((high - low).max()) or 1.0
+    if side.print_ is not None:
+        if side.print_.pixels is not None:
+            axes.imshow(side.print_.pixels, cmap="gray", vmin=-500, vmax=255)
+        axes.set(xticks=[], yticks=[])
+    axes.set_xlim(low[0] - room, high[0] + room)
+    axes.set_ylim(low[1] - room, high[1] + room)
+    if side.print_ is not None:
+        axes.invert_yaxis()
+
+
+def dots(axes: Axes, side: Side, z: Plane, size: float = 5.0, letter: str = "") -> None:
+    """Draw points in a side, in the style of P or Q."""
+    style = letter or side.letter
+    axes.plot(
+        *side.shown(z).T, "o", markersize=size + 2.0 * (style == "Q"), zorder=4,
+        markeredgecolor=MARKS[style], markerfacecolor=FILLS[style],
+    )  # fmt: skip
+
+
+def lines(axes: Axes, ends: Floats, colour: str = GREY, width: float = 0.9) -> None:
+    """Draw straight lines, by their ends (K, 2, 2)."""
+    from matplotlib.collections import LineCollection  # noqa: PLC0415
+
+    axes.add_collection(LineCollection(list(ends), colors=colour, linewidths=width))
+
+
+def labels(axes: Axes, xy: Floats) -> None:
+    """Write numbers at places (K, 2), each on the side away from their middle."""
+    for n, (at, away) in enumerate(zip(xy, xy - xy.mean(axis=0), strict=True), start=1):
+        offset = away / (np.hypot(*away) or 1.0) * (13.0, -13.0 if axes.yaxis_inverted() else 13.0)
+        axes.annotate(
+            str(n), at, offset, textcoords="offset points", ha="center", va="center", zorder=6
+        )
+
+
+def points_step(sides: Sides) -> Step:
+    """Show the points that the matcher is given; of minutiae also their directions and kinds."""
+
+    def both(*axes: Axes) -> None:
+        for ax, side in zip(axes, sides, strict=True):
+            ground(ax, side, f"{side.letter}: {side.name}")
+            if side.print_ is None:
+                dots(ax, side, side.z)
+                continue
+            m, colour = side.print_.template.minutiae, MARKS[side.letter]
+            at, angle = m.xy[side.index], m.angle[side.index]
+            forks = m.kind[side.index] == MinutiaKind.BIFURCATION
+            for marker, which in (("o", ~forks), ("s", forks)):
+                ax.plot(
+                    *at[which].T, marker, color=colour, markerfacecolor=FILLS[side.letter],
+                    linestyle="",
+                )  # fmt: skip
+            tick = np.column_stack([np.cos(angle), -np.sin(angle)])
+            tips = at + _TICK_PX * side.print_.template.dpi / 500.0 * tick
+            lines(ax, np.stack([at, tips], axis=1), colour, 1.5)
+
+    numbers = {
+        side.letter.lower(): {
+            "name": side.name,
+            "index": side.index.tolist(),
+            "points": side.shown(side.z).tolist(),
+        }
+        for side in sides
+    }
+    return Step("points", draw(2, both), {**numbers, "prints": sides[0].print_ is not None})
+
+
+def triangulation_step(sides: Sides) -> Step:
+    """Show both triangulations."""
+
+    def both(*axes: Axes) -> None:
+        for ax, side in zip(axes, sides, strict=True):
+            ground(ax, side, f"{side.letter}: {len(side.mesh.triangles)} triangles")
+            lines(ax, side.shown(side.edges), MARKS[side.letter])
+            dots(ax, side, side.z, 4.0)
+
+    numbers = {
+        side.letter.lower(): {
+            "edges": len(side.mesh.edges),
+            "triangles": side.mesh.triangles.tolist(),
+            "closed_rings": int(side.mesh.interior.sum()),
+        }
+        for side in sides
+    }
+    return Step("triangulation", draw(2, both), numbers)
+
+
+def links(sides: Sides, pairs: tuple[Numbers, Numbers], styles: Sequence[dict[str, Any]]) -> bytes:
+    """Draw both sides with a link from each point of P to one of Q, in styles of their own."""
+    from matplotlib.patches import ConnectionPatch  # noqa: PLC0415
+
+    def both(*axes: Axes) -> None:
+        for ax, side in zip(axes, sides, strict=True):
+            ground(ax, side, f"{side.letter}: {side.name}")
+            dots(ax, side, side.z, 4.0)
+        ends = (side.shown(side.z[of]) for side, of in zip(sides, pairs, strict=True))
+        for a, b, style in zip(*ends, styles, strict=True):
+            link = ConnectionPatch(a, b, "data", "data", axesA=axes[0], axesB=axes[1], **style)
+            link.set_in_layout(False)
+            axes[1].add_artist(link)
+
+    return draw(2, both)
+
+
+def ring_on(axes: Axes, ring: Ring, which: int, title: str, weights: Floats | None = None) -> None:
+    """Draw a ring in its side, its points numbered, as large as their weights, and its spokes."""
+    side, z, centre = ring.sides[which], ring.points[which], ring.centres[which]
+    ground(axes, side, title, np.append(z, centre), _ROOM)
+    lines(axes, side.shown(ring.edges[which]))
+    xy, middle = side.shown(z), side.shown(np.array(centre))
+    colour = MARKS[side.letter]
+    axes.fill(*xy.T, color=colour, alpha=0.12)
+    lines(axes, np.stack([xy, np.roll(xy, -1, axis=0)], axis=1), colour, 2.0)
+    lines(axes, np.stack([xy, np.broadcast_to(middle, xy.shape)], axis=1), colour)
+    sizes = np.full(len(z), 5.0) if weights is None else _LARGEST_DOT * np.sqrt(weights)
+    for point, size, paired in zip(z, sizes, ring.paired, strict=True):
+        if paired:
+            dots(axes, side, np.array([point]), size)
+        else:
+            axes.plot(*side.shown(point), "x", color=GREY, markersize=size)
+    axes.plot(*middle, "*", markersize=13, color=TEXT, zorder=5)
+    labels(axes, xy)
+
+
+def circle_picture(
+    ring: Ring, images: tuple[complex | None, complex | None] = (None, None)
+) -> bytes:
+    """Draw a ring in both sides, and its places and the images of its centres on one circle."""
+
+    def three(*axes: Axes) -> None:
+        from matplotlib.patches import Circle  # noqa: PLC0415
+
+        circle = axes[2]
+        circle.set(aspect="equal", xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), xticks=[], yticks=[])
+        circle.set_title(f"Unit circle, P rotated by {np.degrees(ring.turn):.1f}°", loc="left")
+        circle.add_patch(Circle((0, 0), 1.0, fill=False, color=GREY))
+        for k, (side, angles) in enumerate(zip(ring.sides, ring.turned, strict=True)):
+            ring_on(axes[k], ring, k, f"{side.letter}: the ring")
+            colour, fill, size = MARKS[side.letter], FILLS[side.letter], (7.0, 12.0)[k]
+            z = np.exp(1j * np.append(angles, angles[0]))
+            circle.plot(z.real, z.imag, "o-", color=colour, markerfacecolor=fill, markersize=size)
+            if (image := images[k]) is not None:
+                at = image * np.exp(1j * (0.0 if k else ring.turn))
+                circle.plot(
+                    at.real, at.imag, "*", color=colour, markerfacecolor=fill, markersize=size
+                )
+        labels(circle, np.column_stack([np.cos(ring.angles[1]), np.sin(ring.angles[1])]))
+
+    return draw(3, three)
+
+
+def weights_picture(ring: Ring, which: int, weights: Floats) -> bytes:
+    """Draw a ring of one side, its points as large as the weights of the centre."""
+    title = f"{ring.sides[which].letter}: points as large as their weights"
+    return draw(1, lambda axes: ring_on(axes, ring, which, title, weights))
+
+
+def superposed(sides: Sides, moved: Plane, pairs: tuple[Numbers, Numbers]) -> bytes:
+    """Draw the first side's points, moved into the second, over its points; link pairs."""
+    first, second = sides
+    i, j = pairs
+
+    def one(axes: Axes) -> None:
+        title = f"{second.letter}, and where {first.letter} is mapped there"
+        ground(axes, second, title, np.append(moved, second.z))
+        lines(axes, second.shown(np.stack([moved[i], second.z[j]], axis=1)), TEXT, 1.6)
+        dots(axes, second, second.z, 6.0)
+        dots(axes, second, moved[i], 4.0, first.letter)
+        axes.plot(*second.shown(np.delete(moved, i)).T, "x", color=MARKS[first.letter])
+        if 0 < len(i) <= _MOST_NUMBERED:
+            labels(axes, second.shown(second.z[j]))
+
+    return draw(1, one, 7.5)

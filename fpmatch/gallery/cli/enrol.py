@@ -26,7 +26,7 @@ from fpmatch.gallery.cli.options import (
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.tasks.enrol import Enrolment
+    from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -167,6 +167,7 @@ def enrol(
     )
     from fpmatch.gallery.store.audit import turn_on
     from fpmatch.gallery.tasks import enrol as work
+    from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.gallery.tasks.transfer import enrol_gallery
     from fpmatch.prints.reading import PrintReader
 
@@ -185,7 +186,6 @@ def enrol(
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()
-    runs: list[Enrolment] = []
     with ExitStack() as stack:
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
@@ -202,20 +202,19 @@ def enrol(
         stack.enter_context(bars)
         if audit:
             turn_on(opened)
-        options: dict[str, Any] = {"progress": bars.show, "strict": strict}
+        done = Enrolment(opened, strict=strict)
         for source in sources:
-            runs.append(enrol_gallery(opened, source, **options))
+            enrol_gallery(opened, source, progress=bars.show, into=done)
         if others:
-            enrolled = work.enrol(
+            work.enrol(
                 opened,
                 prints,
                 pattern=names,
                 engine=engine,
                 extractor=partial(extract_print, reader=reader, min_quality=min_quality),
-                **options,
+                progress=bars.show,
+                into=done,
             )
-            runs.append(enrolled)
-        done = work.joined(runs)
         sizes = len(opened), opened.subjects()
         name, private = opened.name, opened.private
     seconds = time.perf_counter() - start

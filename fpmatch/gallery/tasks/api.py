@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Label
-    from fpmatch.gallery.tasks.enrol import Enrolment
+    from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.matching.result import Matcher
 
 
@@ -165,7 +165,7 @@ def enrol(
     >>> from fpmatch import enrol
     >>> done = enrol("prints.db", "sample_data")  # doctest: +SKIP
     >>> done.enrolled, done.failures  # doctest: +SKIP
-    (16, ())
+    (16, [])
     """
     from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415

@@ -16,6 +16,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry, Label
@@ -37,7 +38,7 @@ class _Screened(NamedTuple):
     refused: str | None = None
 
 
-class Screening:
+class Enrolment:
     """Enrol the prints of a run, and count what becomes of them.
 
     Prints of subjects that existed before are compared with their fingers first, and if `strict`
@@ -52,8 +53,11 @@ class Screening:
         self.enrolled, self.known = 0, 0
         """Numbers of prints enrolled now and before."""
         self.failures: list[Failure] = []
+        """Prints that could not be enrolled, with reasons."""
+        self.noted: dict[str, tuple[Path, ...]] = {}
+        """Notes, and the prints that each is about."""
         self.added: Counter[str] = Counter()
-        """Numbers of prints that were added to subjects that existed before."""
+        """Numbers of prints that were added to subjects which other files enrolled before."""
         self.unmatched: list[Failure] = []
         """Prints that were enrolled although they do not match their finger."""
 

@@ -217,9 +217,9 @@ def test_prints_that_join_other_people_are_counted_and_named(where, colliding, e
     first, second = colliding
     with open_gallery(where, create=True, encrypt=encrypt) as gallery:
         done = enrol(gallery, first, extractor=finger_extractor)
-        assert (done.added, done.unmatched) == ({}, ())
+        assert (done.added, done.unmatched) == ({}, [])
         done = enrol(gallery, second, extractor=finger_extractor)
-        assert (done.enrolled, done.failures) == (5, ())
+        assert (done.enrolled, done.failures) == (5, [])
         assert done.added == {"1": 2, "2": 2}
         assert [Path(one.source).name for one in done.unmatched] == [
             "1_3.tif",
@@ -229,7 +229,7 @@ def test_prints_that_join_other_people_are_counted_and_named(where, colliding, e
         reason = "1_3 does not match 1_1 or 1 other impressions: another finger"
         assert done.unmatched[0].reason.startswith(reason)
         again = enrol(gallery, second, extractor=finger_extractor)
-        assert (again.known, again.added, again.unmatched) == (5, {}, ())
+        assert (again.known, again.added, again.unmatched) == (5, {}, [])
 
 
 def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
@@ -237,7 +237,7 @@ def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
     with open_gallery(where, create=True) as gallery:
         enrol(gallery, first, extractor=finger_extractor)
         done = enrol(gallery, second, extractor=finger_extractor, strict=True)
-        assert (done.enrolled, done.added, done.unmatched) == (2, {"2": 1}, ())
+        assert (done.enrolled, done.added, done.unmatched) == (2, {"2": 1}, [])
         refused = [Path(failure.source).name for failure in done.failures]
         assert refused == ["1_3.tif", "1_4.tif", "2_4.tif"]
         assert done.failures[0].reason.startswith("refused: 1_3 does not match")

@@ -42,10 +42,10 @@ def test_all_is_copied_on_either_database(source, where, monkeypatch):
     shown = []
     with open_gallery(source) as given, open_gallery(where, create=True) as gallery:
         done = enrol_gallery(gallery, given, progress=lambda _, *counts: shown.append(counts))
-        assert (done.enrolled, done.known, done.failures) == (COUNT, 0, ())
+        assert (done.enrolled, done.known, done.failures) == (COUNT, 0, [])
         assert contents(gallery) == contents(given)
         again = enrol_gallery(gallery, given)
-        assert (again.enrolled, again.known, again.failures) == (0, COUNT, ())
+        assert (again.enrolled, again.known, again.failures) == (0, COUNT, [])
     assert shown == [(0, 7), (3, 7), (6, 7), (7, 7)]
 
 
@@ -145,4 +145,4 @@ def test_entries_that_join_other_people_are_counted_and_named(tmp_path, where, m
         assert (done.enrolled, done.added) == (4, {"a": 2, "b": 1})
         assert [one.source for one in done.unmatched] == ["a3.tif", "b2.tif"]
         again = enrol_gallery(gallery, more)
-        assert (again.known, again.added, again.unmatched) == (4, {}, ())
+        assert (again.known, again.added, again.unmatched) == (4, {}, [])

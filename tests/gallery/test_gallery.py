@@ -326,12 +326,6 @@ def test_a_server_that_does_not_answer_is_one_line_without_the_password():
 
 
 @pytest.mark.slow
-def test_a_database_that_is_not_there_is_one_line(postgresql):
-    error = refused(open_gallery, f"{postgresql}/nowhere", code="database")
-    assert 'database "nowhere" does not exist' in str(error)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("where", ["postgresql"], indirect=True)
 def test_a_lost_connection_is_one_line_and_is_made_anew(where):
     import psycopg

@@ -74,16 +74,19 @@ def traces(folder, runs):
 
 def unfinished(folder, entry):
     """Leave a file as a killed preparation does, and one of an earlier version."""
-    for name in (f".{16 * 'a'}.part", "unit-circle-0.2.0-abc.arrays"):
+    names = ("unit-circle-0.2.0-abc.arrays", "unit-circle.0123456789abcdef.segment")
+    for name in (f".{16 * 'a'}.part", *names):
         (folder / name).write_bytes(b"".join(secrets_of(entry)))
 
 
 @pytest.mark.parametrize("in_cache", [False, True])
+@pytest.mark.parametrize("of_a_segment", [4, 1000])
 def test_no_run_of_a_removed_template_is_left_in_any_file(
-    tmp_path, cache, monkeypatch, *, in_cache
+    tmp_path, cache, monkeypatch, *, in_cache, of_a_segment
 ):
-    """Of an index in one segment, in either folder, and of files that others left."""
+    """Of an index in one segment or two, in either folder, and of files that others left."""
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", of_a_segment)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(6)]
     all_runs = [runs_of([*secrets_of(one), *in_a_segment(one)]) for one in entries]
     if in_cache:
@@ -105,34 +108,6 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
             open_search(gallery, engine=serial(), note=str)
             assert traces(tmp_path, runs) == []
         assert len(open_search(gallery, note=str)) == 3
-
-
-def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(tmp_path, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
-    monkeypatch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", 4)
-    entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
-    all_runs = [runs_of([*secrets_of(one), *in_a_segment(one)]) for one in entries]
-    with open_gallery(tmp_path / "g.db", create=True) as gallery:
-        gallery.add(entries)
-        for gone in (3, 0, 5):
-            open_search(gallery, engine=serial())
-            runs = all_runs[gone].difference(*all_runs[:gone], *all_runs[gone + 1 :])
-            assert len(traces(tmp_path, runs)) == 2  # the database and a segment
-            gallery.remove([gone + 1])
-            assert traces(tmp_path, runs) == []
-            open_search(gallery, engine=serial())
-            assert traces(tmp_path, runs) == []
-        search = open_search(gallery)
-        assert search.numbers.tolist() == [2, 3, 5, 7, 8]
-        gallery.add([random_entry(k) for k in range(8, 12)])
-        open_search(gallery, engine=serial())
-        folder = tmp_path / "g.db.prepared"
-        (folder / "unit-circle.0123456789abcdef.segment").write_bytes(
-            pack_template(entries[1].template)
-        )
-        unfinished(folder, entries[1])
-        gallery.remove([2])
-        assert traces(tmp_path, all_runs[1].difference(*all_runs[2:])) == []
 
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run, monkeypatch):

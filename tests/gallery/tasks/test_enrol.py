@@ -102,14 +102,6 @@ def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
     assert failure.reason == "enrolled already, at 500 dpi, not 569"
 
 
-def test_a_file_that_goes_away_is_a_failure(gallery, folder):
-    prints = find_prints([folder / "1_1.tif", folder / "1_2.tif"])
-    (folder / "1_1.tif").unlink()
-    result = enrol_module.enrol(gallery, prints, engine=serial(), extractor=extractor)
-    assert [f.reason for f in result.failures] == ["no such file or directory"]
-    assert labels(gallery) == ["1_2"]
-
-
 def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder, monkeypatch):
     sizes = []
     add = gallery.add_packed

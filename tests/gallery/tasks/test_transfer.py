@@ -99,16 +99,6 @@ def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path):
     assert len(err.strip().splitlines()) == 1
 
 
-def test_galleries_and_files_in_one_run(source, tmp_path):
-    template = tmp_path / "9_1.csv"
-    minutiae = "".join(f"{k},{2 * k},{k},ending,90\n" for k in range(20))
-    head = "# fpmatch-template 1 width=300 height=300 dpi=500\nx,y,angle_deg,kind,quality\n"
-    template.write_text(head + minutiae)
-    status, out, _ = run(tmp_path / "g.db", source, template)
-    assert status == 0
-    assert out.startswith(f"enrolled {COUNT + 1} of {COUNT + 1} pictures")
-
-
 def test_a_gallery_is_not_enrolled_in_itself(source, tmp_path):
     link = tmp_path / "link.db"
     link.hardlink_to(source)
@@ -118,14 +108,6 @@ def test_a_gallery_is_not_enrolled_in_itself(source, tmp_path):
         assert err.strip().endswith("its entries cannot be enrolled in itself")
     with open_gallery(source) as one:
         refused(enrol_gallery, one, one, code="same gallery")
-
-
-def test_a_database_of_something_else_makes_no_gallery(tmp_path):
-    changed(tmp_path / "x.db", "CREATE TABLE a (b)")
-    status, _, err = run(tmp_path / "g.db", tmp_path / "x.db")
-    assert status == 2
-    assert "x.db: not a gallery" in err
-    assert not (tmp_path / "g.db").exists()
 
 
 def test_entries_that_join_other_people_are_counted_and_named(tmp_path, where, monkeypatch):

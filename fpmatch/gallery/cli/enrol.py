@@ -51,26 +51,16 @@ which lists prints. The entries of another gallery are enrolled with their label
 million are best kept in one.
 
 Each file is enrolled once, whatever its name: an interrupted run continues when it is started
-again, and two may enrol at the same time. All impressions of a finger are kept, and probes are
-compared with all of them together. Prints that are added to subjects that existed before are
+again, and two may enrol at the same time. Prints that are added to subjects that existed before are
 counted, and named where they match none of them.
 
-\b
-Patterns:
-  A regular expression with the group subject and, where names contain them, the groups finger and
-  impression. It must match the end of the path, without its extension, from the beginning of a
-  name on. The default is that of FVC's names, as 101_3.tif: (?P<subject>\\d+)_(?P<impression>\\d+)
-
-\b
-Resolution:
-  That of --dpi, else of the manifest, else of the dataset.toml beside the file, else the file's
-  own, else the one its ridges indicate.
+A pattern is a regular expression with the group subject and, where names contain them, the groups
+finger and impression. It must match the end of the path, without its extension, from the beginning
+of a name on. The default is that of FVC's names, as 101_3.tif.
 
 \b
 More examples:
   fpmatch enrol prints.db monday.db tuesday.db
-  fpmatch enrol prints.db people --by-folder
-  fpmatch enrol prints.db frames --raw 192x192 --mirror
   fpmatch enrol prints.db scans --scheduler tcp://host:8786
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 """,

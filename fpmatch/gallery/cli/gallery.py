@@ -65,14 +65,6 @@ def _summary_text(name: str, s: GallerySummary) -> str:
 
 @gallery.command(
     "list",
-    details="""\b
-Columns:
-  number   of the entry, for fpmatch gallery remove
-  print    its label: subject, finger and impression, joined by _
-  dpi      resolution
-  minutiae how many
-  picture  that was enrolled
-""",
     epilog="""\b
 Examples:
   fpmatch gallery list prints.db

@@ -30,7 +30,6 @@ changed nothing, or all: start it again.
     epilog="""\b
 Examples:
   fpmatch gallery rewrite prints.db
-  fpmatch gallery rewrite postgresql://me@host/prints --json
   fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
   fpmatch gallery rewrite prints.db --decrypt --key file:keys.txt
 

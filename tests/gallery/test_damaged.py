@@ -114,7 +114,7 @@ def test_claims_exports_checks_and_sources_skip_it(place, tmp_path):
         assert export_templates(gallery, tmp_path / "out") == len(SOUND)
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
-        assert summarize(gallery).impressions + summarize(gallery).damaged == PRINTS
+        assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
     dataset = load_dataset(place)
     (made,) = extract_datasets([dataset])
     assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)

@@ -20,9 +20,9 @@ from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
-    from fpmatch.gallery.listing.entry import Entry, GallerySummary
+    from fpmatch.gallery.listing.entry import Entry
 
 _HEADER: Final = f"number  {'print':<16}  {'dpi':>5}  minutiae  picture"
 _ARGUMENT: Final = click.argument("gallery")
@@ -46,19 +46,21 @@ def gallery() -> None:
     """
 
 
-def _summary_text(name: str, s: GallerySummary) -> str:
-    n = max(s.impressions, 1)
-    failures = f"{count(s.failures, 'picture')} could not be enrolled" if s.failures else "none"
-    damaged = [("Damaged", f"{count(s.damaged, 'entry', 'entries')}, not counted here")]
+def _summary_text(name: str, s: Mapping[str, Any]) -> str:
+    impressions, failures, damaged = s["impressions"], s["failures"], s["damaged"]
+    n = max(impressions, 1)
+    dpi = (f"{one['impressions']} at {one['dpi']:g} dpi" for one in s["dpi"])
+    failed = f"{count(failures, 'picture')} could not be enrolled" if failures else "none"
+    uncounted = f"{count(damaged, 'entry', 'entries')}, not counted here"
     rows = [
-        ("Impressions", f"{s.impressions} of {count(s.subjects, 'subject')}"),
-        ("Resolution", ", ".join(f"{k} at {dpi:g} dpi" for dpi, k in s.dpi.items()) or "none"),
-        ("Minutiae", f"{s.minutiae}, {s.minutiae / n:.0f} an impression"),
-        ("Templates", f"{s.template_bytes} bytes, {s.template_bytes / n:.0f} an impression"),
-        ("Failures", failures),
-        *[("Encryption", f"key {key}") for key in s.keys],
-        ("Format", f"version {s.version}"),
-        *(damaged if s.damaged else []),
+        ("Impressions", f"{impressions} of {count(s['subjects'], 'subject')}"),
+        ("Resolution", ", ".join(dpi) or "none"),
+        ("Minutiae", f"{s['minutiae']}, {s['minutiae'] / n:.0f} an impression"),
+        ("Templates", f"{s['template_bytes']} bytes, {s['template_bytes'] / n:.0f} an impression"),
+        ("Failures", failed),
+        *(("Encryption", f"key {key}") for key in s["keys"]),
+        ("Format", f"version {s['version']}"),
+        *([("Damaged", uncounted)] if damaged else []),
     ]
     return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
 
@@ -89,8 +91,9 @@ def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_j
     with open_gallery(gallery) as opened:
         if summary:
             counted, name = summarize(opened), opened.name
-            document = {"gallery": name, **counted.as_dict()}
-            show(json_text(document) if as_json else _summary_text(name, counted))
+            show(
+                json_text({"gallery": name, **counted}) if as_json else _summary_text(name, counted)
+            )
             return
         opened.record("list", subject=subject, failures=failures)
         if failures:

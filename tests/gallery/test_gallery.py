@@ -55,6 +55,7 @@ def test_rows_come_and_go_in_batches(where, monkeypatch):
         assert gallery.add(mixed) == [ENROLLED] * 10 + [None] * 10
         numbers = [entry.id for entry in gallery.entries()]
         assert len(gallery) == len(numbers) == 30
+        assert gallery.size() > 0
         assert [gallery.has_over(count) for count in (0, 29, 30, 99)] == [True, True, False, False]
         assert [number for number, _ in gallery.templates()] == numbers
         assert [number for number, _ in gallery.templates(after=numbers[3])] == numbers[4:]

@@ -1,10 +1,6 @@
 """After a removal nothing of the entry can be read in any file of the gallery."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +15,6 @@ from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -134,15 +129,6 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, r
         assert len(open_search(gallery)) == 5
 
 
-def test_compact_on_either_database(where):
-    with open_gallery(where, create=True) as gallery:
-        gallery.add([random_entry(k) for k in range(40)])
-        gallery.remove(range(1, 39))
-        done = free_space(gallery)
-        assert 0 < done["database"]["after"] < done["database"]["before"]
-        assert len(list(gallery.templates())) == 2
-
-
 def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(tmp_path, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
@@ -158,47 +144,3 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(tmp_path, m
                 gallery.remove([2])
         assert caught.value.code == "traces"
         assert [entry.id for entry in gallery.entries()] == [1, 3]
-
-
-COMPACT = """
-import resource, signal, sys
-from pathlib import Path
-from fpmatch.gallery.tasks.space import free_space
-from fpmatch.gallery.gallery import open_gallery
-most = int(sys.argv[2])
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-with open_gallery(sys.argv[1]) as gallery:
-    if most:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
-    print("now", flush=True)
-    free_space(gallery)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="no limits and signals of POSIX")
-def test_a_full_disk_or_a_kill_leaves_the_gallery_whole(tmp_path):
-    path = tmp_path / "g.db"
-    with open_gallery(path, create=True) as gallery:
-        gallery.add([random_entry(k) for k in range(60)])
-        gallery.remove(range(1, 31))
-        entries, templates = list(gallery.entries()), list(gallery.templates())
-
-    def run(most):
-        words = [sys.executable, "-c", COMPACT, path, str(most)]
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        return subprocess.Popen(list(map(str, words)), text=True, **pipes)
-
-    with run(60_000) as limited:
-        _, errors = limited.communicate()
-    assert limited.returncode == 1
-    assert "GalleryError" in errors.splitlines()[-1]
-    for delay in (0.0, 0.004):
-        with run(0) as killed:
-            assert killed.stdout.readline() == "now\n"
-            try:
-                killed.wait(delay)
-            except subprocess.TimeoutExpired:
-                killed.send_signal(signal.SIGKILL)
-        with open_gallery(path) as gallery:
-            assert (list(gallery.entries()), list(gallery.templates())) == (entries, templates)

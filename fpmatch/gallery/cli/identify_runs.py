@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.listing.print_file import PrintFile
     from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
-
-_WORKERS_NEED: Final = ("fpmatch.gallery.batch.candidates", "fpmatch.matching.matchers.unit_circle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,12 +187,9 @@ def identify_to_file(run: Run, output: Path) -> int:
     from fpmatch.gallery.batch.candidates import check_candidates_format, write_candidates
     from fpmatch.gallery.batch.sources import FolderSource
     from fpmatch.gallery.engine.engine import make_engine
-    from fpmatch.gallery.engine.local import start_fork_server
 
     check_candidates_format(output)
     check_writable(output)
-    if run.scheduler is None:
-        start_fork_server(run.workers, *_WORKERS_NEED)
     above = run.places[0]
     if len(run.places) > 1:
         above = Path(os.path.commonpath([place.absolute() for place in run.places]))

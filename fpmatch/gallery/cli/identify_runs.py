@@ -82,7 +82,7 @@ def identify_one_by_one(run: Run) -> int:
     """Show the candidates of each probe; return the exit status of the command."""
     from fpmatch.gallery.listing.prints import folder_reader, read_one_print
     from fpmatch.gallery.search.entries import identify_given
-    from fpmatch.gallery.tasks.probes import notes_on_identical, read_hashed
+    from fpmatch.gallery.search.probes import notes_on_identical, read_hashed
     from fpmatch.matching.result import named
     from fpmatch.prints.reading import group_by_note
 
@@ -142,7 +142,7 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
 
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
     from fpmatch.gallery.search.entries import identify_entries_fused
-    from fpmatch.gallery.tasks.probes import read_hashed
+    from fpmatch.gallery.search.probes import read_hashed
     from fpmatch.prints.reading import group_by_note
 
     if len(run.files) > 1:

@@ -87,7 +87,7 @@ def identify(
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
-    from fpmatch.gallery.tasks.probes import read_hashed  # noqa: PLC0415
+    from fpmatch.gallery.search.probes import read_hashed  # noqa: PLC0415
 
     content = None
     if isinstance(probe, str | os.PathLike):

@@ -25,6 +25,7 @@ from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.screening import find_unmatched
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae
@@ -241,6 +242,14 @@ def enrol_print(
         "unmatched": unmatched,
         "notes": list(given.notes),
     }
+
+
+def make_index(where: str) -> None:
+    """Open the search of a gallery; the index of a large one is made where it has none."""
+    with open_served_gallery(where) as gallery:
+        _search(gallery, DEFAULT_MATCHER)
+        for number, why in gallery.damaged.items():
+            _log.warning("entry %d cannot be searched: %s", number, why)
 
 
 def _search(gallery: Gallery, matcher: str) -> Search:

@@ -222,16 +222,3 @@ def test_prints_that_join_other_people_are_counted_and_named(where, colliding, e
         assert done.unmatched[0].reason.startswith(reason)
         again = enrol(gallery, second, extractor=finger_extractor)
         assert (again.known, again.added, again.unmatched) == (5, {}, [])
-
-
-def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
-    first, second = colliding
-    with open_gallery(where, create=True) as gallery:
-        enrol(gallery, first, extractor=finger_extractor)
-        done = enrol(gallery, second, extractor=finger_extractor, strict=True)
-        assert (done.enrolled, done.added, done.unmatched) == (2, {"2": 1}, [])
-        refused = [Path(failure.source).name for failure in done.failures]
-        assert refused == ["1_3.tif", "1_4.tif", "2_4.tif"]
-        assert done.failures[0].reason.startswith("refused: 1_3 does not match")
-        assert gallery.failures() == list(done.failures)
-        assert labels(gallery) == ["1_1", "1_2", "2_1", "2_2", "2_3", "3_1"]

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
-from made_prints import changed, entries_of, entry_of, print_of, refused, scattered
+from made_prints import changed, entries_of, entry_of, refused, scattered
 
 from fpmatch.cli.group import fpmatch
 from fpmatch.gallery.encryption.key_text import make_keys
@@ -110,21 +110,15 @@ def test_a_gallery_is_not_enrolled_in_itself(source, tmp_path):
         refused(enrol_gallery, one, one, code="same gallery")
 
 
-def test_entries_that_join_other_people_are_counted_and_named(tmp_path, where, monkeypatch):
-    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
-
-    def new(number, name, finger):
-        label = Label(name[0], impression=name[1:])
-        return entry_of(number, print_of(finger, number), label, source=f"{name}.tif")
-
-    with (
-        open_gallery(tmp_path / "more.db", create=True) as more,
-        open_gallery(where, create=True) as gallery,
-    ):
-        gallery.add([new(1, "a1", 1), new(2, "a2", 1), new(3, "b1", 2)])
-        more.add([new(4, "a3", 9), new(5, "c1", 3), new(6, "a4", 1), new(7, "b2", 8)])
-        done = enrol_gallery(gallery, more)
-        assert (done.enrolled, done.added) == (4, {"a": 2, "b": 1})
-        assert [one.source for one in done.unmatched] == ["a3.tif", "b2.tif"]
-        again = enrol_gallery(gallery, more)
-        assert (again.known, again.added, again.unmatched) == (4, {}, [])
+def test_entries_that_match_nothing_of_their_finger_are_named_or_refused(source, tmp_path):
+    with open_gallery(source) as given:
+        for strict in (False, True):
+            with open_gallery(tmp_path / f"{strict}.db", create=True) as gallery:
+                gallery.add([entry_of(99, scattered(99, 30), Label("5"))])
+                gallery.add([entry_of(98, scattered(98, 30), Label("6", "", "other"))])
+                done = enrol_gallery(gallery, given, strict=strict)
+                assert (done.enrolled, done.added) == (
+                    COUNT - 1 - strict,
+                    {} if strict else {"6": 1},
+                )
+                assert len(done.unmatched) == 1 - strict

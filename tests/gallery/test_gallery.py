@@ -1,11 +1,14 @@
 """A gallery holds what was put into it, once, on either kind of database."""
 
+import os
+import signal
 import sqlite3
 import subprocess
 import sys
 import time
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
@@ -347,6 +350,24 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where):
             refused(gallery.add, [entry_of(3)], code="database")
         assert gallery.add([entry_of(3)]) == [None]
         assert len(gallery) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("where", ["postgresql"], indirect=True)
+def test_a_server_that_is_stopped_is_late(where):
+    import psycopg
+
+    open_gallery(where, create=True).close()
+    with psycopg.connect(where) as connection:
+        (folder,) = connection.execute("SHOW data_directory").fetchone()
+    server = int(Path(folder, "postmaster.pid").read_text().split()[0])
+    os.kill(server, signal.SIGSTOP)
+    try:
+        begin = time.monotonic()
+        refused(open_gallery, where, patience=2, code="late")
+        assert time.monotonic() - begin < 10
+    finally:
+        os.kill(server, signal.SIGCONT)
 
 
 def test_no_query_of_an_enrolment_scans_the_entries(tmp_path):

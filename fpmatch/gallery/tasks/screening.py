@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, PackedEntry
+from fpmatch.gallery.listing.entry import Failure, PackedEntry
 from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
@@ -65,13 +65,7 @@ class Enrolment:
         """Enrol prints, and record the failures, in one transaction."""
         packed = [entry for entry in new if isinstance(entry, PackedEntry)]
         failed = [*failures, *(entry for entry in new if isinstance(entry, Failure))]
-        requests = [EnrolmentRequest(entry.label, entry.content, entry.dpi) for entry in packed]
-        conflicts = self._gallery.find_conflicts(requests)
-        for entry, conflict in zip(packed, conflicts, strict=True):
-            if conflict == ENROLLED:
-                self.note_known(entry.content)
-        left = [one for one, no in zip(packed, conflicts, strict=True) if no != ENROLLED]
-        screened = self._screen(left)
+        screened = self._screen(packed)
         failed += [
             Failure(one.entry.source, f"refused: {one.refused}") for one in screened if one.refused
         ]
@@ -107,7 +101,8 @@ class Enrolment:
         for entry in new:
             existing = enrolled.get(entry.label.subject, [])
             existed = any(other.content not in self._given for other in existing)
-            if not (existed or self._strict):
+            known = any(other.content == entry.content for other in existing)
+            if known or not (existed or self._strict):
                 screened.append(_Screened(entry))
                 continue
             template = unpack_template(entry.template)

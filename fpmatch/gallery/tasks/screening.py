@@ -61,6 +61,10 @@ class Enrolment:
         self.unmatched: list[Failure] = []
         """Prints that were enrolled although they do not match their finger."""
 
+    def __repr__(self) -> str:
+        counts = f"enrolled={self.enrolled}, known={self.known}, failures={self.failures}"
+        return f"Enrolment({counts}, added={dict(self.added)}, unmatched={self.unmatched})"
+
     def add(self, new: Sequence[PackedEntry | Failure], failures: Sequence[Failure] = ()) -> None:
         """Enrol prints, and record the failures, in one transaction."""
         packed = [entry for entry in new if isinstance(entry, PackedEntry)]

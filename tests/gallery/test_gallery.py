@@ -1,11 +1,14 @@
 """A gallery holds what was put into it, once, on either kind of database."""
 
+import os
+import signal
 import sqlite3
 import subprocess
 import sys
 import time
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
@@ -55,6 +58,7 @@ def test_rows_come_and_go_in_batches(where, monkeypatch):
         assert gallery.add(mixed) == [ENROLLED] * 10 + [None] * 10
         numbers = [entry.id for entry in gallery.entries()]
         assert len(gallery) == len(numbers) == 30
+        assert gallery.size() > 0
         assert [gallery.has_over(count) for count in (0, 29, 30, 99)] == [True, True, False, False]
         assert [number for number, _ in gallery.templates()] == numbers
         assert [number for number, _ in gallery.templates(after=numbers[3])] == numbers[4:]
@@ -326,12 +330,6 @@ def test_a_server_that_does_not_answer_is_one_line_without_the_password():
 
 
 @pytest.mark.slow
-def test_a_database_that_is_not_there_is_one_line(postgresql):
-    error = refused(open_gallery, f"{postgresql}/nowhere", code="database")
-    assert 'database "nowhere" does not exist' in str(error)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("where", ["postgresql"], indirect=True)
 def test_a_lost_connection_is_one_line_and_is_made_anew(where):
     import psycopg
@@ -352,6 +350,24 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where):
             refused(gallery.add, [entry_of(3)], code="database")
         assert gallery.add([entry_of(3)]) == [None]
         assert len(gallery) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("where", ["postgresql"], indirect=True)
+def test_a_server_that_is_stopped_is_late(where):
+    import psycopg
+
+    open_gallery(where, create=True).close()
+    with psycopg.connect(where) as connection:
+        (folder,) = connection.execute("SHOW data_directory").fetchone()
+    server = int(Path(folder, "postmaster.pid").read_text().split()[0])
+    os.kill(server, signal.SIGSTOP)
+    try:
+        begin = time.monotonic()
+        refused(open_gallery, where, patience=2, code="late")
+        assert time.monotonic() - begin < 10
+    finally:
+        os.kill(server, signal.SIGCONT)
 
 
 def test_no_query_of_an_enrolment_scans_the_entries(tmp_path):

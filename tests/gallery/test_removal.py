@@ -1,10 +1,6 @@
 """After a removal nothing of the entry can be read in any file of the gallery."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +15,6 @@ from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
@@ -74,16 +69,19 @@ def traces(folder, runs):
 
 def unfinished(folder, entry):
     """Leave a file as a killed preparation does, and one of an earlier version."""
-    for name in (f".{16 * 'a'}.part", "unit-circle-0.2.0-abc.arrays"):
+    names = ("unit-circle-0.2.0-abc.arrays", "unit-circle.0123456789abcdef.segment")
+    for name in (f".{16 * 'a'}.part", *names):
         (folder / name).write_bytes(b"".join(secrets_of(entry)))
 
 
 @pytest.mark.parametrize("in_cache", [False, True])
+@pytest.mark.parametrize("of_a_segment", [4, 1000])
 def test_no_run_of_a_removed_template_is_left_in_any_file(
-    tmp_path, cache, monkeypatch, *, in_cache
+    tmp_path, cache, monkeypatch, *, in_cache, of_a_segment
 ):
-    """Of an index in one segment, in either folder, and of files that others left."""
+    """Of an index in one segment or two, in either folder, and of files that others left."""
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
+    monkeypatch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", of_a_segment)
     entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(6)]
     all_runs = [runs_of([*secrets_of(one), *in_a_segment(one)]) for one in entries]
     if in_cache:
@@ -105,34 +103,6 @@ def test_no_run_of_a_removed_template_is_left_in_any_file(
             open_search(gallery, engine=serial(), note=str)
             assert traces(tmp_path, runs) == []
         assert len(open_search(gallery, note=str)) == 3
-
-
-def test_no_run_of_a_removed_template_is_left_in_the_files_of_an_index(tmp_path, monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
-    monkeypatch.setattr("fpmatch.gallery.index.follow.MOST_PRINTS", 4)
-    entries = [random_entry(k, 40 + 30 * (k % 4)) for k in range(8)]
-    all_runs = [runs_of([*secrets_of(one), *in_a_segment(one)]) for one in entries]
-    with open_gallery(tmp_path / "g.db", create=True) as gallery:
-        gallery.add(entries)
-        for gone in (3, 0, 5):
-            open_search(gallery, engine=serial())
-            runs = all_runs[gone].difference(*all_runs[:gone], *all_runs[gone + 1 :])
-            assert len(traces(tmp_path, runs)) == 2  # the database and a segment
-            gallery.remove([gone + 1])
-            assert traces(tmp_path, runs) == []
-            open_search(gallery, engine=serial())
-            assert traces(tmp_path, runs) == []
-        search = open_search(gallery)
-        assert search.numbers.tolist() == [2, 3, 5, 7, 8]
-        gallery.add([random_entry(k) for k in range(8, 12)])
-        open_search(gallery, engine=serial())
-        folder = tmp_path / "g.db.prepared"
-        (folder / "unit-circle.0123456789abcdef.segment").write_bytes(
-            pack_template(entries[1].template)
-        )
-        unfinished(folder, entries[1])
-        gallery.remove([2])
-        assert traces(tmp_path, all_runs[1].difference(*all_runs[2:])) == []
 
 
 def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, run, monkeypatch):
@@ -159,15 +129,6 @@ def test_compact_makes_the_file_smaller_and_deletes_what_is_outdated(tmp_path, r
         assert len(open_search(gallery)) == 5
 
 
-def test_compact_on_either_database(where):
-    with open_gallery(where, create=True) as gallery:
-        gallery.add([random_entry(k) for k in range(40)])
-        gallery.remove(range(1, 39))
-        done = free_space(gallery)
-        assert 0 < done["database"]["after"] < done["database"]["before"]
-        assert len(list(gallery.templates())) == 2
-
-
 def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(tmp_path, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
@@ -183,47 +144,3 @@ def test_traces_that_cannot_be_erased_are_an_error_after_the_removal(tmp_path, m
                 gallery.remove([2])
         assert caught.value.code == "traces"
         assert [entry.id for entry in gallery.entries()] == [1, 3]
-
-
-COMPACT = """
-import resource, signal, sys
-from pathlib import Path
-from fpmatch.gallery.tasks.space import free_space
-from fpmatch.gallery.gallery import open_gallery
-most = int(sys.argv[2])
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-with open_gallery(sys.argv[1]) as gallery:
-    if most:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
-    print("now", flush=True)
-    free_space(gallery)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="no limits and signals of POSIX")
-def test_a_full_disk_or_a_kill_leaves_the_gallery_whole(tmp_path):
-    path = tmp_path / "g.db"
-    with open_gallery(path, create=True) as gallery:
-        gallery.add([random_entry(k) for k in range(60)])
-        gallery.remove(range(1, 31))
-        entries, templates = list(gallery.entries()), list(gallery.templates())
-
-    def run(most):
-        words = [sys.executable, "-c", COMPACT, path, str(most)]
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        return subprocess.Popen(list(map(str, words)), text=True, **pipes)
-
-    with run(60_000) as limited:
-        _, errors = limited.communicate()
-    assert limited.returncode == 1
-    assert "GalleryError" in errors.splitlines()[-1]
-    for delay in (0.0, 0.004):
-        with run(0) as killed:
-            assert killed.stdout.readline() == "now\n"
-            try:
-                killed.wait(delay)
-            except subprocess.TimeoutExpired:
-                killed.send_signal(signal.SIGKILL)
-        with open_gallery(path) as gallery:
-            assert (list(gallery.entries()), list(gallery.templates())) == (entries, templates)

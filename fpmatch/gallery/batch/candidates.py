@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.errors import OutputError
+from fpmatch.errors import ImageReadError, OutputError
 from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
@@ -27,6 +27,7 @@ from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import BATCH, identify_each
 from fpmatch.gallery.search.identification import OF_SEARCHES
+from fpmatch.gallery.search.probes import sha256_of
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
 
@@ -193,6 +194,8 @@ def identify_probes(
     """
     pending: deque[StoredTemplate] = deque()
     names = probes.paths[start:]
+    audited = gallery.keeps_audit()
+    before = [sha256_of(Path(path)) if audited else None for path in names]
 
     def opened(templates: Iterator[StoredTemplate]) -> Iterator[Template | None]:
         for stored in templates:
@@ -205,13 +208,15 @@ def identify_probes(
             identify_each(gallery, search, opened(templates), options, engine, names)
         ) as outcomes,
     ):
-        for path, outcome in zip(names, outcomes, strict=True):
+        for path, content, outcome in zip(names, before, outcomes, strict=True):
             stored = pending.popleft()
             if outcome is None:
                 yield Identified(path, stored.reason, stored.all_notes)
                 continue
             result, entries = outcome
-            gallery.record(IDENTIFY, probe=Path(path), candidates=result.numbers)
+            if audited and sha256_of(Path(path)) != content:
+                raise ImageReadError("was changed while it was searched for", path=path)
+            gallery.record(IDENTIFY, probe=content, candidates=result.numbers)
             yield Identified(path, stored.reason, stored.all_notes, result, entries)
 
 

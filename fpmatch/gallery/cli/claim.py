@@ -11,8 +11,8 @@ from fpmatch.cli.options import open_side, pair_options_of
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.search.probes import read_hashed
 from fpmatch.gallery.tasks.claim import check_claim
-from fpmatch.gallery.tasks.probes import read_hashed
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.registry import matcher_name, states_rho

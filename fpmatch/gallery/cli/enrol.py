@@ -6,7 +6,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -26,21 +26,9 @@ from fpmatch.gallery.cli.options import (
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
-    from fpmatch.gallery.tasks.enrol import Enrolment
+    from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
-
-_WORKERS_NEED: Final = (
-    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
-    "cv2",
-    "threadpoolctl",
-    "fpmatch.gallery.engine.workers",
-    "fpmatch.gallery.listing.entry",
-    "fpmatch.gallery.listing.prints",
-    "fpmatch.image.io.read",
-    "fpmatch.image.folder_traits",
-    "fpmatch.prints.reading",
-)
 
 
 @click.command(
@@ -51,26 +39,16 @@ which lists prints. The entries of another gallery are enrolled with their label
 million are best kept in one.
 
 Each file is enrolled once, whatever its name: an interrupted run continues when it is started
-again, and two may enrol at the same time. All impressions of a finger are kept, and probes are
-compared with all of them together. Prints that are added to subjects that existed before are
+again, and two may enrol at the same time. Prints that are added to subjects that existed before are
 counted, and named where they match none of them.
 
-\b
-Patterns:
-  A regular expression with the group subject and, where names contain them, the groups finger and
-  impression. It must match the end of the path, without its extension, from the beginning of a
-  name on. The default is that of FVC's names, as 101_3.tif: (?P<subject>\\d+)_(?P<impression>\\d+)
-
-\b
-Resolution:
-  That of --dpi, else of the manifest, else of the dataset.toml beside the file, else the file's
-  own, else the one its ridges indicate.
+A pattern is a regular expression with the group subject and, where names contain them, the groups
+finger and impression. It must match the end of the path, without its extension, from the beginning
+of a name on. The default is that of FVC's names, as 101_3.tif.
 
 \b
 More examples:
   fpmatch enrol prints.db monday.db tuesday.db
-  fpmatch enrol prints.db people --by-folder
-  fpmatch enrol prints.db frames --raw 192x192 --mirror
   fpmatch enrol prints.db scans --scheduler tcp://host:8786
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 """,
@@ -150,11 +128,7 @@ def enrol(
     in it. A MANIFEST lists prints in a CSV file; the entries of another GALLERY are enrolled, too.
     The gallery is made where it is missing; an interrupted run continues when it is started again.
     """
-    from fpmatch.gallery.engine.local import start_fork_server
-
     check_where(workers, scheduler)
-    if scheduler is None:
-        start_fork_server(workers, *_WORKERS_NEED)
     from fpmatch.gallery.encryption.keys import load_keys
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery
@@ -167,6 +141,7 @@ def enrol(
     )
     from fpmatch.gallery.store.audit import turn_on
     from fpmatch.gallery.tasks import enrol as work
+    from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.gallery.tasks.transfer import enrol_gallery
     from fpmatch.prints.reading import PrintReader
 
@@ -185,7 +160,6 @@ def enrol(
     if len(prints) > 1:
         say_slow_kernels()
     start = time.perf_counter()
-    runs: list[Enrolment] = []
     with ExitStack() as stack:
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
@@ -202,20 +176,19 @@ def enrol(
         stack.enter_context(bars)
         if audit:
             turn_on(opened)
-        options: dict[str, Any] = {"progress": bars.show, "strict": strict}
+        done = Enrolment(opened, strict=strict)
         for source in sources:
-            runs.append(enrol_gallery(opened, source, **options))
+            enrol_gallery(opened, source, progress=bars.show, into=done)
         if others:
-            enrolled = work.enrol(
+            work.enrol(
                 opened,
                 prints,
                 pattern=names,
                 engine=engine,
                 extractor=partial(extract_print, reader=reader, min_quality=min_quality),
-                **options,
+                progress=bars.show,
+                into=done,
             )
-            runs.append(enrolled)
-        done = work.joined(runs)
         sizes = len(opened), opened.subjects()
         name, private = opened.name, opened.private
     seconds = time.perf_counter() - start

@@ -10,19 +10,18 @@ import click
 
 from fpmatch.cli.command import Group
 from fpmatch.cli.notes import say_note, show, show_line
-from fpmatch.cli.options import json_array_option
+from fpmatch.cli.options import json_array_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.cli.gallery_audit import audit
-from fpmatch.gallery.cli.gallery_rewrite import rewrite
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
-    from fpmatch.gallery.listing.entry import Entry, GallerySummary
+    from fpmatch.gallery.listing.entry import Entry
 
 _HEADER: Final = f"number  {'print':<16}  {'dpi':>5}  minutiae  picture"
 _ARGUMENT: Final = click.argument("gallery")
@@ -46,33 +45,27 @@ def gallery() -> None:
     """
 
 
-def _summary_text(name: str, s: GallerySummary) -> str:
-    n = max(s.impressions, 1)
-    failures = f"{count(s.failures, 'picture')} could not be enrolled" if s.failures else "none"
-    damaged = [("Damaged", f"{count(s.damaged, 'entry', 'entries')}, not counted here")]
+def _summary_text(name: str, s: Mapping[str, Any]) -> str:
+    impressions, failures, damaged = s["impressions"], s["failures"], s["damaged"]
+    n = max(impressions, 1)
+    dpi = (f"{one['impressions']} at {one['dpi']:g} dpi" for one in s["dpi"])
+    failed = f"{count(failures, 'picture')} could not be enrolled" if failures else "none"
+    uncounted = f"{count(damaged, 'entry', 'entries')}, not counted here"
     rows = [
-        ("Impressions", f"{s.impressions} of {count(s.subjects, 'subject')}"),
-        ("Resolution", ", ".join(f"{k} at {dpi:g} dpi" for dpi, k in s.dpi.items()) or "none"),
-        ("Minutiae", f"{s.minutiae}, {s.minutiae / n:.0f} an impression"),
-        ("Templates", f"{s.template_bytes} bytes, {s.template_bytes / n:.0f} an impression"),
-        ("Failures", failures),
-        *[("Encryption", f"key {key}") for key in s.keys],
-        ("Format", f"version {s.version}"),
-        *(damaged if s.damaged else []),
+        ("Impressions", f"{impressions} of {count(s['subjects'], 'subject')}"),
+        ("Resolution", ", ".join(dpi) or "none"),
+        ("Minutiae", f"{s['minutiae']}, {s['minutiae'] / n:.0f} an impression"),
+        ("Templates", f"{s['template_bytes']} bytes, {s['template_bytes'] / n:.0f} an impression"),
+        ("Failures", failed),
+        *(("Encryption", f"key {key}") for key in s["keys"]),
+        ("Format", f"version {s['version']}"),
+        *([("Damaged", uncounted)] if damaged else []),
     ]
     return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
 
 
 @gallery.command(
     "list",
-    details="""\b
-Columns:
-  number   of the entry, for fpmatch gallery remove
-  print    its label: subject, finger and impression, joined by _
-  dpi      resolution
-  minutiae how many
-  picture  that was enrolled
-""",
     epilog="""\b
 Examples:
   fpmatch gallery list prints.db
@@ -97,8 +90,9 @@ def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_j
     with open_gallery(gallery) as opened:
         if summary:
             counted, name = summarize(opened), opened.name
-            document = {"gallery": name, **counted.as_dict()}
-            show(json_text(document) if as_json else _summary_text(name, counted))
+            show(
+                json_text({"gallery": name, **counted}) if as_json else _summary_text(name, counted)
+            )
             return
         opened.record("list", subject=subject, failures=failures)
         if failures:
@@ -225,5 +219,72 @@ def remove(gallery: str, numbers: tuple[int, ...], subject: str | None, failures
     show_line(f"{', '.join(done)}; {count(left, 'impression')} left: {name}")
 
 
+@gallery.command(
+    details="""
+On SQLite the file is rewritten; meanwhile the disk must have room for a second copy, and no other
+program may use the gallery: if one holds it for a minute, the command ends. On PostgreSQL its
+tables are rewritten by VACUUM FULL, which only their owner may do; the server's write-ahead log and
+backups keep what they have. What versions up to 0.2 removed, which did not overwrite it, is erased.
+
+With --encrypt, the source of the keys has the new key first, as `fpmatch key --add` puts it,
+and the key that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
+plain templates is left in its files. Other programs wait meanwhile. A run that is killed has
+changed nothing, or all: start it again.
+""",
+    epilog="""\b
+Examples:
+  fpmatch gallery rewrite prints.db
+  fpmatch gallery rewrite prints.db --encrypt --key file:keys.txt
+  fpmatch gallery rewrite prints.db --decrypt --key file:keys.txt
+
+Exit status: 0 when it is done, 1 when some templates are damaged, which are left as they are, 2
+when it could not be done; the gallery is whole then.
+""",
+)
+@_ARGUMENT
+@click.option("--encrypt", is_flag=True, help="Seal all templates with the current key of --key.")
+@click.option("--decrypt", is_flag=True, help="Store all templates without encryption.")
+@json_option
+@key_option
+def rewrite(gallery: str, encrypt: bool, decrypt: bool, as_json: bool) -> int:
+    """Rewrite GALLERY without free space, or with its templates encrypted or decrypted.
+
+    Without --encrypt and --decrypt, prepared prints that no longer fit are deleted, too.
+    """
+    if encrypt and decrypt:
+        raise click.UsageError("--encrypt and --decrypt exclude each other")
+    if encrypt or decrypt:
+        return _seal(gallery, decrypt=decrypt, as_json=as_json)
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.space import free_space
+
+    with open_gallery(gallery) as opened:
+        done, name = free_space(opened), opened.name
+    sizes = [
+        f"  {label.capitalize():<12}{size['after']} bytes, {size['before']} before"
+        for label, size in done.items()
+    ]
+    text = "\n".join([printable(name), *sizes])
+    show(json_text({"gallery": name, **done}) if as_json else text)
+    return 0
+
+
+def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
+    """Encrypt all templates of a gallery with the current key, or decrypt them."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.tasks.rotation import PLAIN, rotate
+
+    with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
+        done, name = rotate(opened, decrypt=decrypt, progress=bars.show), opened.name
+    for number, why in done.damaged.items():
+        say_note(f"{name}: entry {number}, left as it is: {why}")
+    if as_json:
+        damaged = [{"id": number, "reason": why} for number, why in done.damaged.items()]
+        show(json_text({"gallery": name, **asdict(done), "damaged": damaged}))
+    else:
+        state = "not encrypted any more" if done.key == PLAIN else f"encrypted with key {done.key}"
+        show_line(f"{name}: {state}; {count(done.sealed, 'template')} rewritten")
+    return 1 if done.damaged else 0
+
+
 gallery.add_command(audit)
-gallery.add_command(rewrite)

@@ -49,17 +49,9 @@ Columns:
 
 \b
 More examples:
-  fpmatch identify prints.db manifest.csv
   fpmatch identify postgresql://me@host/prints probe.tif --transform
-  fpmatch identify prints.db - < probe.tif
-  fpmatch identify prints.db probe.tif --all
-  fpmatch identify nation.db probe.tif --effort 4
   fpmatch identify people.db left.png --with right.png
-
-\b
-Many probes, on all cores or on a cluster (columns of the file: docs/how-to/batches.md):
-  fpmatch identify prints.db --probes seized -o candidates.jsonl --transform
-  fpmatch identify prints.db --probes seized -o candidates.csv --scheduler tcp://host:8786
+  fpmatch identify prints.db --probes seized -o candidates.jsonl --scheduler tcp://host:8786
 """,
     epilog="""\b
 Examples:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.listing.print_file import PrintFile
     from fpmatch.gallery.search.identification import Identification
     from fpmatch.gallery.search.search import Search, SearchOptions
-
-_WORKERS_NEED: Final = ("fpmatch.gallery.batch.candidates", "fpmatch.matching.matchers.unit_circle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +82,7 @@ def identify_one_by_one(run: Run) -> int:
     """Show the candidates of each probe; return the exit status of the command."""
     from fpmatch.gallery.listing.prints import folder_reader, read_one_print
     from fpmatch.gallery.search.entries import identify_given
-    from fpmatch.gallery.tasks.probes import notes_on_identical, read_hashed
+    from fpmatch.gallery.search.probes import notes_on_identical, read_hashed
     from fpmatch.matching.result import named
     from fpmatch.prints.reading import group_by_note
 
@@ -144,7 +142,7 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
 
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
     from fpmatch.gallery.search.entries import identify_entries_fused
-    from fpmatch.gallery.tasks.probes import read_hashed
+    from fpmatch.gallery.search.probes import read_hashed
     from fpmatch.prints.reading import group_by_note
 
     if len(run.files) > 1:
@@ -189,12 +187,9 @@ def identify_to_file(run: Run, output: Path) -> int:
     from fpmatch.gallery.batch.candidates import check_candidates_format, write_candidates
     from fpmatch.gallery.batch.sources import FolderSource
     from fpmatch.gallery.engine.engine import make_engine
-    from fpmatch.gallery.engine.local import start_fork_server
 
     check_candidates_format(output)
     check_writable(output)
-    if run.scheduler is None:
-        start_fork_server(run.workers, *_WORKERS_NEED)
     above = run.places[0]
     if len(run.places) > 1:
         above = Path(os.path.commonpath([place.absolute() for place in run.places]))

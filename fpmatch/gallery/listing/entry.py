@@ -194,27 +194,3 @@ class Failure:
 
     source: str
     reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class GallerySummary:
-    """Counts and sizes of a gallery; `dpi` counts impressions by resolution.
-
-    `damaged` is the number of entries that are no impressions: a column of them is impossible.
-    `keys` are the ids of the keys in use, that of new entries first; none if it is not encrypted.
-    """
-
-    version: int
-    impressions: int
-    subjects: int
-    minutiae: int
-    template_bytes: int
-    dpi: dict[float, int]
-    failures: int
-    damaged: int = 0
-    keys: tuple[str, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the JSON values that ``fpmatch gallery list --summary --json`` prints."""
-        by_dpi = [{"dpi": dpi, "impressions": count} for dpi, count in self.dpi.items()]
-        return asdict(self) | {"dpi": by_dpi}

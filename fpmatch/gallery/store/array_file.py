@@ -34,7 +34,6 @@ READ_AT_ONCE: Final = 4 << 20
 _ALIGNMENT: Final = 64
 _HEAD: Final = struct.Struct("<16sQ")
 _SUM: Final = struct.Struct("<I")
-_DAMAGED: Final = (ValueError, TypeError, AttributeError, MemoryError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +45,6 @@ class Column:
 
     dtype: str
     shape: tuple[str | int, ...]
-
-
-class _OtherFileError(Exception):
-    """A file is whole, but of another version or content."""
 
 
 def write_arrays(
@@ -93,14 +88,16 @@ def read_arrays(
     content ("other").
     """
     try:
-        return _decode(*read_content(Path(path), unseal), columns, about)
+        header, content = read_content(Path(path), unseal)
+        document = parse_json(header)
+        if document["about"] != dict(about):
+            raise FpmatchError("of another version or content", path=path, code="other")
+        return _checked(document["arrays"], content, columns)
     except (FileNotFoundError, NotADirectoryError) as error:
         raise FpmatchError("no such file", path=path, code="missing") from error
     except OSError as error:
         raise FpmatchError(reason(error), path=path, code="unreadable") from error
-    except _OtherFileError as error:
-        raise FpmatchError(str(error), path=path, code="other") from error
-    except _DAMAGED as error:
+    except (ValueError, TypeError, KeyError, MemoryError) as error:
         raise FpmatchError("damaged", path=path, code="damaged") from error
 
 
@@ -115,22 +112,19 @@ def read_content(
     if not path.is_file():
         raise OSError(errno.EINVAL, "not a file") if path.exists() else FileNotFoundError
     whole: NDArray[np.uint8]
-    if unseal is not None:
-        whole = np.frombuffer(unseal(path.read_bytes()), np.uint8)
-        checksum = crc32(whole[: -_SUM.size].data)
-    else:
+    if unseal is None:
         checksum = _checksum(path)
         whole = np.memmap(path, np.uint8, "r")
+    else:
+        whole = np.frombuffer(unseal(path.read_bytes()), np.uint8)
+        checksum = crc32(whole[: -_SUM.size].data)
     if len(whole) < _HEAD.size + _SUM.size:
         raise ValueError("cut short")
     form, length = _HEAD.unpack(whole[: _HEAD.size].tobytes())
     if form != FORMAT and form[:-1] == FORMAT[:-1]:
-        raise _OtherFileError("of another version")
-    if (
-        form != FORMAT
-        or length > MAX_HEADER
-        or _SUM.pack(checksum) != whole[-_SUM.size :].tobytes()
-    ):
+        raise FpmatchError("of another version", path=path, code="other")
+    right = _SUM.pack(checksum) == whole[-_SUM.size :].tobytes()
+    if form != FORMAT or length > MAX_HEADER or not right:
         raise ValueError("another checksum")
     content = whole[_HEAD.size + length : -_SUM.size]
     return whole[_HEAD.size : _HEAD.size + length].tobytes(), content
@@ -145,24 +139,14 @@ def _checksum(path: Path) -> int:
     return checksum
 
 
-def _decode(
-    header: bytes,
-    content: NDArray[np.uint8],
-    columns: Mapping[str, Column],
-    about: Mapping[str, str],
+def _checked(
+    listed: Any, content: NDArray[np.uint8], columns: Mapping[str, Column]
 ) -> dict[str, NDArray[Any]]:
     """Return the arrays in the content of a file, those of `columns` in this order."""
-    document = parse_json(header)
-    if document.keys() != {"about", "arrays"}:
-        raise ValueError("more than is known")
-    if document["about"] != dict(about):
-        raise _OtherFileError("of another version or content")
     arrays: dict[str, NDArray[Any]] = {}
     lengths: dict[str | int, int] = {}
     at = 0
-    for (name, dtype, shape), (expected, column) in zip(
-        document["arrays"], columns.items(), strict=True
-    ):
+    for (name, dtype, shape), (expected, column) in zip(listed, columns.items(), strict=True):
         if (name, dtype, len(shape)) != (expected, column.dtype, len(column.shape)):
             raise ValueError(name)
         for length, dimension in zip(shape, column.shape, strict=True):

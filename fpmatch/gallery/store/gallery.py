@@ -43,7 +43,6 @@ from fpmatch.printable import as_text, printable
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Collection, Iterator, Sequence
-    from pathlib import Path
     from typing import Self
 
     from numpy.typing import NDArray
@@ -295,23 +294,23 @@ class Gallery(Database):
         self._erase(self, removed)
         return len(removed)
 
-    def record(
-        self, action: str, *, probe: Path | bytes | str | None = None, **details: Any
-    ) -> None:
+    def keeps_audit(self) -> bool:
+        """Return whether events are recorded now."""
+        with self.reading() as connection:
+            return audit.is_on(connection)
+
+    def record(self, action: str, *, probe: bytes | str | None = None, **details: Any) -> None:
         """Append an event to the audit of this gallery, if it keeps one.
 
         Changes append theirs themselves. Of a probe the event contains the SHA-256: it is given in
-        hexadecimal, or computed from the content or the file. Raises GalleryError if the event
-        cannot be stored: what it states must not happen then.
+        hexadecimal, or computed from the content. Raises GalleryError if the event cannot be
+        stored: what it states must not happen then.
         """
-        with self.reading() as connection:
-            if not audit.is_on(connection):
-                return
+        if not self.keeps_audit():
+            return
         if probe is not None:
-            if not isinstance(probe, str):
-                content = probe if isinstance(probe, bytes) else probe.read_bytes()
-                probe = hashlib.sha256(content).hexdigest()
-            details = {"probe": probe, **details}
+            digest = probe if isinstance(probe, str) else hashlib.sha256(probe).hexdigest()
+            details = {"probe": digest, **details}
         try:
             with self.changing() as connection:
                 audit.record(connection, action, **details)

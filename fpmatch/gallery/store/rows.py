@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
+from dataclasses import asdict
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -29,6 +30,7 @@ _KINDS: Final = {
     **dict.fromkeys(("subject", "finger", "impression", "source"), str),
     **{"content": bytes, "dpi": float},
 }
+_OWN: Final = ("source", "content", "dpi", "minutiae", "template")
 _DPI_ROUNDING: Final = 0.001  # of a packed template
 _DIGEST_BYTES: Final = 6
 _END: Final = 16  # bytes of a template
@@ -60,16 +62,7 @@ def pack_entry(entry: NewEntry) -> PackedEntry | Failure:
 
 def to_row(entry: PackedEntry) -> dict[str, Any]:
     """Return the columns of a new entry."""
-    return {
-        "subject": entry.label.subject,
-        "finger": entry.label.finger,
-        "impression": entry.label.impression,
-        "source": entry.source,
-        "content": entry.content,
-        "dpi": entry.dpi,
-        "minutiae": entry.minutiae,
-        "template": entry.template,
-    }
+    return asdict(entry.label) | {name: getattr(entry, name) for name in _OWN}
 
 
 def row_digest(row: Mapping[str, Any]) -> int:

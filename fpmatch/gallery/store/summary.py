@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.listing.entry import GallerySummary
 from fpmatch.gallery.store.tables import ENTRY, FAILURE, GALLERY
 from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
@@ -23,7 +22,7 @@ _SOUND: Final = sa.and_(
 def count_entries(gallery: Gallery) -> dict[str, Any]:
     """Return the counts that indices of the database contain, as JSON values.
 
-    They have the names of a `GallerySummary`; no row of an entry is read.
+    They are a part of what `summarize` returns; no row of an entry is read.
     """
     with gallery.reading() as connection:
         sealing = gallery.sealing(connection)
@@ -36,29 +35,29 @@ def count_entries(gallery: Gallery) -> dict[str, Any]:
         }
 
 
-def summarize(gallery: Gallery) -> GallerySummary:
-    """Return all counts and sizes; each row of an entry is read."""
+def summarize(gallery: Gallery) -> dict[str, Any]:
+    """Return all counts and sizes, as JSON values; each row of an entry is read.
+
+    "damaged" is the number of entries that are not counted, as their numbers are impossible.
+    """
     counted = count_entries(gallery)
     of_dpi = sa.select(ENTRY.c.dpi, _COUNT).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
     totals = sa.select(
-        _COUNT,
-        sa.func.count(ENTRY.c.subject.distinct()),
-        sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0),
-        sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
+        _COUNT.label("impressions"),
+        sa.func.count(ENTRY.c.subject.distinct()).label("subjects"),
+        sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0).label("minutiae"),
+        sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0).label("template_bytes"),
     )
     with gallery.reading() as connection:
-        impressions, subjects, minutiae, size = map(
-            int, connection.execute(totals.where(_SOUND)).one()
-        )
-        by_dpi = {float(dpi): count for dpi, count in connection.execute(of_dpi.where(_SOUND))}
-    return GallerySummary(
-        version=counted["version"],
-        impressions=impressions,
-        subjects=subjects,
-        minutiae=minutiae,
-        template_bytes=size,
-        dpi=by_dpi,
-        failures=counted["failures"],
-        damaged=counted["impressions"] - impressions,
-        keys=tuple(counted["keys"]),
-    )
+        row = connection.execute(totals.where(_SOUND)).one()
+        sizes = {name: int(number) for name, number in row._mapping.items()}
+        by_dpi = connection.execute(of_dpi.where(_SOUND)).all()
+    dpi = [{"dpi": float(dpi), "impressions": count} for dpi, count in by_dpi]
+    return {
+        "version": counted["version"],
+        **sizes,
+        "dpi": dpi,
+        "failures": counted["failures"],
+        "damaged": counted["impressions"] - sizes["impressions"],
+        "keys": counted["keys"],
+    }

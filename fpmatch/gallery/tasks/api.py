@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Label
-    from fpmatch.gallery.tasks.enrol import Enrolment
+    from fpmatch.gallery.tasks.screening import Enrolment
     from fpmatch.matching.result import Matcher
 
 
@@ -87,7 +87,7 @@ def identify(
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
-    from fpmatch.gallery.tasks.probes import read_hashed  # noqa: PLC0415
+    from fpmatch.gallery.search.probes import read_hashed  # noqa: PLC0415
 
     content = None
     if isinstance(probe, str | os.PathLike):
@@ -165,7 +165,7 @@ def enrol(
     >>> from fpmatch import enrol
     >>> done = enrol("prints.db", "sample_data")  # doctest: +SKIP
     >>> done.enrolled, done.failures  # doctest: +SKIP
-    (16, ())
+    (16, [])
     """
     from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415

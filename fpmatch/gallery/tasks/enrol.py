@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections import Counter, deque
+from collections import deque
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
@@ -26,12 +26,12 @@ from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder
 from fpmatch.gallery.store.rows import pack_entry
 from fpmatch.gallery.store.stored_template import is_unstated
 from fpmatch.gallery.store.tables import ENROLLED
-from fpmatch.gallery.tasks.screening import Screening
+from fpmatch.gallery.tasks.screening import Enrolment
 from fpmatch.printable import printable
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
@@ -45,47 +45,6 @@ LAST_ENTRIES: Final = 1000  # among which are prints of folders from which more 
 PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 
-@dataclass(frozen=True, slots=True)
-class Enrolment:
-    """Numbers of prints enrolled now and before, the failures, and notes on prints.
-
-    `added` has, of each subject that was enrolled before from other files, how many of the prints
-    were added to it now; `unmatched` are those of them that match nothing of their finger and are
-    enrolled all the same.
-    """
-
-    enrolled: int
-    known: int
-    failures: tuple[Failure, ...]
-    noted: dict[str, tuple[Path, ...]] = field(default_factory=dict)
-    added: dict[str, int] = field(default_factory=dict)
-    unmatched: tuple[Failure, ...] = ()
-
-
-def outcome_of(
-    screening: Screening, noted: Mapping[str, tuple[Path, ...]] | None = None
-) -> Enrolment:
-    """Return what a run has enrolled, with notes on prints."""
-    failures, unmatched = tuple(screening.failures), tuple(screening.unmatched)
-    counts = screening.enrolled, screening.known
-    return Enrolment(*counts, failures, dict(noted or {}), dict(screening.added), unmatched)
-
-
-def joined(runs: Iterable[Enrolment]) -> Enrolment:
-    """Return the sums of several runs."""
-    whole = Enrolment(0, 0, ())
-    for run in runs:
-        whole = Enrolment(
-            enrolled=whole.enrolled + run.enrolled,
-            known=whole.known + run.known,
-            failures=(*whole.failures, *run.failures),
-            noted={**whole.noted, **run.noted},
-            added=dict(Counter(whole.added) + Counter(run.added)),
-            unmatched=(*whole.unmatched, *run.unmatched),
-        )
-    return whole
-
-
 def enrol(
     gallery: Gallery,
     prints: Sequence[PrintFile],
@@ -95,6 +54,7 @@ def enrol(
     extractor: Callable[..., ExtractedPrint] | None = None,
     progress: Progress = no_progress,
     strict: bool = False,
+    into: Enrolment | None = None,
 ) -> Enrolment:
     """Enrol prints in a gallery, those that are not in it.
 
@@ -106,11 +66,11 @@ def enrol(
     Templates are made on the `engine` (default: all cores), whose workers must see the files, by
     the `extractor`, a function at the top of a module (default: `extract_print` with the reader of
     `folder_reader`). `progress` is called with stage "enrol". If `strict`, prints are refused that
-    do not match the others of their finger, or are probably two prints in one; see
-    `fpmatch.gallery.tasks.screening.Screening`.
+    do not match the others of their finger, or are probably two prints in one. The prints are
+    counted `into` a run that was begun, or a new one, which is returned.
     """
-    screening = Screening(gallery, strict=strict)
-    run = _Run(gallery, screening, pattern or NamePattern(), len(prints), progress)
+    done = into or Enrolment(gallery, strict=strict)
+    run = _Run(gallery, done, pattern or NamePattern(), len(prints), progress)
     notes = resolution_notes([file.dpi for file in prints])
     run.on_dpi = {file.path: one for file, one in zip(prints, notes, strict=True)}
     gallery.check_keys()
@@ -124,7 +84,8 @@ def enrol(
             for batch in _batches(attempts):
                 run.commit(batch)
     run.commit([])
-    return outcome_of(screening, group_by_note(run.noted))
+    done.noted |= group_by_note(run.noted)
+    return done
 
 
 def earlier_resolutions(gallery: Gallery, prints: Sequence[PrintFile]) -> dict[Path, float]:
@@ -160,7 +121,7 @@ class _Run:
     """State of one run of `enrol`; `unsaved` are failures that are not in the gallery yet."""
 
     gallery: Gallery
-    screening: Screening
+    enrolment: Enrolment
     pattern: NamePattern
     total: int
     progress: Progress
@@ -180,7 +141,7 @@ class _Run:
                     self.extracting.append(request)
                     yield file
                 elif conflict == ENROLLED:
-                    self.screening.note_known(request.content)
+                    self.enrolment.note_known(request.content)
                 else:
                     self._fail(file, str(conflict))
             self._report_progress()
@@ -217,13 +178,13 @@ class _Run:
             new.append(pack_entry(entry))
             self.noted.append((file.path, (*made.all_notes, *self.on_dpi[file.path])))
         failures, self.unsaved = self.unsaved, []
-        self.screening.add(new, failures)
+        self.enrolment.add(new, failures)
         self._report_progress()
 
     @property
     def done(self) -> int:
         """Number of prints whose outcome is known."""
-        counted = self.screening
+        counted = self.enrolment
         return counted.enrolled + counted.known + len(counted.failures) + len(self.unsaved)
 
     def _report_progress(self) -> None:

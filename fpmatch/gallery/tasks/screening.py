@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, PackedEntry
+from fpmatch.gallery.listing.entry import Failure, PackedEntry
 from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
@@ -16,6 +16,7 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry, Label
@@ -37,7 +38,7 @@ class _Screened(NamedTuple):
     refused: str | None = None
 
 
-class Screening:
+class Enrolment:
     """Enrol the prints of a run, and count what becomes of them.
 
     Prints of subjects that existed before are compared with their fingers first, and if `strict`
@@ -52,22 +53,23 @@ class Screening:
         self.enrolled, self.known = 0, 0
         """Numbers of prints enrolled now and before."""
         self.failures: list[Failure] = []
+        """Prints that could not be enrolled, with reasons."""
+        self.noted: dict[str, tuple[Path, ...]] = {}
+        """Notes, and the prints that each is about."""
         self.added: Counter[str] = Counter()
-        """Numbers of prints that were added to subjects that existed before."""
+        """Numbers of prints that were added to subjects which other files enrolled before."""
         self.unmatched: list[Failure] = []
         """Prints that were enrolled although they do not match their finger."""
+
+    def __repr__(self) -> str:
+        counts = f"enrolled={self.enrolled}, known={self.known}, failures={self.failures}"
+        return f"Enrolment({counts}, added={dict(self.added)}, unmatched={self.unmatched})"
 
     def add(self, new: Sequence[PackedEntry | Failure], failures: Sequence[Failure] = ()) -> None:
         """Enrol prints, and record the failures, in one transaction."""
         packed = [entry for entry in new if isinstance(entry, PackedEntry)]
         failed = [*failures, *(entry for entry in new if isinstance(entry, Failure))]
-        requests = [EnrolmentRequest(entry.label, entry.content, entry.dpi) for entry in packed]
-        conflicts = self._gallery.find_conflicts(requests)
-        for entry, conflict in zip(packed, conflicts, strict=True):
-            if conflict == ENROLLED:
-                self.note_known(entry.content)
-        left = [one for one, no in zip(packed, conflicts, strict=True) if no != ENROLLED]
-        screened = self._screen(left)
+        screened = self._screen(packed)
         failed += [
             Failure(one.entry.source, f"refused: {one.refused}") for one in screened if one.refused
         ]
@@ -103,7 +105,8 @@ class Screening:
         for entry in new:
             existing = enrolled.get(entry.label.subject, [])
             existed = any(other.content not in self._given for other in existing)
-            if not (existed or self._strict):
+            known = any(other.content == entry.content for other in existing)
+            if known or not (existed or self._strict):
                 screened.append(_Screened(entry))
                 continue
             template = unpack_template(entry.template)

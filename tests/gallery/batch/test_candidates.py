@@ -1,7 +1,9 @@
 """`fpmatch.gallery.batch.candidates`: the same file on every engine, whatever is killed."""
 
 import csv
+import hashlib
 import json
+import secrets
 import shutil
 import sqlite3
 from contextlib import closing
@@ -12,7 +14,7 @@ from pathlib import Path
 import pytest
 from made_prints import entries_of, entry_of, scattered
 
-from fpmatch.errors import GalleryError, MatcherError, OutputError, ScoringError
+from fpmatch.errors import GalleryError, ImageReadError, MatcherError, OutputError, ScoringError
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.batch import candidates as candidates_module
 from fpmatch.gallery.batch.candidates import COLUMNS, write_candidates
@@ -23,6 +25,7 @@ from fpmatch.gallery.search import entries as entries_module
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.search.search import SearchOptions
+from fpmatch.gallery.store.audit import events_of, turn_on
 
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
@@ -202,16 +205,23 @@ def test_a_damaged_entry_is_no_candidate(gallery, probes, tmp_path):
     assert "4" not in {row["id"] for row in rows}
 
 
-def test_an_audit_that_cannot_be_written_stops_the_run(gallery, probes, tmp_path, monkeypatch):
-    recorded = []
+def test_an_audit_states_what_was_searched_for_or_the_run_stops(
+    gallery, probes, tmp_path, monkeypatch
+):
+    turn_on(gallery)
+    run(gallery, probes, tmp_path / "c.csv")
+    searched = [event for _, _, event in events_of(gallery) if event["action"] == "identify"]
+    content = hashlib.sha256((probes / "0.json").read_bytes()).hexdigest()
+    assert (searched[0]["probe"], len(searched[0]["candidates"])) == (content, 3)
+    with monkeypatch.context() as patch:
+        patch.setattr(candidates_module, "sha256_of", lambda path: secrets.token_hex(32))
+        with pytest.raises(ImageReadError, match="was changed while it was searched for"):
+            run(gallery, probes, tmp_path / "d.csv")
 
-    def record(action, **details):
-        recorded.append((action, details["probe"].name, len(details["candidates"])))
-        if len(recorded) == 5:
-            raise GalleryError("its audit cannot store the event", path="g")
+    def refuse(*_, **__):
+        raise GalleryError("its audit cannot store the event", path="g")
 
-    monkeypatch.setattr(gallery, "record", record)
+    monkeypatch.setattr(gallery, "record", refuse)
     with pytest.raises(GalleryError, match="audit"):
-        run(gallery, probes, tmp_path / "c.csv")
-    assert recorded[0] == ("identify", "0.json", 3)
-    assert not (tmp_path / "c.csv").exists()
+        run(gallery, probes, tmp_path / "e.csv")
+    assert not (tmp_path / "e.csv").exists()

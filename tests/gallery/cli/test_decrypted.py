@@ -123,25 +123,14 @@ def kill(process):
 COMMANDS = [
     "identify GALLERY probes/101_1.tif --workers 2",
     "score --references GALLERY --probes GALLERY -o OUT.csv --workers 2",
-    "evaluate GALLERY --workers 2 --bootstrap 0",
     "enrol GALLERY probes --workers 2",
     "gallery rewrite GALLERY --encrypt",
-    "verify probes/101_1.tif --gallery GALLERY --subject 1",
     "serve --gallery GALLERY --port 0",
 ]
 
 
 def test_the_search_finds_what_is_not_encrypted(place):
-    """In a plain gallery, an unfinished batch, a task that is pickled."""
-    prepared = [get_matcher("unit-circle").prepare(one) for one in PRINTS]
-    for content in (prepared, PreparedPrints.pack(prepared), [pack(one) for one in PRINTS]):
-        (place / "task").write_bytes(pickle.dumps(content))
-        assert found_in(place) >= {place / "task"}
-    (place / "task").unlink()
-    assert found_in(place) == set()
     make_gallery(place / "plain.db")
-    with started(place, "plain", COMMANDS[0]) as process:
-        assert process.wait() == 0, process.stderr.read()
     assert found_in(place) == {place / "plain.db"}
 
 

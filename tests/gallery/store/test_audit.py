@@ -139,15 +139,6 @@ def test_a_change_is_found(audited, statement, code):
     assert error.path == audited.name
 
 
-def test_a_damaged_line_stops_nothing(audited):
-    audited.add([entry("101")])
-    change(audited, "UPDATE fpmatch_audit SET line = '[' WHERE number = 2")
-    audited.remove([1])
-    assert len(audited) == 0
-    with pytest.raises(AuditError, match="line 2 is damaged"):
-        check_audit(audited)
-
-
 def test_a_chain_that_was_written_anew_is_found_by_an_earlier_state(audited):
     audited.add([entry("101")])
     noted = check_audit(audited)

@@ -4,12 +4,10 @@ import os
 import stat
 
 import pytest
-from made_prints import entry_of, scattered
+from made_prints import entry_of
 
-from fpmatch.formats.files import save_template
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.matching.compiled import COMPILED
 
@@ -69,24 +67,3 @@ def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):
             gallery.clear_failures()
             assert gallery.private is private
         assert rights(tmp_path) == {"g.db": after}
-
-
-def test_exports_and_scores(run, tmp_path):
-    with open_gallery(tmp_path / "g.db", create=True) as gallery:
-        gallery.add([entry_of(k, scattered(k, 30), Label(str(k))) for k in (1, 2)])
-        sides = ("--references", gallery.name, "--probes", gallery.name)
-    save_template(tmp_path / "probe.json", scattered(1, 30))
-    for words in (
-        ("extract", "--gallery", tmp_path / "g.db", "-o", tmp_path / "out"),
-        ("score", *sides, "-o", tmp_path / "scores.csv", "--workers", 1),
-        (
-            "verify",
-            tmp_path / "probe.json",
-            tmp_path / "out" / "1.json",
-            "--overlay",
-            tmp_path / "o.png",
-        ),
-    ):
-        result = run(*words)
-        assert result.exit_code == 0, result.output
-    assert_private(tmp_path, 7)

@@ -180,6 +180,13 @@ def test_ridges_that_are_too_many_or_too_few_are_damage(bytes_more):
         unpack_template(resealed(changed))
 
 
+def test_a_stored_print_that_states_too_large_an_area_is_damage():
+    data = bytearray(pack_template(small_template())[:-4])
+    data[8:12] = struct.pack("<HH", 65_535, 65_535)
+    with pytest.raises(TemplateError, match="65535 x 65535 pixels at 500 dpi is too large"):
+        unpack_template(resealed(data))
+
+
 def full_field(rows, columns, step=1.0):
     field = RidgeField(step, np.ones((rows, columns)), np.ones((rows, columns)))
     return Template(Minutiae.empty(), 10, 10, 500.0, field)
@@ -191,12 +198,13 @@ def full_field(rows, columns, step=1.0):
         Template(Minutiae([40_000], [0], [0]), 10, 10),
         Template(Minutiae([0], [-1e30], [0]), 10, 10),
         Template(Minutiae.empty(), 70_000, 10),
+        Template(Minutiae.empty(), 65_535, 65_535),
         full_field(1, 1, step=1e300),
         full_field(1, 70_000),
         full_field(1100, 1000),
         Template(Minutiae(np.zeros(70_000), np.zeros(70_000), np.zeros(70_000)), 10, 10),
     ],
-    ids=["right", "up", "wide", "step", "long", "cells", "many"],
+    ids=["right", "up", "wide", "area", "step", "long", "cells", "many"],
 )
 def test_what_does_not_fit_is_refused(template):
     with pytest.raises(TemplateError, match=r"beyond|more than|outside"):

@@ -36,7 +36,7 @@ def test_a_gallery_is_searched_by_its_name(tmp_path):
 def test_prints_are_enrolled_by_the_names_of_their_folders(tmp_path):
     where, prints = tmp_path / "prints.db", [A, str(B)]
     done = fpmatch.enrol(where, prints, workers=1)
-    assert (done.enrolled, done.known, done.failures) == (2, 0, ())
+    assert (done.enrolled, done.known, done.failures) == (2, 0, [])
     with fpmatch.open_gallery(where) as gallery:
         assert fpmatch.enrol(gallery, A.parent / "101_1.tif", workers=1).known == 1
         assert len(gallery) == 2

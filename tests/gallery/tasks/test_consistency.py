@@ -8,7 +8,7 @@ from made_prints import entry_of, print_of
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.rows import pack_entry
 from fpmatch.gallery.tasks.consistency import check_fingers
-from fpmatch.gallery.tasks.screening import Screening, find_unmatched
+from fpmatch.gallery.tasks.screening import Enrolment, find_unmatched
 from fpmatch.matching.compiled import COMPILED
 
 
@@ -45,7 +45,7 @@ def test_a_print_of_another_finger_is_told_with_the_pair_that_disagrees(gallery)
 
 def screened(gallery, new, *, strict=False):
     """Return a run that enrols new entries one by one."""
-    screening = Screening(gallery, strict=strict)
+    screening = Enrolment(gallery, strict=strict)
     for entry in new:
         screening.add([pack_entry(entry)])
     return screening
@@ -55,7 +55,7 @@ def screened(gallery, new, *, strict=False):
 def test_what_matches_nothing_of_its_finger_is_named_or_refused(gallery, together):
     gallery.add(entries(("a", 1, 1)))
     new = entries(("a", 2, 2), ("a", 3, 2), ("a", 4, 1), ("b", 1, 5), ("b", 2, 6))
-    run = Screening(gallery, strict=True)
+    run = Enrolment(gallery, strict=True)
     if together:
         run.add(list(map(pack_entry, new)))
     else:

@@ -102,14 +102,6 @@ def test_resolutions_may_differ_and_are_told_apart(gallery, folder):
     assert failure.reason == "enrolled already, at 500 dpi, not 569"
 
 
-def test_a_file_that_goes_away_is_a_failure(gallery, folder):
-    prints = find_prints([folder / "1_1.tif", folder / "1_2.tif"])
-    (folder / "1_1.tif").unlink()
-    result = enrol_module.enrol(gallery, prints, engine=serial(), extractor=extractor)
-    assert [f.reason for f in result.failures] == ["no such file or directory"]
-    assert labels(gallery) == ["1_2"]
-
-
 def test_a_few_pictures_are_committed_at_a_time_until_that_fails(gallery, folder, monkeypatch):
     sizes = []
     add = gallery.add_packed
@@ -217,9 +209,9 @@ def test_prints_that_join_other_people_are_counted_and_named(where, colliding, e
     first, second = colliding
     with open_gallery(where, create=True, encrypt=encrypt) as gallery:
         done = enrol(gallery, first, extractor=finger_extractor)
-        assert (done.added, done.unmatched) == ({}, ())
+        assert (done.added, done.unmatched) == ({}, [])
         done = enrol(gallery, second, extractor=finger_extractor)
-        assert (done.enrolled, done.failures) == (5, ())
+        assert (done.enrolled, done.failures) == (5, [])
         assert done.added == {"1": 2, "2": 2}
         assert [Path(one.source).name for one in done.unmatched] == [
             "1_3.tif",
@@ -229,17 +221,4 @@ def test_prints_that_join_other_people_are_counted_and_named(where, colliding, e
         reason = "1_3 does not match 1_1 or 1 other impressions: another finger"
         assert done.unmatched[0].reason.startswith(reason)
         again = enrol(gallery, second, extractor=finger_extractor)
-        assert (again.known, again.added, again.unmatched) == (5, {}, ())
-
-
-def test_strict_refuses_them_and_leaves_nothing_of_them(where, colliding):
-    first, second = colliding
-    with open_gallery(where, create=True) as gallery:
-        enrol(gallery, first, extractor=finger_extractor)
-        done = enrol(gallery, second, extractor=finger_extractor, strict=True)
-        assert (done.enrolled, done.added, done.unmatched) == (2, {"2": 1}, ())
-        refused = [Path(failure.source).name for failure in done.failures]
-        assert refused == ["1_3.tif", "1_4.tif", "2_4.tif"]
-        assert done.failures[0].reason.startswith("refused: 1_3 does not match")
-        assert gallery.failures() == list(done.failures)
-        assert labels(gallery) == ["1_1", "1_2", "2_1", "2_2", "2_3", "3_1"]
+        assert (again.known, again.added, again.unmatched) == (5, {}, [])

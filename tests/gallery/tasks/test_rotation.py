@@ -43,21 +43,7 @@ def packed(where):
 
 def keys_in_use(where):
     with open_gallery(where) as gallery:
-        return summarize(gallery).keys
-
-
-def test_all_templates_are_sealed_with_the_current_key(where, source):
-    make(where, encrypt=True)
-    (first,) = keys_in_use(where)
-    second = add_key(source).current.id
-    with open_gallery(where) as gallery:
-        done = rotate(gallery)
-    assert (done.key, done.sealed, done.damaged) == (second, len(PRINTS), {})
-    remove_key(source, first)
-    assert packed(where) == PACKED
-    assert keys_in_use(where) == (second,)
-    with open_gallery(where) as gallery:
-        assert rotate(gallery).sealed == 0
+        return tuple(summarize(gallery)["keys"])
 
 
 def test_a_plain_gallery_is_encrypted_and_decrypted_while_another_is_open(where, source):
@@ -65,16 +51,17 @@ def test_a_plain_gallery_is_encrypted_and_decrypted_while_another_is_open(where,
     with open_gallery(where) as gallery, open_gallery(where) as other:
         assert len(list(other.templates())) == len(PRINTS)
         assert rotate(gallery).sealed == len(PRINTS)
+        assert rotate(gallery).sealed == 0
         assert list(other.packed_templates()) == PACKED
         assert other.add([entry_of(99)]) == [None]
         add_key(source)
         assert rotate(gallery).sealed == len(PRINTS) + 1
         assert list(other.packed_templates())[:-1] == PACKED
-        assert summarize(gallery).keys == (load_keys(source).current.id,)
+        assert summarize(gallery)["keys"] == [load_keys(source).current.id]
         done = rotate(gallery, decrypt=True)
         assert (done.key, done.sealed) == ("plain", len(PRINTS) + 1)
         assert list(other.packed_templates())[:-1] == PACKED
-        assert summarize(gallery).version == 3
+        assert summarize(gallery)["version"] == 3
         refused(rotate, gallery, decrypt=True, code="not encrypted")
 
 

@@ -24,18 +24,19 @@ def read_hashed(path: Path, read: Callable[[], Made]) -> tuple[Made, str]:
 
     Raises ImageReadError if the file is changed meanwhile; else what the function raises.
     """
-    before = _sha256(path)
+    before = sha256_of(path)
     made = read()
-    if _sha256(path) != before:
+    if sha256_of(path) != before:
         raise ImageReadError("was changed while it was read", path=path)
     return made, before
 
 
-def _sha256(path: Path) -> str:
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file in hexadecimal; "" for one that cannot be read."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:
-        return ""  # the function states the reason
+        return ""
 
 
 def notes_on_identical(

@@ -79,6 +79,7 @@ Examples:
   fpmatch rates scores.csv theirs.csv --report report
   fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
   fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
+  fpmatch rates candidates.csv --enrolled prints.db
 
 Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
 """,
@@ -93,6 +94,19 @@ Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
 @file_option(
     "--impostor-scores", metavar="FILE", multiple=True, help="Impostor scores of that matcher."
 )
+@click.option(
+    "--enrolled",
+    metavar="GALLERY|DIR|FILE",
+    help="The SCORES are candidates of searches (fpmatch identify -o) among these subjects.",
+)
+@click.option(
+    "--fpir",
+    "fpirs",
+    metavar="RATE",
+    type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    multiple=True,
+    help="With --enrolled: report the FNIR at this FPIR; repeatable.  [default: 0.001, 0.01, 0.1]",
+)
 @click.option("--distances", is_flag=True, help="The scores are distances: lower is more similar.")
 @pattern_option
 @rate_options
@@ -100,6 +114,8 @@ def rates(
     scores: tuple[Path, ...],
     genuine_scores: tuple[Path, ...],
     impostor_scores: tuple[Path, ...],
+    enrolled: str | None,
+    fpirs: tuple[float, ...],
     distances: bool,
     pattern: str | None,
     baseline: Path | None,
@@ -110,8 +126,18 @@ def rates(
 
     SCORES are files of fpmatch evaluate --scores or fpmatch score, or tables of another matcher
     whose first line names the columns: probe, reference, similarity or score, perhaps genuine (1 or
-    0). Several files are compared side by side.
+    0). Several files are compared side by side. With --enrolled they are candidate lists: columns
+    probe, subject and score.
     """
+    if enrolled is not None:
+        others = genuine_scores or impostor_scores or distances or baseline or options.pop("fmrs")
+        others = any(options.pop(name) for name in ("report_folder", "curves", "table")) or others
+        if others or not scores:
+            raise click.UsageError("--enrolled goes with SCORES, --fpir, --pattern, --det, --json")
+        _rates_of_searches(scores, enrolled, pattern, fpirs, as_json, **options)
+        return
+    if fpirs:
+        raise click.UsageError("--fpir goes with --enrolled")
     if not (scores or genuine_scores or impostor_scores):
         raise click.UsageError("Missing argument 'SCORES...'.")
     if len(genuine_scores) != len(impostor_scores):
@@ -139,6 +165,32 @@ def rates(
     document["notes"] = [{"note": note, "matcher": matcher} for matcher, note in noted]
     show(json_text(document) if as_json else as_text(report))
     write_outputs(report, files)
+
+
+def _rates_of_searches(
+    files: tuple[Path, ...],
+    enrolled: str,
+    pattern: str | None,
+    fpirs: tuple[float, ...],
+    as_json: bool,
+    *,
+    det: Path | None,
+    bootstrap: int,
+    seed: int,
+) -> None:
+    """Print the error rates of files of candidates, and draw their DET where requested."""
+    from fpmatch.lab.evaluation import identification as searches
+    from fpmatch.lab.plots.style import check_plot
+
+    if det is not None:
+        check_plot(det)
+    draws = {"bootstrap": bootstrap, "seed": seed}
+    systems = searches.evaluate_candidates(files, enrolled, pattern=pattern, fpirs=fpirs, **draws)
+    document = searches.identification_json(systems, **draws)
+    show(json_text(document) if as_json else searches.identification_text(systems))
+    if det is not None:
+        searches.save_identification_det(det, systems)
+        say_note(f"DET: {det}")
 
 
 def prepare_outputs(options: dict[str, Any]) -> dict[str, Path | None]:

@@ -79,8 +79,8 @@ def bootstrap_rates(
     """
     sets = np.empty((len(trials), bootstrap, 1 + len(limits)))
     pooled = np.empty((bootstrap, 1 + len(limits)))
-    ranks = [_Ranks.of([one]) for one in trials]
-    together = _Ranks.of(trials)
+    ranks = [RankedScores.of([one]) for one in trials]
+    together = RankedScores.of(trials)
     draws = zip(*(_pair_weights(t, bootstrap, seed, k) for k, t in enumerate(trials)), strict=True)
     start = 0
     for weights in _batches(draws, together.order.size):
@@ -145,7 +145,7 @@ def _batches(draws: Iterator[tuple[Weights, ...]], pairs: int) -> Iterator[list[
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Ranks:
+class RankedScores:
     """The order of scores, so that the rates of a draw need only the weights of the pairs.
 
     `order` sorts the pairs by score, `genuine` is in that order, and `last` is the last place of
@@ -157,7 +157,8 @@ class _Ranks:
     last: NDArray[np.intp]
 
     @classmethod
-    def of(cls, trials: Sequence[Trials]) -> _Ranks:
+    def of(cls, trials: Sequence[Trials]) -> RankedScores:
+        """Rank the scores of some databases together."""
         similarity = np.concatenate([one.similarity for one in trials])
         genuine = np.concatenate([one.genuine for one in trials])
         order = np.argsort(similarity, kind="stable")

@@ -1,0 +1,380 @@
+"""Error rates of identification, from the candidate lists of any system.
+
+With N subjects enrolled, a list of candidates for each search, and a threshold T:
+
+- FPIR(N, T), the false positive identification rate, is the share of the non-mated searches, whose
+  subject is not enrolled, that return a candidate with a score of T or more;
+- FNIR(N, R, T), the false negative identification rate, is the share of the mated searches that do
+  not return their mate among the first R candidates with such a score.
+
+Candidates are subjects; one that comes several times counts with its highest score. A tie counts
+against the mate. A search without a template is a miss where it is mated, and else returns nothing.
+
+References
+----------
+ISO/IEC 19795-1, "Biometric performance testing and reporting"; Grother, Ngan, Hanaoka, "Face
+Recognition Vendor Test, part 2: Identification", NISTIR 8271, for FNIR(N, R, T).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.errors import DatasetError, OutputError
+from fpmatch.gallery.listing.csv_rows import csv_rows
+from fpmatch.gallery.listing.entry import NamePattern
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.gallery.listing.prints import find_prints
+from fpmatch.lab.evaluation.rates.bootstrap import (
+    DEFAULT_BOOTSTRAP,
+    RankedScores,
+    draw_fingers,
+)
+from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_fmr
+from fpmatch.lab.evaluation.rates.intervals import (
+    CONFIDENCE,
+    MIN_FINGERS,
+    Interval,
+    bound_json,
+    exact_interval,
+    interval_json,
+    interval_of,
+    wider,
+)
+from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.report.figures import new_axes, series_look
+from fpmatch.lab.evaluation.report.results import percent
+from fpmatch.lab.evaluation.report.text import bounds_note, limits
+from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, plain_style
+from fpmatch.printable import text_table
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    AnyPath = str | os.PathLike[str]
+
+FPIRS: Final = (0.001, 0.01, 0.1)
+RANKS: Final = (1, 5, 10)
+_DET_FPIRS: Final = tuple(np.logspace(-4, 0, 41)[:-1].tolist())  # ten a decade
+_FORM: Final = "the first line names the columns: probe, subject and score"
+
+
+@dataclass(slots=True)
+class Search:
+    """One search: the subject of the probe, and the highest score of each candidate."""
+
+    subject: str
+    candidates: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class RatePoint:
+    """The FNIR up to a rank, or at an FPIR and the threshold on the score that gives it.
+
+    `fnir` is None where there are no mated searches, or fewer than 1 / `at` others.
+    """
+
+    at: float
+    fnir: float | None
+    interval: Interval | None
+    threshold: float | None = None
+
+    def as_json(self, name: str) -> dict[str, Any]:
+        """Return the point as JSON values; `at` is the rate or rank of this name."""
+        return {
+            name: self.at,
+            "fnir": self.fnir,
+            "threshold": self.threshold,
+            "interval": interval_json(self.interval),
+            "bound": bound_json(self.interval),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class IdentificationRates:
+    """The error rates of the searches of one system, with `enrolled` subjects in its gallery."""
+
+    name: str
+    enrolled: int
+    mated: int
+    nonmated: int
+    at_rank: tuple[RatePoint, ...]
+    at_fpir: tuple[RatePoint, ...]
+    det: tuple[RatePoint, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the rates as JSON values: fractions, null where undefined."""
+        return {
+            "name": self.name,
+            "enrolled": self.enrolled,
+            "mated": self.mated,
+            "nonmated": self.nonmated,
+            "fnir_at_rank": [one.as_json("rank") for one in self.at_rank],
+            "fnir_at_fpir": [one.as_json("fpir") for one in self.at_fpir],
+            "det": [one.as_json("fpir") for one in self.det],
+        }
+
+
+def enrolled_subjects(place: AnyPath, pattern: str | None = None) -> set[str]:
+    """Return the subjects of a gallery, of a folder or manifest of prints, or of a CSV file.
+
+    The file has a column ``subject``. Names of prints contain the subject: FFF of FFF_M, or by a
+    `pattern` as for `fpmatch.gallery.listing.entry.NamePattern`. Raises an FpmatchError if the
+    place cannot be read, and a DatasetError if it names no subject.
+    """
+    kind, names = kind_of(place), NamePattern() if pattern is None else NamePattern(pattern)
+    if kind == "gallery":
+        from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports a database)
+
+        with open_gallery(place) as gallery:
+            subjects = {entry.label.subject for entry in gallery.entries()}
+    elif kind == "file":
+        rows = csv_rows(place, DatasetError)
+        _, head = next(rows, (0, []))
+        if "subject" not in head:
+            raise DatasetError("no column 'subject'", path=place)
+        column = head.index("subject")
+        subjects = {row[column] for _, row in rows if len(row) > column and row[column]}
+    else:
+        files = find_prints([place], pattern=None if pattern is None else names)
+        labels = [file.label or names.label(file.path) for file in files]
+        subjects = {label.subject for label in labels if label is not None}
+    if not subjects:
+        raise DatasetError("names no subject (--pattern finds them in names)", path=place)
+    return subjects
+
+
+def read_candidates(path: AnyPath, enrolled: set[str], pattern: str | None = None) -> list[Search]:
+    """Read the searches of a file of candidates: of ``fpmatch identify -o``, or of any system.
+
+    A CSV file has a first line with the names of its columns: ``probe``, ``subject`` and
+    ``score``, greater for more similar prints, and perhaps ``probe_subject``; others are not read.
+    There is a row for each candidate, and one without a subject for a search that returned none. A
+    file of JSON lines (.jsonl) has an object for each search: ``probe`` and ``candidates``, with
+    the same members. Without ``probe_subject`` the name of the probe contains the subject, as for
+    `enrolled_subjects`. Raises a `DatasetError` if the file cannot be read, or a candidate or a
+    probe has no known subject, with the line.
+    """
+    names, searches = NamePattern() if pattern is None else NamePattern(pattern), {}
+    rows = _json_rows(path) if Path(path).suffix.lower() == ".jsonl" else _csv_rows(path)
+    for line, probe, of_probe, subject, score in rows:
+        if probe not in searches:
+            label = names.label(Path(probe))
+            if not of_probe and label is None:
+                why = f"the subject of probe {probe!r} is not known (--pattern finds it in names)"
+                raise DatasetError(f"line {line}: {why}", path=path)
+            searches[probe] = Search(of_probe or (label.subject if label else ""))
+        if not subject:
+            continue
+        if subject not in enrolled:
+            raise DatasetError(f"line {line}: candidate {subject!r} is not enrolled", path=path)
+        try:
+            value = float(score)
+        except (TypeError, ValueError):
+            value = math.nan
+        if not math.isfinite(value):
+            raise DatasetError(f"line {line}: score {score!r} is no finite number", path=path)
+        candidates = searches[probe].candidates
+        candidates[subject] = max(value, candidates.get(subject, value))
+    if not searches:
+        raise DatasetError("holds no search", path=path)
+    return list(searches.values())
+
+
+def _csv_rows(path: AnyPath) -> Iterator[tuple[int, str, str, str, Any]]:
+    """Yield line, probe, its subject, the candidate's, and score of each row."""
+    rows = csv_rows(path, DatasetError)
+    line, head = next(rows, (0, []))
+    if not {"probe", "subject", "score"} <= set(head):
+        raise DatasetError(f"line {line}: not a file of candidates: {_FORM}", path=path)
+    places = [
+        head.index(name) if name in head else len(head)
+        for name in ("probe", "probe_subject", "subject", "score")
+    ]
+    for line, row in rows:
+        cells = [*row, *[""] * (len(head) + 1 - len(row))]
+        probe, of_probe, subject, score = (cells[k] for k in places)
+        yield line, probe, of_probe, subject, score
+
+
+def _json_rows(path: AnyPath) -> Iterator[tuple[int, str, str, str, Any]]:
+    """Yield what `_csv_rows` yields; one row without a candidate for each search, too."""
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        for line, text in enumerate(lines, 1):
+            document = json.loads(text)
+            search = line, str(document["probe"]), str(document.get("probe_subject") or "")
+            yield (*search, "", None)
+            for one in document["candidates"]:
+                yield (*search, str(one["subject"]), one["score"])
+    except (OSError, ValueError, RecursionError) as error:
+        raise DatasetError("cannot be read as JSON lines", path=path) from error
+    except (KeyError, TypeError, AttributeError) as error:
+        why = "a search has 'probe' and 'candidates', and these 'subject' and 'score'"
+        raise DatasetError(f"line {line}: {why}", path=path) from error
+
+
+def identification_rates(
+    searches: Sequence[Search],
+    enrolled: int,
+    *,
+    name: str = "",
+    fpirs: Sequence[float] = (),
+    bootstrap: int = DEFAULT_BOOTSTRAP,
+    seed: int = 0,
+    subjects: set[str],
+) -> IdentificationRates:
+    """Compute the error rates of searches; a search is mated if its subject is in `subjects`.
+
+    `fpirs`: the FPIRs of the points (default: `FPIRS`). The bootstrap draws the subjects of the
+    probes, each with all its searches; the gallery is not drawn. With fewer than five subjects,
+    only rates of 0 and 1 have an interval. Raises a `DatasetError` without a mated search.
+
+    Examples
+    --------
+    >>> from fpmatch.lab.evaluation.identification import Search, identification_rates
+    >>> found, missed = Search("a", {"a": 9.0, "b": 1.0}), Search("b", {"a": 2.0})
+    >>> other = Search("c", {"a": 3.0})
+    >>> rates = identification_rates([found, missed, other], 2, subjects={"a", "b"}, fpirs=[0.5])
+    >>> rates.mated, rates.nonmated, rates.at_rank[0].fnir
+    (2, 1, 0.5)
+    """
+    mated = [one for one in searches if one.subject in subjects]
+    others = [one for one in searches if one.subject not in subjects]
+    if not mated:
+        raise DatasetError(f"{name}: no probe's subject is enrolled")
+    every = [score for one in searches for score in one.candidates.values()]
+    nothing = min(every, default=0.0) - 1.0  # below all scores: of what is not listed
+    mates = np.array([one.candidates.get(one.subject, nothing) for one in mated])
+    highest = np.array([max(one.candidates.values(), default=nothing) for one in others])
+    ranks = np.array([_rank(one) for one in mated])
+    number = {name: k for k, name in enumerate(dict.fromkeys(one.subject for one in searches))}
+    of_search = np.array([number[one.subject] for one in (*mated, *others)], np.intp)
+    units = len({one.subject for one in mated})
+    weights = None
+    if bootstrap and len(number) >= MIN_FINGERS:
+        weights = draw_fingers(len(number), bootstrap, seed)[:, of_search]
+
+    def interval(rate: float | None, draws: NDArray[np.float64] | None) -> Interval | None:
+        drawn = None if draws is None else interval_of(draws)
+        exact = exact_interval(rate, units, "subject") if rate in {0.0, 1.0} and bootstrap else None
+        return None if rate is None else wider(drawn, exact)
+
+    at_rank = []
+    for rank in (one for one in RANKS if one == 1 or one < enrolled):
+        missed, draws = ranks > rank, None
+        if weights is not None:
+            of_mated = weights[:, : len(mated)]
+            with np.errstate(invalid="ignore"):  # a draw without mated searches has no rate
+                draws = (of_mated @ missed) / of_mated.sum(axis=1)
+        rate = float(missed.mean())
+        at_rank.append(RatePoint(rank, rate, interval(rate, draws)))
+    wanted = [*(fpirs or FPIRS), *(f for f in _DET_FPIRS if f * len(others) >= 1)]
+    drawn = None
+    if weights is not None and others:
+        is_mated = np.arange(len(searches)) < len(mated)
+        trials = Trials.without_fingers(np.concatenate([mates, highest]), is_mated)
+        drawn = RankedScores.of([trials]).rates(weights, wanted)[:, 1:]
+    at_fpir = []
+    for k, fpir in enumerate(wanted):
+        fnir = fnmr_at_fmr(mates, highest, fpir)
+        below = None if fnir is None else threshold_at_fmr(highest, fpir)
+        above = [] if below is None else [score for score in every if score > below]
+        limit = interval(fnir, None if drawn is None else drawn[:, k])
+        at_fpir.append(RatePoint(fpir, fnir, limit, min(above, default=None)))
+    asked = len(fpirs or FPIRS)
+    sides = tuple(at_fpir[:asked]), tuple(at_fpir[asked:])
+    return IdentificationRates(name, enrolled, len(mated), len(others), tuple(at_rank), *sides)
+
+
+def _rank(search: Search) -> float:
+    """Return the rank of the mate among the candidates, infinite where it is not one."""
+    mate = search.candidates.get(search.subject)
+    if mate is None:
+        return math.inf
+    return sum(score >= mate for score in search.candidates.values())
+
+
+def evaluate_candidates(
+    files: Sequence[AnyPath],
+    enrolled: AnyPath,
+    *,
+    pattern: str | None = None,
+    **options: Any,
+) -> list[IdentificationRates]:
+    """Return the error rates of the searches in files of candidates, a system each.
+
+    `enrolled` is as for `enrolled_subjects`, `options` as for `identification_rates`.
+    """
+    subjects = enrolled_subjects(enrolled, pattern)
+    return [
+        identification_rates(
+            read_candidates(file, subjects, pattern),
+            len(subjects),
+            name=Path(file).stem,
+            subjects=subjects,
+            **options,
+        )
+        for file in files
+    ]
+
+
+def identification_json(
+    systems: Sequence[IdentificationRates], bootstrap: int, seed: int
+) -> dict[str, Any]:
+    """Return the rates of some systems as one JSON object."""
+    draws: Mapping[str, Any] = {"bootstrap": bootstrap, "seed": seed, "confidence": CONFIDENCE}
+    return {"protocol": "identification", **draws, "systems": [one.as_json() for one in systems]}
+
+
+def identification_text(systems: Sequence[IdentificationRates]) -> str:
+    """Return a table of the rates of some systems, with their intervals, in percent."""
+    rows: list[tuple[str, ...]] = []
+    rows.append(
+        ("FNIR at", "enrolled", "mated", "non-mated", "", "FNIR", "95 % interval", "threshold")
+    )
+    for system in systems:
+        counts = system.name, *map(str, (system.enrolled, system.mated, system.nonmated))
+        for point in (*system.at_rank, *system.at_fpir):
+            of_rank = point in system.at_rank
+            at = f"rank {point.at:g}" if of_rank else f"FPIR {100 * point.at:.6g} %"
+            shown = "-" if point.threshold is None else f"{point.threshold:.6g}"
+            interval = "-" if point.fnir is None else limits(point.interval)
+            rows.append((*counts, at, percent(point.fnir), interval, "" if of_rank else shown))
+            counts = "", "", "", ""
+    points = (point for system in systems for point in (*system.at_rank, *system.at_fpir))
+    note = bounds_note(point.interval for point in points)
+    return "\n\n".join(filter(None, (text_table(rows), note)))
+
+
+def save_identification_det(path: AnyPath, systems: Sequence[IdentificationRates]) -> None:
+    """Draw FNIR against FPIR, a line a system; a rate of 0 is drawn at half a search.
+
+    Raises an `OutputError` as `check_plot`, and where there are no non-mated searches.
+    """
+    check_plot(path)
+    if not all(system.det for system in systems):
+        raise OutputError(f"{path}: a DET needs mated and non-mated searches")
+    with plain_style():
+        figure, axes = new_axes()
+        for k, system in enumerate(systems):
+            fnir = [max(point.fnir or 0.0, 0.5 / system.mated) for point in system.det]
+            fpir = [point.at for point in system.det]
+            axes.plot(fpir, fnir, label=system.name, **series_look(k))
+        axes.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_formatter("")
+            axis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
+        axes.grid(visible=True, linewidth=0.4)
+        axes.legend(frameon=False)
+        atomic_write_bytes(path, figure_bytes(figure, path, PLOT_DPI))

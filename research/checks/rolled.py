@@ -12,7 +12,7 @@ from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.image.extract import extract
 from fpmatch.image.io.grey import GreyImage
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.report.results import percent
+from fpmatch.lab.evaluation.report.text import percent
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS

@@ -59,7 +59,7 @@ More examples:
   fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
   fpmatch evaluate fvc2002/DB1_B --pairs list.csv
-  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --det det.pdf
 """,
     epilog="""\b
 Examples:
@@ -130,7 +130,7 @@ def evaluate(
     from fpmatch.lab.evaluation.databases.dataset import with_unique_names
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
-    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.document import report_document
     from fpmatch.lab.evaluation.report.text import as_text
     from fpmatch.prints.reading import PrintReader
 
@@ -162,10 +162,10 @@ def evaluate(
     say_notes(noted)
     for name, reason in results[0].failures:
         say_note(f"no template: {name}: {reason}")
-    report = Report.of(results, **options, baseline=earlier, baseline_name=str(baseline))
-    write_outputs(report, files)
-    document = report.as_json()
+    options |= {"baseline": earlier, "baseline_name": str(baseline)}
+    document = report_document(results, **options)
+    write_outputs(results, document, files)
     document["dpi_assumed"] = len(assumed)
     document["notes"] = notes_as_json(noted)
-    show(json_text(document) if as_json else as_text(report))
+    show(json_text(document) if as_json else as_text(document))
     return 1 if results[0].failures else 0

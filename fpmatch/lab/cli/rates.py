@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.results import RatesReport
 
 _OPTIONS: Final = (
     click.option(
@@ -39,12 +39,6 @@ _OPTIONS: Final = (
         metavar="SCORES.csv",
         help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
         "score.",
-    ),
-    file_option(
-        "--curves",
-        metavar="DIR",
-        hidden=True,
-        help="Write the points of the DET curves there, as det.csv.",
     ),
     file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
     file_option(
@@ -131,7 +125,7 @@ def rates(
     """
     if enrolled is not None:
         others = genuine_scores or impostor_scores or distances or baseline or options.pop("fmrs")
-        others = any(options.pop(name) for name in ("report_folder", "curves", "table")) or others
+        others = any(options.pop(name) for name in ("report_folder", "table")) or others
         if others or not scores:
             raise click.UsageError("--enrolled goes with SCORES, --fpir, --pattern, --det, --json")
         _rates_of_searches(scores, enrolled, pattern, fpirs, as_json, **options)
@@ -143,7 +137,7 @@ def rates(
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import finger_in_name, read_scores
-    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.document import report_document
     from fpmatch.lab.evaluation.report.results import evaluate_scores, notes_on
     from fpmatch.lab.evaluation.report.text import as_text
 
@@ -160,11 +154,11 @@ def rates(
     noted = [(one.matcher, note) for one in results for note in notes_on(one)]
     for matcher, note in noted:
         say_note(f"{matcher}: {note}")
-    report = Report.of(results, **options, baseline=earlier, baseline_name=str(baseline))
-    document = report.as_json()
+    options |= {"baseline": earlier, "baseline_name": str(baseline)}
+    document = report_document(results, **options)
     document["notes"] = [{"note": note, "matcher": matcher} for matcher, note in noted]
-    show(json_text(document) if as_json else as_text(report))
-    write_outputs(report, files)
+    show(json_text(document) if as_json else as_text(document))
+    write_outputs(results, document, files)
 
 
 def _rates_of_searches(
@@ -184,48 +178,45 @@ def _rates_of_searches(
 
     if det is not None:
         check_plot(det)
-    draws = {"bootstrap": bootstrap, "seed": seed}
-    systems = searches.evaluate_candidates(files, enrolled, pattern=pattern, fpirs=fpirs, **draws)
-    document = searches.identification_json(systems, **draws)
-    show(json_text(document) if as_json else searches.identification_text(systems))
+    document = searches.evaluate_candidates(
+        files, enrolled, pattern=pattern, fpirs=fpirs, bootstrap=bootstrap, seed=seed
+    )
+    show(json_text(document) if as_json else searches.identification_text(document))
     if det is not None:
-        searches.save_identification_det(det, systems)
+        searches.save_identification_det(det, document)
         say_note(f"DET: {det}")
 
 
 def prepare_outputs(options: dict[str, Any]) -> dict[str, Path | None]:
     """Take the files to write out of the options; OutputError where one cannot be written."""
-    files = {name: options.pop(name) for name in ("report_folder", "curves", "det", "table")}
+    files = {name: options.pop(name) for name in ("report_folder", "det", "table")}
     if any(files.values()):
         from fpmatch.lab.evaluation.report.page import prepare_page
-        from fpmatch.lab.evaluation.report.tables import check_table, prepare_curves
+        from fpmatch.lab.evaluation.report.tables import check_table
         from fpmatch.lab.plots.style import check_plot
 
-        checks = prepare_page, prepare_curves, check_plot, check_table
+        checks = prepare_page, check_plot, check_table
         for file, check in zip(files.values(), checks, strict=True):
             if file is not None:
                 check(file)
     return files
 
 
-def write_outputs(report: Report, files: dict[str, Path | None]) -> None:
-    """Write page, curves, DET and table, where requested, and note where they are."""
-    reports = [one.report for one in report.analyses]
+def write_outputs(
+    results: list[RatesReport], document: dict[str, Any], files: dict[str, Path | None]
+) -> None:
+    """Write page, DET and table, where requested, and note where they are."""
     if (det := files["det"]) is not None:
         from fpmatch.lab.evaluation.report.figures import save_det
 
-        save_det(det, reports)
+        save_det(det, results)
         say_note(f"DET: {det}")
     if (table := files["table"]) is not None:
         from fpmatch.lab.evaluation.report.tables import save_table
 
-        save_table(table, report.analyses)
+        save_table(table, document)
         say_note(f"table: {table}")
     if (folder := files["report_folder"]) is not None:
         from fpmatch.lab.evaluation.report.page import write_page
 
-        say_note(f"report: {write_page(folder, report)}")
-    if (curves := files["curves"]) is not None:
-        from fpmatch.lab.evaluation.report.tables import write_curves
-
-        say_note(f"curves: {write_curves(curves, reports)}")
+        say_note(f"report: {write_page(folder, results, document)}")

@@ -41,7 +41,6 @@ from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_f
 from fpmatch.lab.evaluation.rates.intervals import (
     CONFIDENCE,
     MIN_FINGERS,
-    Interval,
     bound_json,
     exact_interval,
     interval_json,
@@ -50,16 +49,13 @@ from fpmatch.lab.evaluation.rates.intervals import (
 )
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.lab.evaluation.report.figures import new_axes, series_look
-from fpmatch.lab.evaluation.report.results import percent
-from fpmatch.lab.evaluation.report.text import bounds_note, limits
+from fpmatch.lab.evaluation.report.text import bounds_note, limits, percent
 from fpmatch.lab.plots.style import PLOT_DPI, check_plot, figure_bytes, plain_style
 from fpmatch.printable import text_table
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
+    from collections.abc import Iterator, Sequence
 
     AnyPath = str | os.PathLike[str]
 
@@ -75,54 +71,6 @@ class Search:
 
     subject: str
     candidates: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class RatePoint:
-    """The FNIR up to a rank, or at an FPIR and the threshold on the score that gives it.
-
-    `fnir` is None where there are no mated searches, or fewer than 1 / `at` others.
-    """
-
-    at: float
-    fnir: float | None
-    interval: Interval | None
-    threshold: float | None = None
-
-    def as_json(self, name: str) -> dict[str, Any]:
-        """Return the point as JSON values; `at` is the rate or rank of this name."""
-        return {
-            name: self.at,
-            "fnir": self.fnir,
-            "threshold": self.threshold,
-            "interval": interval_json(self.interval),
-            "bound": bound_json(self.interval),
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class IdentificationRates:
-    """The error rates of the searches of one system, with `enrolled` subjects in its gallery."""
-
-    name: str
-    enrolled: int
-    mated: int
-    nonmated: int
-    at_rank: tuple[RatePoint, ...]
-    at_fpir: tuple[RatePoint, ...]
-    det: tuple[RatePoint, ...]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the rates as JSON values: fractions, null where undefined."""
-        return {
-            "name": self.name,
-            "enrolled": self.enrolled,
-            "mated": self.mated,
-            "nonmated": self.nonmated,
-            "fnir_at_rank": [one.as_json("rank") for one in self.at_rank],
-            "fnir_at_fpir": [one.as_json("fpir") for one in self.at_fpir],
-            "det": [one.as_json("fpir") for one in self.det],
-        }
 
 
 def enrolled_subjects(place: AnyPath, pattern: str | None = None) -> set[str]:
@@ -226,27 +174,27 @@ def _json_rows(path: AnyPath) -> Iterator[tuple[int, str, str, str, Any]]:
 
 def identification_rates(
     searches: Sequence[Search],
-    enrolled: int,
+    subjects: set[str],
     *,
     name: str = "",
     fpirs: Sequence[float] = (),
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
-    subjects: set[str],
-) -> IdentificationRates:
-    """Compute the error rates of searches; a search is mated if its subject is in `subjects`.
+) -> dict[str, Any]:
+    """Compute the error rates of searches among enrolled `subjects`, as JSON values.
 
-    `fpirs`: the FPIRs of the points (default: `FPIRS`). The bootstrap draws the subjects of the
-    probes, each with all its searches; the gallery is not drawn. With fewer than five subjects,
-    only rates of 0 and 1 have an interval. Raises a `DatasetError` without a mated search.
+    `fnir_at_rank`, `fnir_at_fpir` (at `fpirs`, default: `FPIRS`) and `det` are points with their
+    `fnir`, its 95 % `interval` and the `threshold` on the score; a rate is None where there are
+    fewer than 1 / FPIR non-mated searches. The bootstrap draws the subjects of the probes, each
+    with all its searches; the gallery is not drawn. With fewer than five subjects, only rates of 0
+    and 1 have an interval. Raises a `DatasetError` without a mated search.
 
     Examples
     --------
     >>> from fpmatch.lab.evaluation.identification import Search, identification_rates
     >>> found, missed = Search("a", {"a": 9.0, "b": 1.0}), Search("b", {"a": 2.0})
-    >>> other = Search("c", {"a": 3.0})
-    >>> rates = identification_rates([found, missed, other], 2, subjects={"a", "b"}, fpirs=[0.5])
-    >>> rates.mated, rates.nonmated, rates.at_rank[0].fnir
+    >>> rates = identification_rates([found, missed, Search("c", {"a": 3.0})], {"a", "b"})
+    >>> rates["mated"], rates["nonmated"], rates["fnir_at_rank"][0]["fnir"]
     (2, 1, 0.5)
     """
     mated = [one for one in searches if one.subject in subjects]
@@ -258,43 +206,51 @@ def identification_rates(
     mates = np.array([one.candidates.get(one.subject, nothing) for one in mated])
     highest = np.array([max(one.candidates.values(), default=nothing) for one in others])
     ranks = np.array([_rank(one) for one in mated])
-    number = {name: k for k, name in enumerate(dict.fromkeys(one.subject for one in searches))}
-    of_search = np.array([number[one.subject] for one in (*mated, *others)], np.intp)
-    units = len({one.subject for one in mated})
+    numbers = {one: k for k, one in enumerate(dict.fromkeys(each.subject for each in searches))}
     weights = None
-    if bootstrap and len(number) >= MIN_FINGERS:
-        weights = draw_fingers(len(number), bootstrap, seed)[:, of_search]
+    if bootstrap and len(numbers) >= MIN_FINGERS:
+        drawn = draw_fingers(len(numbers), bootstrap, seed)
+        weights = drawn[:, [numbers[one.subject] for one in (*mated, *others)]]
+    units = len({one.subject for one in mated})
 
-    def interval(rate: float | None, draws: NDArray[np.float64] | None) -> Interval | None:
-        drawn = None if draws is None else interval_of(draws)
-        exact = exact_interval(rate, units, "subject") if rate in {0.0, 1.0} and bootstrap else None
-        return None if rate is None else wider(drawn, exact)
+    def point(at: Any, fnir: float | None, draws: Any, threshold: float | None) -> dict[str, Any]:
+        interval = None
+        if fnir is not None and bootstrap:
+            exact = exact_interval(fnir, units, "subject") if fnir in {0.0, 1.0} else None
+            interval = wider(None if draws is None else interval_of(draws), exact)
+        limits = {"interval": interval_json(interval), "bound": bound_json(interval)}
+        return {**at, "fnir": fnir, "threshold": threshold, **limits}
 
     at_rank = []
-    for rank in (one for one in RANKS if one == 1 or one < enrolled):
+    for rank in (one for one in RANKS if one == 1 or one < len(subjects)):
         missed, draws = ranks > rank, None
         if weights is not None:
             of_mated = weights[:, : len(mated)]
             with np.errstate(invalid="ignore"):  # a draw without mated searches has no rate
                 draws = (of_mated @ missed) / of_mated.sum(axis=1)
-        rate = float(missed.mean())
-        at_rank.append(RatePoint(rank, rate, interval(rate, draws)))
+        at_rank.append(point({"rank": rank}, float(missed.mean()), draws, None))
     wanted = [*(fpirs or FPIRS), *(f for f in _DET_FPIRS if f * len(others) >= 1)]
-    drawn = None
+    columns: list[Any] = [None] * len(wanted)
     if weights is not None and others:
         is_mated = np.arange(len(searches)) < len(mated)
         trials = Trials.without_fingers(np.concatenate([mates, highest]), is_mated)
-        drawn = RankedScores.of([trials]).rates(weights, wanted)[:, 1:]
+        columns = list(RankedScores.of([trials]).rates(weights, wanted)[:, 1:].T)
     at_fpir = []
-    for k, fpir in enumerate(wanted):
+    for fpir, draws in zip(wanted, columns, strict=True):
         fnir = fnmr_at_fmr(mates, highest, fpir)
         below = None if fnir is None else threshold_at_fmr(highest, fpir)
         above = [] if below is None else [score for score in every if score > below]
-        limit = interval(fnir, None if drawn is None else drawn[:, k])
-        at_fpir.append(RatePoint(fpir, fnir, limit, min(above, default=None)))
+        at_fpir.append(point({"fpir": fpir}, fnir, draws, min(above, default=None)))
     asked = len(fpirs or FPIRS)
-    sides = tuple(at_fpir[:asked]), tuple(at_fpir[asked:])
-    return IdentificationRates(name, enrolled, len(mated), len(others), tuple(at_rank), *sides)
+    return {
+        "name": name,
+        "enrolled": len(subjects),
+        "mated": len(mated),
+        "nonmated": len(others),
+        "fnir_at_rank": at_rank,
+        "fnir_at_fpir": at_fpir[:asked],
+        "det": at_fpir[asked:],
+    }
 
 
 def _rank(search: Search) -> float:
@@ -310,67 +266,58 @@ def evaluate_candidates(
     enrolled: AnyPath,
     *,
     pattern: str | None = None,
-    **options: Any,
-) -> list[IdentificationRates]:
-    """Return the error rates of the searches in files of candidates, a system each.
+    bootstrap: int = DEFAULT_BOOTSTRAP,
+    seed: int = 0,
+    fpirs: Sequence[float] = (),
+) -> dict[str, Any]:
+    """Return the error rates of the searches in files of candidates, `systems`, as JSON values.
 
-    `enrolled` is as for `enrolled_subjects`, `options` as for `identification_rates`.
+    `enrolled` is as for `enrolled_subjects`, all else as for `identification_rates`.
     """
     subjects = enrolled_subjects(enrolled, pattern)
-    return [
-        identification_rates(
-            read_candidates(file, subjects, pattern),
-            len(subjects),
-            name=Path(file).stem,
-            subjects=subjects,
-            **options,
-        )
-        for file in files
-    ]
+    draws = {"bootstrap": bootstrap, "seed": seed}
+    systems = []
+    for file in files:
+        searches = read_candidates(file, subjects, pattern)
+        how: dict[str, Any] = {"name": Path(file).stem, "fpirs": fpirs, **draws}
+        systems.append(identification_rates(searches, subjects, **how))
+    return {"protocol": "identification", "confidence": CONFIDENCE, **draws, "systems": systems}
 
 
-def identification_json(
-    systems: Sequence[IdentificationRates], bootstrap: int, seed: int
-) -> dict[str, Any]:
-    """Return the rates of some systems as one JSON object."""
-    draws: Mapping[str, Any] = {"bootstrap": bootstrap, "seed": seed, "confidence": CONFIDENCE}
-    return {"protocol": "identification", **draws, "systems": [one.as_json() for one in systems]}
-
-
-def identification_text(systems: Sequence[IdentificationRates]) -> str:
+def identification_text(document: dict[str, Any]) -> str:
     """Return a table of the rates of some systems, with their intervals, in percent."""
-    rows: list[tuple[str, ...]] = []
-    rows.append(
+    rows: list[tuple[str, ...]] = [
         ("FNIR at", "enrolled", "mated", "non-mated", "", "FNIR", "95 % interval", "threshold")
-    )
-    for system in systems:
-        counts = system.name, *map(str, (system.enrolled, system.mated, system.nonmated))
-        for point in (*system.at_rank, *system.at_fpir):
-            of_rank = point in system.at_rank
-            at = f"rank {point.at:g}" if of_rank else f"FPIR {100 * point.at:.6g} %"
-            shown = "-" if point.threshold is None else f"{point.threshold:.6g}"
-            interval = "-" if point.fnir is None else limits(point.interval)
-            rows.append((*counts, at, percent(point.fnir), interval, "" if of_rank else shown))
-            counts = "", "", "", ""
-    points = (point for system in systems for point in (*system.at_rank, *system.at_fpir))
-    note = bounds_note(point.interval for point in points)
-    return "\n\n".join(filter(None, (text_table(rows), note)))
+    ]
+    bounds = []
+    for system in document["systems"]:
+        cells = [str(system[name]) for name in ("name", "enrolled", "mated", "nonmated")]
+        for point in (*system["fnir_at_rank"], *system["fnir_at_fpir"]):
+            at = f"rank {point['rank']}" if "rank" in point else f"FPIR {100 * point['fpir']:.6g} %"
+            none = point["fnir"] is None or not document["bootstrap"]
+            interval = "-" if none else limits(point["interval"], point["bound"])
+            threshold = "" if point["threshold"] is None else f"{point['threshold']:.6g}"
+            rows.append((*cells, at, percent(point["fnir"]), interval, threshold))
+            cells = [""] * len(cells)
+            bounds.append(point["bound"])
+    return "\n\n".join(filter(None, (text_table(rows), bounds_note(bounds))))
 
 
-def save_identification_det(path: AnyPath, systems: Sequence[IdentificationRates]) -> None:
+def save_identification_det(path: AnyPath, document: dict[str, Any]) -> None:
     """Draw FNIR against FPIR, a line a system; a rate of 0 is drawn at half a search.
 
     Raises an `OutputError` as `check_plot`, and where there are no non-mated searches.
     """
     check_plot(path)
-    if not all(system.det for system in systems):
+    systems = document["systems"]
+    if not all(system["det"] for system in systems):
         raise OutputError(f"{path}: a DET needs mated and non-mated searches")
     with plain_style():
         figure, axes = new_axes()
         for k, system in enumerate(systems):
-            fnir = [max(point.fnir or 0.0, 0.5 / system.mated) for point in system.det]
-            fpir = [point.at for point in system.det]
-            axes.plot(fpir, fnir, label=system.name, **series_look(k))
+            fnir = [max(point["fnir"], 0.5 / system["mated"]) for point in system["det"]]
+            fpir = [point["fpir"] for point in system["det"]]
+            axes.plot(fpir, fnir, label=system["name"], **series_look(k))
         axes.set(xlabel="FPIR, %", ylabel="FNIR, %", xscale="log", yscale="log")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_formatter("")

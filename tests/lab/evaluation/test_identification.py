@@ -31,10 +31,10 @@ def test_the_rates_are_those_of_the_definitions(searches, fpir):
     others = [one for one in searches if one.subject not in subjects]
     if not mated:
         with pytest.raises(DatasetError, match="no probe's subject is enrolled"):
-            identification_rates(searches, 3, subjects=subjects)
+            identification_rates(searches, subjects)
         return
-    found = identification_rates(searches, 3, subjects=subjects, fpirs=[fpir], bootstrap=0)
-    assert (found.mated, found.nonmated) == (len(mated), len(others))
+    found = identification_rates(searches, subjects, fpirs=[fpir], bootstrap=0)
+    assert (found["mated"], found["nonmated"]) == (len(mated), len(others))
     first = [
         one.subject in one.candidates
         and all(
@@ -42,16 +42,16 @@ def test_the_rates_are_those_of_the_definitions(searches, fpir):
         )
         for one in mated
     ]
-    assert found.at_rank[0].fnir == pytest.approx(1 - np.mean(first))
-    (point,) = found.at_fpir
+    assert found["fnir_at_rank"][0]["fnir"] == pytest.approx(1 - np.mean(first))
+    (point,) = found["fnir_at_fpir"]
     if math.floor(fpir * len(others) + 1e-9) < 1:
-        assert point.fnir is None
+        assert point["fnir"] is None
         return
-    threshold = math.inf if point.threshold is None else point.threshold
+    threshold = math.inf if point["threshold"] is None else point["threshold"]
     hits = [max(one.candidates.values(), default=-1.0) >= threshold for one in others]
     assert np.mean(hits) <= fpir + 1e-9
     missed = [one.candidates.get(one.subject, -1.0) < threshold for one in mated]
-    assert point.fnir == pytest.approx(np.mean(missed))
+    assert point["fnir"] == pytest.approx(np.mean(missed))
 
 
 def test_intervals_are_of_the_subjects_and_hold_the_rates():
@@ -63,15 +63,17 @@ def test_intervals_are_of_the_subjects_and_hold_the_rates():
             listed = own | {str(40 + k): float(rng.normal(0, 1)) for k in range(3)}
             searches.append(Search(str(subject), listed))
     subjects = {str(k) for k in (*range(30), *range(40, 43))}
-    found = identification_rates(searches, 33, subjects=subjects, fpirs=[0.1], bootstrap=200)
-    again = identification_rates(searches, 33, subjects=subjects, fpirs=[0.1], bootstrap=200)
+    found = identification_rates(searches, subjects, fpirs=[0.1], bootstrap=200)
+    again = identification_rates(searches, subjects, fpirs=[0.1], bootstrap=200)
     assert found == again
-    for point in (found.at_rank[0], found.at_fpir[0]):
-        assert 0 < point.interval.low < point.fnir < point.interval.high
-    never = found.at_rank[1]
-    assert (never.at, never.fnir) == (5, 0.0)
-    assert (never.interval.trials, never.interval.unit) == (30, "subject")
-    assert all(a.fnir >= b.fnir for a, b in zip(found.det, found.det[1:], strict=False))
+    for point in (found["fnir_at_rank"][0], found["fnir_at_fpir"][0]):
+        low, high = point["interval"]
+        assert 0 < low < point["fnir"] < high
+    never = found["fnir_at_rank"][1]
+    assert (never["rank"], never["fnir"]) == (5, 0.0)
+    assert (never["bound"]["units"], never["bound"]["unit"]) == (30, "subject")
+    fnir = [point["fnir"] for point in found["det"]]
+    assert fnir == sorted(fnir, reverse=True)
 
 
 def test_csv_and_json_lines_of_any_system_are_the_same_searches(tmp_path):
@@ -133,8 +135,8 @@ def test_from_identify_to_the_det(run, prints, tmp_path):
     assert (system["name"], system["enrolled"]) == ("candidates", 1)
     assert (system["mated"], system["nonmated"]) == (2, 2)
     assert [one["fpir"] for one in system["fnir_at_fpir"]] == [0.5]
-    (by_folder,) = evaluate_candidates([lists], prints)
-    assert (by_folder.enrolled, by_folder.nonmated) == (2, 0)
+    (by_folder,) = evaluate_candidates([lists], prints)["systems"]
+    assert (by_folder["enrolled"], by_folder["nonmated"]) == (2, 0)
     pytest.importorskip("matplotlib")
     drawn = run(*given, "--det", tmp_path / "det.svg")
     assert "FPIR 50 %" in drawn.stdout

@@ -152,11 +152,11 @@ def evaluate(
             reading=Reading(reader, polarity, enhance, graded=scores is not None),
             scores=scores,
         )
-    runs = [row.run for row in results[0].sets if row.run is not None]
-    assumed = [one for each in runs for one in each.dpi_assumed]
+    about = [row.about for row in results[0].sets]
+    assumed = [one for each in about for one in each["dpi_assumed"]]
     noted = {note: (one.place,) for one in datasets for note in one.notes}
-    for each in runs:
-        for note, names in each.noted.items():
+    for each in about:
+        for note, names in each["noted"].items():
             noted[note] = (*noted.get(note, ()), *names)
     say_dpi_assumed(assumed, "dpi in dataset.toml")
     say_notes(noted)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import asdict, astuple, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -22,11 +23,10 @@ from fpmatch.printable import count
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.batch.score import ScoreSummary
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
 
@@ -48,29 +48,30 @@ class SetRates:
 
     `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
     `fpmatch.lab.evaluation.rates.scores_set.ranks_of`. `failures`: prints that have no template
-    (failures to extract) and why; they score lowest in all pairs. `run` is what is known of the
-    comparisons and `source` the prints; of scores from a file they are None.
+    (failures to extract) and why; they score lowest in all pairs. `about` is what is
+    known of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a
+    file they are empty.
     """
 
     scores: ScoresSet = field(repr=False)
     rates: Rates
     ranks: tuple[NDArray[np.intp], NDArray[np.intp]] | None = field(repr=False)
     failures: tuple[tuple[str, str], ...]
-    run: ScoreSummary | None = field(default=None, repr=False)
+    about: Mapping[str, Any] = field(default_factory=dict, repr=False)
     source: DatasetSource | None = field(default=None, repr=False)
 
     @classmethod
     def of(
         cls,
         scores: ScoresSet,
-        run: ScoreSummary | None = None,
+        about: Mapping[str, Any] = MappingProxyType({}),
         source: DatasetSource | None = None,
     ) -> SetRates:
         """Return the rates of scores; prints that are never compared are failures to extract."""
-        reasons = {} if run is None else {one.name: one.reason for one in run.failures}
+        reasons = about.get("failures", {})
         named = {**dict.fromkeys(scores.never_compared, "no score"), **reasons}
         rates = error_rates(*scores.split())
-        return cls(scores, rates, ranks_of(scores), tuple(named.items()), run, source)
+        return cls(scores, rates, ranks_of(scores), tuple(named.items()), about, source)
 
     @property
     def name(self) -> str:
@@ -104,9 +105,8 @@ class SetRates:
             **_figures(self, self.rates),
             "failure_rate": len(self.failures) / max(1, self.prints),
         }
-        if self.run is not None:
-            first = list(map(list, self.run.identical_pairs))
-            document["identical"] = {"count": self.run.identical, "pairs": first}
+        if "identical" in self.about:
+            document["identical"] = self.about["identical"]
         return document
 
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_rates
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
@@ -70,6 +71,14 @@ def test_the_wider_of_two_intervals_counts():
     assert wider(Interval(0.0, 0.0), exact) == wider(None, exact) == exact
     assert wider(None, None) is None
     assert exact_interval(0.0, 0, "finger") is None
+
+
+@pytest.mark.parametrize("units", [1, 2, 7, 300, 10**6])
+def test_the_limit_is_that_of_clopper_and_pearson(units):
+    for rate, count, side in ((0.0, 0, "less"), (1.0, units, "greater")):
+        found = exact_interval(rate, units, "finger")
+        exact = binomtest(count, units, alternative=side).proportion_ci(0.95, method="exact")
+        assert (found.low, found.high) == pytest.approx(tuple(exact), rel=1e-9)
 
 
 def test_intervals_cover_the_true_rate_about_as_often_as_they_say():

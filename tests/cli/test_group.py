@@ -18,11 +18,6 @@ from fpmatch.cli.group import COMMANDS
 from fpmatch.cli.group import fpmatch as main
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
-from fpmatch.image.enhancement.enhancers import ENHANCERS
-from fpmatch.image.quality.polarity import POLARITIES
-from fpmatch.lab.evaluation.databases.protocol import PROTOCOLS
-from fpmatch.lab.points.match import POINT_MATCHERS
-from fpmatch.lab.synthesis.presets import PRESETS
 from tests.conftest import assert_refused, leaves
 
 SUMMARIES = {name: text for of in COMMANDS.values() for name, text in of.items()}
@@ -35,20 +30,6 @@ def test_every_command_has_help_with_examples(run, command):
     assert result.exit_code == 0
     assert f"Usage: fpmatch {command} [OPTIONS]" in result.output
     assert f"  fpmatch {command} " in result.output.split("Example")[1]
-
-
-@pytest.mark.parametrize(
-    ("words", "choices"),
-    [
-        ("verify", POLARITIES),
-        ("verify", tuple(ENHANCERS)),
-        ("evaluate", tuple(PROTOCOLS)),
-        ("points", POINT_MATCHERS),
-        ("synth", tuple(PRESETS)),
-    ],
-)
-def test_the_choices_of_an_option_are_those_of_the_package(run, words, choices):
-    assert f"[{'|'.join(choices)}]" in "".join(run(*words.split(), "--help-all").stdout.split())
 
 
 WRONG_USAGE = {

@@ -11,6 +11,7 @@ import hashlib
 import io
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -98,12 +99,8 @@ def make_database(
     >>> import tempfile
     >>> from pathlib import Path
     >>> from fpmatch.lab.synthesis.database import make_database
-    >>> from fpmatch.lab.synthesis.master import MasterParameters
-    >>> from fpmatch.lab.synthesis.plan import plain_sensor
-    >>> small = MasterParameters(shape=(96, 96))
     >>> with tempfile.TemporaryDirectory() as out:
-    ...     made = make_database(out, fingers=1, impressions=2, seed=7, master=small,
-    ...                          sensors=[plain_sensor(64, 64)])
+    ...     made = make_database(out, fingers=1, impressions=2, seed=7, workers=1)
     ...     sorted(path.name for path in Path(out).iterdir())
     ['101_1.tif', '101_2.tif', 'dataset.toml', 'truth']
     """
@@ -115,7 +112,8 @@ def make_database(
         folder.mkdir(parents=True, exist_ok=True)
         with folder_lock(folder, wait=False):
             _claim(folder, plan)
-            missing = [n for n in numbers if not _is_complete(folder, n, plan)]
+            files = {n: _files(folder, n, plan) for n in numbers}
+            missing = [n for n in numbers if not all(path.is_file() for path in files[n])]
             progress(STAGE, fingers - len(missing), fingers)
             finished = iter(range(fingers - len(missing) + 1, fingers + 1))
             if missing:
@@ -127,8 +125,8 @@ def make_database(
         raise DatasetError(f"{folder}: another process is making it") from error
     except OSError as error:
         raise OutputError(f"{folder}: cannot be used: {reason(error)}") from error
-    files = [folder / DESCRIPTION_FILE, *(p for n in numbers for p in _files(folder, n, plan))]
-    size = sum(path.stat().st_size for path in files)
+    written = folder / DESCRIPTION_FILE, *chain.from_iterable(files.values())
+    size = sum(path.stat().st_size for path in written)
     return DatabaseMade(folder, fingers, impressions, len(missing), size)
 
 
@@ -153,10 +151,6 @@ def _files(folder: Path, number: int, plan: Plan) -> list[Path]:
     """Return a finger's files: images in order, and the truth last."""
     images = [folder / f"{number}_{m}.tif" for m in range(1, plan.impressions + 1)]
     return [*images, folder / TRUTH_FOLDER / f"{number}.json"]
-
-
-def _is_complete(folder: Path, number: int, plan: Plan) -> bool:
-    return all(path.is_file() for path in _files(folder, number, plan))
 
 
 def _make_finger(folder: Path, plan: Plan, number: int) -> None:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.gallery.batch.pair_list import read_pairs
-from fpmatch.gallery.encryption.keys import load_keys, new_key
+from fpmatch.gallery.encryption.keys import Key, load_keys
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
-from fpmatch.gallery.store.audit_chain import START, check_audit_log, event_line, hash_of
 from fpmatch.image.dataset_folder import read_dataset_info
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
 from fpmatch.lab.evaluation.report.results import evaluate_scores
@@ -48,7 +47,7 @@ _SCORES = (
     b"probe reference distance label\na b 0.5 mated\na c 0.75 nonmated\n",
 )
 _POINTS = (
-    *(b"name;x;y\nVega;279.23;38.78\nDeneb;310.36;45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
+    *(b"name,x,y\nVega,279.23,38.78\nDeneb,310.36,45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
     *(b"# stars\n1.0 2.0\n3.0 4.0\n", b'x,y,"a, b"\n1,2,"c"\n'),
 )
 
@@ -64,7 +63,6 @@ def text_targets() -> list[Target]:
         Target("dataset-info", _dataset_info, (b"dpi", b"polarity", b'"""', b"inf")),
         Target("settings", lambda: _of_file("c.toml", load_settings, [_SERVER])),
         Target("calibration", _calibration),
-        Target("audit-log", _audit_log),
         Target("keys", _keys, (b"=", b"#", b"A" * 44)),
     ]
 
@@ -142,18 +140,10 @@ def _calibration() -> Reader:
     return _of_file("calibration.json", read, [made])
 
 
-def _audit_log() -> Reader:
-    lines: list[bytes] = []
-    for client, action in (("ada", "enrol"), ("bob", "identify"), ("ada", "remove")):
-        previous = hash_of(lines[-1]) if lines else START
-        lines.append(event_line(previous, client, action, {"entries": [1, 2], "score": 50.5}))
-    return _of_file("audit.jsonl", check_audit_log, [b"".join(lines)])
-
-
 def _keys() -> Reader:
     def read(path: Path) -> None:
         path.chmod(0o600)
         load_keys(f"file:{path}")
 
-    lines = "".join(f"{new_key().as_line()}\n" for _ in range(2))
+    lines = "".join(f"{Key(bytes(range(32))).as_line()}\n" for _ in range(2))
     return _of_file("keys.txt", read, [lines.encode(), f"# one\n\n{lines}".encode()])

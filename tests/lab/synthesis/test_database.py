@@ -175,7 +175,7 @@ def assert_refused(folder, reason, error, **changes):
 def test_folders_of_others_and_other_databases_are_left_alone(tmp_path):
     make(tmp_path, fingers=1)
     assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
-    assert_refused(tmp_path, "other ranges", DatasetError, sensors=[replace(TINY, noise=3.0)])
+    assert_refused(tmp_path, "parameters '", DatasetError, sensors=[replace(TINY, noise=3.0)])
     (tmp_path / "dataset.toml").unlink()
     assert_refused(tmp_path, "holds files but no dataset.toml", DatasetError)
 

@@ -20,9 +20,8 @@ from fpmatch.gallery.cli.options import (
     places_argument,
     workers_option,
 )
-from fpmatch.lab.cli.columns import RATES
 from fpmatch.lab.cli.matchers import chosen_matchers, matchers_option
-from fpmatch.lab.cli.rates import prepare_outputs, rate_options, write_outputs
+from fpmatch.lab.cli.rates import RATES, prepare_outputs, rate_options, write_outputs
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -58,7 +57,6 @@ More examples:
   fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
-  fpmatch evaluate fvc2002/DB1_B --pairs list.csv
   fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --det det.pdf
 """,
     epilog="""\b
@@ -81,12 +79,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
     help="Impostor pairs: all impressions of different fingers, or first impressions only.",
 )
 @matchers_option
-@file_option(
-    "--pairs",
-    metavar="LIST",
-    hidden=True,
-    help="Compare these pairs only: columns probe, reference and perhaps genuine (1 or 0).",
-)
 @reading_options
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
@@ -99,7 +91,6 @@ def evaluate(
     by_folder: bool,
     protocol: str,
     matchers: tuple[str, ...],
-    pairs: Path | None,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -138,7 +129,7 @@ def evaluate(
         check_writable(scores)
     files = prepare_outputs(options)
     earlier = None if baseline is None else read_scores(baseline)
-    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder, pairs=pairs)
+    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder)
     datasets = [one.at(dpi) for one in with_unique_names(loaded)]
     say_slow_kernels()
     reader = PrintReader(raw, quiet=True)

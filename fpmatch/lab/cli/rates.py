@@ -10,7 +10,6 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import add_options, file_option, files_argument
 from fpmatch.gallery.cli.options import FROM_0, pattern_option
-from fpmatch.lab.cli.columns import RATES
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -18,6 +17,29 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.lab.evaluation.report.results import RatesReport
+
+RATES: Final = """\b
+Columns:
+  EER       equal error rate
+  FMR100    false non-match rate where one impostor in 100 matches
+  FMR1000   the same for one in 1,000
+  FMR10000  the same for one in 10,000, where the pairs allow it
+  ZeroFMR   the same where none matches
+  ZeroFNMR  false match rate where no genuine pair is rejected
+  d'        decidability: the distance of the means of genuine and impostor scores in units of
+            their mean standard deviation
+  rank-1    prints whose own finger comes first when each is searched among all others of its
+            database; a finger counts by its most similar impression (protocol extended only)
+  failed    prints without a template (failures to extract); they have the lowest score in all
+            their pairs
+
+\b
+The 95 % intervals come from the bootstrap over the fingers of each database: how far the rates
+would scatter with other fingers. A rate of 0 or 100 % has one limit, for which each finger is one
+trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; about 3 / n (rule of
+3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
+depend on one score, have no interval.
+"""
 
 _OPTIONS: Final = (
     click.option(

@@ -16,6 +16,7 @@ from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.batch.run import COMPARE
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
     AnyDataset = Dataset | str | os.PathLike[str]
 
-COMPARE: Final = "compare"  # the stage of `score`
 PARTS: Final = ".parts"
 
 
@@ -57,7 +57,7 @@ def evaluate(
     ----------
     datasets : Dataset, path or str, or sequence of these
         The databases, or their folders, manifests or galleries; see
-        `fpmatch.lab.evaluation.databases.dataset.load_dataset`, which also takes a list of pairs.
+        `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
     matcher : str or Matcher
         The matcher, or its name.
     protocol : str
@@ -154,12 +154,7 @@ def _evaluate(
     scores: str | os.PathLike[str] | None,
 ) -> list[RatesReport]:
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
-    plans = [
-        PairPlan(one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol))
-        for one in sources
-    ]
-    if any(one.dataset.pairs is not None for one in sources):
-        protocol = "list"
+    plans = [PairPlan(choose_pairs(one.dataset.impressions, protocol)) for one in sources]
     progress = _over_all(progress, sources, plans, len(chosen))
     if scores is None:
         kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
@@ -256,27 +251,21 @@ def load_datasets(
     *,
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
-    pairs: str | os.PathLike[str] | None = None,
 ) -> list[Dataset]:
     """Load the databases among `datasets` that are given as folders, manifests or galleries.
 
     Other parameters are as for `load_dataset`. Raises what that raises, and a `DatasetError` if
-    there is none, one is given twice, a list of pairs comes with several, or one has no pair to
-    compare.
+    there is none, one is given twice, or one has no pair to compare.
     """
-    if pairs is not None and len(datasets) != 1:
-        raise DatasetError("a list of pairs goes with one database")
     loaded = [
-        d
-        if isinstance(d, Dataset)
-        else load_dataset(d, pattern=pattern, by_folder=by_folder, pairs=pairs)
+        d if isinstance(d, Dataset) else load_dataset(d, pattern=pattern, by_folder=by_folder)
         for d in datasets
     ]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()
     for dataset in loaded:
-        if not len(dataset.pairs or choose_pairs(dataset.impressions, protocol)):
+        if not len(choose_pairs(dataset.impressions, protocol)):
             raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
         first = dataset.impressions[0].path.resolve()
         key, name = first, dataset.place or first.parent

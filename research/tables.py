@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.lab.evaluation.report.results import percent
+from fpmatch.lab.evaluation.report.text import percent
 from research.commands import PATH, ROOT, Command, read_json, write_json
 from research.markdown import markdown_table, marked_block, write_marked_block
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS

@@ -79,11 +79,7 @@ def calibrate(
     largest measured score is printed: scores beyond are extrapolated.
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
-    from fpmatch.lab.evaluation.calibrate import (
-        calibrate_on,
-        gather_impostors,
-        report_calibration,
-    )
+    from fpmatch.lab.evaluation import calibrate as fitting
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.prints.reading import PrintReader
 
@@ -91,7 +87,7 @@ def calibrate(
     chosen = get_matcher(matcher)
     say_slow_kernels()
     with ProgressBars(_STAGES) as bars:
-        impostors = gather_impostors(
+        impostors = fitting.gather_impostors(
             sources,
             matcher=chosen,
             workers=workers,
@@ -101,8 +97,9 @@ def calibrate(
             dpi=dpi,
             reading=Reading(PrintReader(raw, quiet=True), polarity),
         )
-    calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
+    calibration = fitting.calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode(), public=True)
-    report = report_calibration(calibration, impostors)
-    document = {"calibration": str(output), **report.as_json()}
-    show(json_text(document) if as_json else f"{printable(output)}\n{report.as_text()}")
+    report = fitting.report_calibration(calibration, impostors)
+    document = {"calibration": str(output), **report}
+    text = f"{printable(output)}\n{fitting.calibration_text(report)}"
+    show(json_text(document) if as_json else text)

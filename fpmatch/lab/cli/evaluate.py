@@ -20,9 +20,8 @@ from fpmatch.gallery.cli.options import (
     places_argument,
     workers_option,
 )
-from fpmatch.lab.cli.columns import RATES
 from fpmatch.lab.cli.matchers import chosen_matchers, matchers_option
-from fpmatch.lab.cli.rates import prepare_outputs, rate_options, write_outputs
+from fpmatch.lab.cli.rates import RATES, prepare_outputs, rate_options, write_outputs
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
@@ -58,8 +57,7 @@ More examples:
   fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate scans --pattern '(?P<subject>\\d+)_(?P<finger>[a-z]+)_(?P<impression>\\d)'
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
-  fpmatch evaluate fvc2002/DB1_B --pairs list.csv
-  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --curves curves
+  fpmatch evaluate fvc2002/DB1_B --fmr 0.0005 --det det.pdf
 """,
     epilog="""\b
 Examples:
@@ -81,12 +79,6 @@ Exit status: 0 when every image gave a template, 1 when some did not, 2 on bad i
     help="Impostor pairs: all impressions of different fingers, or first impressions only.",
 )
 @matchers_option
-@file_option(
-    "--pairs",
-    metavar="LIST",
-    hidden=True,
-    help="Compare these pairs only: columns probe, reference and perhaps genuine (1 or 0).",
-)
 @reading_options
 @enhance_option
 @file_option("--scores", metavar="OUT.csv", help="Write every comparison to a CSV file.")
@@ -99,7 +91,6 @@ def evaluate(
     by_folder: bool,
     protocol: str,
     matchers: tuple[str, ...],
-    pairs: Path | None,
     dpi: float | None,
     polarity: Polarity,
     raw: tuple[RawSize, ...],
@@ -130,7 +121,7 @@ def evaluate(
     from fpmatch.lab.evaluation.databases.dataset import with_unique_names
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
-    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.document import report_document
     from fpmatch.lab.evaluation.report.text import as_text
     from fpmatch.prints.reading import PrintReader
 
@@ -138,7 +129,7 @@ def evaluate(
         check_writable(scores)
     files = prepare_outputs(options)
     earlier = None if baseline is None else read_scores(baseline)
-    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder, pairs=pairs)
+    loaded = run.load_datasets(places, protocol, pattern=pattern, by_folder=by_folder)
     datasets = [one.at(dpi) for one in with_unique_names(loaded)]
     say_slow_kernels()
     reader = PrintReader(raw, quiet=True)
@@ -152,20 +143,20 @@ def evaluate(
             reading=Reading(reader, polarity, enhance, graded=scores is not None),
             scores=scores,
         )
-    runs = [row.run for row in results[0].sets if row.run is not None]
-    assumed = [one for each in runs for one in each.dpi_assumed]
+    about = [row.about for row in results[0].sets]
+    assumed = [one for each in about for one in each["dpi_assumed"]]
     noted = {note: (one.place,) for one in datasets for note in one.notes}
-    for each in runs:
-        for note, names in each.noted.items():
+    for each in about:
+        for note, names in each["noted"].items():
             noted[note] = (*noted.get(note, ()), *names)
     say_dpi_assumed(assumed, "dpi in dataset.toml")
     say_notes(noted)
     for name, reason in results[0].failures:
         say_note(f"no template: {name}: {reason}")
-    report = Report.of(results, **options, baseline=earlier, baseline_name=str(baseline))
-    write_outputs(report, files)
-    document = report.as_json()
+    options |= {"baseline": earlier, "baseline_name": str(baseline)}
+    document = report_document(results, **options)
+    write_outputs(results, document, files)
     document["dpi_assumed"] = len(assumed)
     document["notes"] = notes_as_json(noted)
-    show(json_text(document) if as_json else as_text(report))
+    show(json_text(document) if as_json else as_text(document))
     return 1 if results[0].failures else 0

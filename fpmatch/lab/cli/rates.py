@@ -10,14 +10,36 @@ from fpmatch.cli.command import Command
 from fpmatch.cli.notes import say_note, show
 from fpmatch.cli.options import add_options, file_option, files_argument
 from fpmatch.gallery.cli.options import FROM_0, pattern_option
-from fpmatch.lab.cli.columns import RATES
 from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.results import RatesReport
+
+RATES: Final = """\b
+Columns:
+  EER       equal error rate
+  FMR100    false non-match rate where one impostor in 100 matches
+  FMR1000   the same for one in 1,000
+  FMR10000  the same for one in 10,000, where the pairs allow it
+  ZeroFMR   the same where none matches
+  ZeroFNMR  false match rate where no genuine pair is rejected
+  d'        decidability: the distance of the means of genuine and impostor scores in units of
+            their mean standard deviation
+  rank-1    prints whose own finger comes first when each is searched among all others of its
+            database; a finger counts by its most similar impression (protocol extended only)
+  failed    prints without a template (failures to extract); they have the lowest score in all
+            their pairs
+
+\b
+The 95 % intervals come from the bootstrap over the fingers of each database: how far the rates
+would scatter with other fingers. A rate of 0 or 100 % has one limit, for which each finger is one
+trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; about 3 / n (rule of
+3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
+depend on one score, have no interval.
+"""
 
 _OPTIONS: Final = (
     click.option(
@@ -39,12 +61,6 @@ _OPTIONS: Final = (
         metavar="SCORES.csv",
         help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch "
         "score.",
-    ),
-    file_option(
-        "--curves",
-        metavar="DIR",
-        hidden=True,
-        help="Write the points of the DET curves there, as det.csv.",
     ),
     file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
     file_option(
@@ -79,6 +95,7 @@ Examples:
   fpmatch rates scores.csv theirs.csv --report report
   fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
   fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
+  fpmatch rates candidates.csv --enrolled prints.db
 
 Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
 """,
@@ -93,6 +110,19 @@ Exit status: 0 when the rates are printed, 2 when the scores cannot be used.
 @file_option(
     "--impostor-scores", metavar="FILE", multiple=True, help="Impostor scores of that matcher."
 )
+@click.option(
+    "--enrolled",
+    metavar="GALLERY|DIR|FILE",
+    help="The SCORES are candidates of searches (fpmatch identify -o) among these subjects.",
+)
+@click.option(
+    "--fpir",
+    "fpirs",
+    metavar="RATE",
+    type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    multiple=True,
+    help="With --enrolled: report the FNIR at this FPIR; repeatable.  [default: 0.001, 0.01, 0.1]",
+)
 @click.option("--distances", is_flag=True, help="The scores are distances: lower is more similar.")
 @pattern_option
 @rate_options
@@ -100,6 +130,8 @@ def rates(
     scores: tuple[Path, ...],
     genuine_scores: tuple[Path, ...],
     impostor_scores: tuple[Path, ...],
+    enrolled: str | None,
+    fpirs: tuple[float, ...],
     distances: bool,
     pattern: str | None,
     baseline: Path | None,
@@ -110,14 +142,24 @@ def rates(
 
     SCORES are files of fpmatch evaluate --scores or fpmatch score, or tables of another matcher
     whose first line names the columns: probe, reference, similarity or score, perhaps genuine (1 or
-    0). Several files are compared side by side.
+    0). Several files are compared side by side. With --enrolled they are candidate lists: columns
+    probe, subject and score.
     """
+    if enrolled is not None:
+        others = genuine_scores or impostor_scores or distances or baseline or options.pop("fmrs")
+        others = any(options.pop(name) for name in ("report_folder", "table")) or others
+        if others or not scores:
+            raise click.UsageError("--enrolled goes with SCORES, --fpir, --pattern, --det, --json")
+        _rates_of_searches(scores, enrolled, pattern, fpirs, as_json, **options)
+        return
+    if fpirs:
+        raise click.UsageError("--fpir goes with --enrolled")
     if not (scores or genuine_scores or impostor_scores):
         raise click.UsageError("Missing argument 'SCORES...'.")
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import finger_in_name, read_scores
-    from fpmatch.lab.evaluation.report.analysis import Report
+    from fpmatch.lab.evaluation.report.document import report_document
     from fpmatch.lab.evaluation.report.results import evaluate_scores, notes_on
     from fpmatch.lab.evaluation.report.text import as_text
 
@@ -134,46 +176,69 @@ def rates(
     noted = [(one.matcher, note) for one in results for note in notes_on(one)]
     for matcher, note in noted:
         say_note(f"{matcher}: {note}")
-    report = Report.of(results, **options, baseline=earlier, baseline_name=str(baseline))
-    document = report.as_json()
+    options |= {"baseline": earlier, "baseline_name": str(baseline)}
+    document = report_document(results, **options)
     document["notes"] = [{"note": note, "matcher": matcher} for matcher, note in noted]
-    show(json_text(document) if as_json else as_text(report))
-    write_outputs(report, files)
+    show(json_text(document) if as_json else as_text(document))
+    write_outputs(results, document, files)
+
+
+def _rates_of_searches(
+    files: tuple[Path, ...],
+    enrolled: str,
+    pattern: str | None,
+    fpirs: tuple[float, ...],
+    as_json: bool,
+    *,
+    det: Path | None,
+    bootstrap: int,
+    seed: int,
+) -> None:
+    """Print the error rates of files of candidates, and draw their DET where requested."""
+    from fpmatch.lab.evaluation import identification as searches
+    from fpmatch.lab.plots.style import check_plot
+
+    if det is not None:
+        check_plot(det)
+    document = searches.evaluate_candidates(
+        files, enrolled, pattern=pattern, fpirs=fpirs, bootstrap=bootstrap, seed=seed
+    )
+    show(json_text(document) if as_json else searches.identification_text(document))
+    if det is not None:
+        searches.save_identification_det(det, document)
+        say_note(f"DET: {det}")
 
 
 def prepare_outputs(options: dict[str, Any]) -> dict[str, Path | None]:
     """Take the files to write out of the options; OutputError where one cannot be written."""
-    files = {name: options.pop(name) for name in ("report_folder", "curves", "det", "table")}
+    files = {name: options.pop(name) for name in ("report_folder", "det", "table")}
     if any(files.values()):
         from fpmatch.lab.evaluation.report.page import prepare_page
-        from fpmatch.lab.evaluation.report.tables import check_table, prepare_curves
+        from fpmatch.lab.evaluation.report.tables import check_table
         from fpmatch.lab.plots.style import check_plot
 
-        checks = prepare_page, prepare_curves, check_plot, check_table
+        checks = prepare_page, check_plot, check_table
         for file, check in zip(files.values(), checks, strict=True):
             if file is not None:
                 check(file)
     return files
 
 
-def write_outputs(report: Report, files: dict[str, Path | None]) -> None:
-    """Write page, curves, DET and table, where requested, and note where they are."""
-    reports = [one.report for one in report.analyses]
+def write_outputs(
+    results: list[RatesReport], document: dict[str, Any], files: dict[str, Path | None]
+) -> None:
+    """Write page, DET and table, where requested, and note where they are."""
     if (det := files["det"]) is not None:
         from fpmatch.lab.evaluation.report.figures import save_det
 
-        save_det(det, reports)
+        save_det(det, results)
         say_note(f"DET: {det}")
     if (table := files["table"]) is not None:
         from fpmatch.lab.evaluation.report.tables import save_table
 
-        save_table(table, report.analyses)
+        save_table(table, document)
         say_note(f"table: {table}")
     if (folder := files["report_folder"]) is not None:
         from fpmatch.lab.evaluation.report.page import write_page
 
-        say_note(f"report: {write_page(folder, report)}")
-    if (curves := files["curves"]) is not None:
-        from fpmatch.lab.evaluation.report.tables import write_curves
-
-        say_note(f"curves: {write_curves(curves, reports)}")
+        say_note(f"report: {write_page(folder, results, document)}")

@@ -31,7 +31,7 @@ from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
-from fpmatch.lab.evaluation.rates.intervals import Interval, interval_json, interval_of
+from fpmatch.lab.evaluation.rates.intervals import interval_json, interval_of
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
+    from fpmatch.lab.evaluation.rates.scores_set import Trials
     from fpmatch.lab.evaluation.report.results import RatesReport
     from fpmatch.matching.result import Matcher
 
@@ -87,20 +87,29 @@ def gather_impostors(
     """Return the impostor comparisons of files of scores, then of databases of prints.
 
     `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
-    galleries, whose prints are compared by the extended protocol. `matcher`, `workers`, `progress`,
-    `reading`, `pattern`, `by_folder`: as for `fpmatch.lab.evaluation.run.evaluate`; in place of the
-    default matcher, the one whose similarities are not lowered by the pairs that chance makes
-    compares and is read. `dpi`: the resolution of all images. Raises a `DatasetError` if a source
-    cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
+    galleries, whose prints are compared by the extended protocol. In place of the default matcher,
+    the one whose similarities are not lowered by the pairs that chance makes compares and is read:
+    fitted to lowered ones, a calibration would raise them again. Other parameters are as for
+    `fpmatch.lab.evaluation.run`, `dpi` is the resolution of all images. Raises a `DatasetError` if
+    a source cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
     """
-    given = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    chosen = _calibrated(given)
+    given = chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    if isinstance(given, UnitCircleMatcher):  # its highest similarities are lowered by chance pairs
+        own = {name: one.value for name, one in parameters_of(given.parameters).items()}
+        chosen = type(given)(**own | {"beyond_share": 0.0})
+    gathered = []
     files = [source for source in sources if kind_of(source) == "file"]
-    gathered = [
-        ImpostorSet(one.name, one.impostors)
-        for file in files
-        for one in _scores_of(chosen, given.name, file)
-    ]
+    for file in files:
+        sets = read_scores(file)
+        if {one.matcher for one in sets} == {given.name} != {chosen.name}:
+            raise DatasetError(
+                f"the highest similarities of {given.name} are lowered by the pairs that chance "
+                "makes, and a calibration would raise them again; give the prints, or scores of "
+                f"fpmatch evaluate --matcher {chosen.name}",
+                path=file,
+            )
+        of_matcher = choose_matcher(sets, chosen.name, file)
+        gathered += [ImpostorSet(one.name, one.impostors) for one in of_matcher]
     if places := [source for source in sources if source not in files]:
         named = load_datasets(places, pattern=pattern, by_folder=by_folder)
         datasets = [dataset.at(dpi) for dataset in named]
@@ -122,31 +131,6 @@ def impostors_of_report(report: RatesReport) -> list[ImpostorSet]:
     return [ImpostorSet(one.name, one.impostors) for one in report.scores]
 
 
-def _calibrated(matcher: Matcher) -> Matcher:
-    """Return the matcher to whose similarities a calibration of `matcher` is fitted.
-
-    The default matcher holds its pairs against chance, which lowers the similarities of the highest
-    impostors: fitted to those, a calibration would raise the scores again.
-    """
-    if not isinstance(matcher, UnitCircleMatcher):
-        return matcher
-    own = {name: one.value for name, one in parameters_of(matcher.parameters).items()}
-    return type(matcher)(**own | {"beyond_share": 0.0})
-
-
-def _scores_of(chosen: Matcher, given: str, source: str | os.PathLike[str]) -> list[ScoresSet]:
-    """Return the sets of scores of a matcher; say why scores of the given one are refused."""
-    sets = read_scores(source)
-    if {one.matcher for one in sets} == {given} != {chosen.name}:
-        raise DatasetError(
-            f"the highest similarities of {given} are lowered by the pairs that chance makes, and "
-            "a calibration would raise them again; give the prints, or scores of fpmatch evaluate "
-            f"--matcher {chosen.name}",
-            path=source,
-        )
-    return choose_matcher(sets, chosen.name, source)
-
-
 def calibrate_on(
     sets: Sequence[ImpostorSet],
     matcher: str,
@@ -163,7 +147,7 @@ def calibrate_on(
     comparison has the same weight). Raises a `MatcherError` if there are too few impostor
     comparisons, or too few distinct similarities.
     """
-    impostors = np.concatenate([one.trials.similarity for one in sets])
+    impostors = _similarities(sets)
     provenance = Provenance(
         sets=tuple(one.name for one in sets),
         impostors=int(impostors.size),
@@ -278,100 +262,70 @@ def _rounded(value: float | np.float64) -> float:
 CHECKED_SCORES: Final = (20.0, 30.0)
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrationReport:
-    """The comparisons that a calibration is based on, and the FMR that they measure.
-
-    Its comparisons measure the FMR up to `largest_measured_score`, where its 95 % interval over
-    fingers is `fmr_interval`; above, it is extrapolated. `package` holds scores of the package's
-    own calibration, if any, and the share of these comparisons that reach each.
-    """
-
-    matcher: str
-    sets: int
-    fingers: int
-    impostors: int
-    largest_measured_score: float
-    fmr_interval: Interval | None
-    highest_score: float
-    package: tuple[tuple[float, float], ...]
-
-    @property
-    def smallest_measured_fmr(self) -> float:
-        """The false match rate at the largest measured score."""
-        return score_to_fmr(self.largest_measured_score)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the report as JSON values."""
-        return {
-            "matcher": self.matcher,
-            "databases": self.sets,
-            "fingers": self.fingers,
-            "impostors": self.impostors,
-            "largest_measured_score": self.largest_measured_score,
-            "smallest_measured_fmr": self.smallest_measured_fmr,
-            "smallest_measured_fmr_interval": interval_json(self.fmr_interval),
-            "highest_impostor_score": self.highest_score,
-            "package_calibration": [{"score": s, "fmr": share} for s, share in self.package],
-        }
-
-    def as_text(self) -> str:
-        """Return the report as text, a line an item."""
-        databases = count(self.sets, "database")
-        measured, fmr = self.largest_measured_score, odds(self.smallest_measured_fmr)
-        fingers = count(self.fingers, "finger") if self.fingers else "unknown fingers"
-        rows = [
-            ("Matcher", self.matcher),
-            ("Fitted to", f"{self.impostors:,} impostor comparisons"),
-            ("", f"of {fingers} ({databases})"),
-            ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
-        ]
-        if self.fmr_interval is not None:
-            low, high = self.fmr_interval.low, self.fmr_interval.high
-            lowest = odds(low) if low > 0 else "none"
-            rows.append(("", f"(95 % interval over fingers: {odds(high)} to {lowest})"))
-        rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
-        if self.largest_measured_score < DEFAULT_THRESHOLD:
-            needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
-            rows += [
-                ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"),
-                ("", f"some {needed:,} impostor comparisons"),
-            ]
-        highest = f"the highest of these comparisons scores {self.highest_score:.1f}"
-        rows.append(("Highest", highest))
-        for at, share in self.package:
-            reached = f"{odds(share)} reach" if share > 0 else "none reaches"
-            meant = f"{odds(score_to_fmr(at))} is meant"
-            rows.append(("As supplied", f"{reached} {at:g} on the package's calibration; {meant}"))
-        return "\n".join(f"  {label:<12}{text}" for label, text in rows)
-
-
 def report_calibration(
     calibration: Calibration,
     sets: Sequence[ImpostorSet],
     *,
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
-) -> CalibrationReport:
-    """Return the report on a calibration that `calibrate_on` fitted to these databases."""
-    matcher = calibration.provenance.matcher
-    similarity = np.concatenate([one.trials.similarity for one in sets])
-    package: tuple[tuple[float, float], ...] = ()
-    if own := calibration_of(matcher):
+) -> dict[str, Any]:
+    """Return what a calibration of `calibrate_on` is based on, as JSON values.
+
+    The comparisons measure the FMR up to `largest_measured_score`, with a 95 % interval over
+    fingers there; above, it is extrapolated. `package_calibration` holds scores of the package's
+    own calibration, if any, and the share of these comparisons that reach each.
+    """
+    provenance, similarity = calibration.provenance, _similarities(sets)
+    reached: list[dict[str, float]] = []
+    if own := calibration_of(provenance.matcher):
         scores = own.scores(similarity)
-        package = tuple((at, float(np.mean(scores >= at))) for at in CHECKED_SCORES)
-    last_knot = calibration.knots[-1][0]
-    trials = [one.trials for one in sets]
-    fmr_interval = None
+        reached = [{"score": at, "fmr": float(np.mean(scores >= at))} for at in CHECKED_SCORES]
+    trials, interval = [one.trials for one in sets], None
     if all(t.fingers for t in trials):
-        fmr_interval = interval_of(bootstrap_fmr(trials, last_knot, bootstrap, seed))
-    return CalibrationReport(
-        matcher=matcher,
-        sets=len(sets),
-        fingers=calibration.provenance.fingers,
-        impostors=calibration.provenance.impostors,
-        largest_measured_score=calibration.largest_measured_score,
-        fmr_interval=fmr_interval,
-        highest_score=calibration.score(float(similarity.max())),
-        package=package,
-    )
+        last_knot = calibration.knots[-1][0]
+        interval = interval_of(bootstrap_fmr(trials, last_knot, bootstrap, seed))
+    return {
+        "matcher": provenance.matcher,
+        "databases": len(sets),
+        "fingers": provenance.fingers,
+        "impostors": provenance.impostors,
+        "largest_measured_score": calibration.largest_measured_score,
+        "smallest_measured_fmr": score_to_fmr(calibration.largest_measured_score),
+        "smallest_measured_fmr_interval": interval_json(interval),
+        "highest_impostor_score": calibration.score(float(similarity.max())),
+        "package_calibration": reached,
+    }
+
+
+def calibration_text(report: dict[str, Any]) -> str:
+    """Return the report on a calibration as text, a line an item."""
+    measured, fmr = report["largest_measured_score"], odds(report["smallest_measured_fmr"])
+    fingers = count(report["fingers"], "finger") if report["fingers"] else "unknown fingers"
+    rows = [
+        ("Matcher", report["matcher"]),
+        ("Fitted to", f"{report['impostors']:,} impostor comparisons"),
+        ("", f"of {fingers} ({count(report['databases'], 'database')})"),
+        ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
+    ]
+    if (interval := report["smallest_measured_fmr_interval"]) is not None:
+        lowest = odds(interval[0]) if interval[0] > 0 else "none"
+        rows.append(("", f"(95 % interval over fingers: {odds(interval[1])} to {lowest})"))
+    rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
+    if measured < DEFAULT_THRESHOLD:
+        needed = round(MIN_ABOVE / score_to_fmr(DEFAULT_THRESHOLD))
+        rows += [
+            ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"),
+            ("", f"some {needed:,} impostor comparisons"),
+        ]
+    highest = report["highest_impostor_score"]
+    rows.append(("Highest", f"the highest of these comparisons scores {highest:.1f}"))
+    for one in report["package_calibration"]:
+        reached = f"{odds(one['fmr'])} reach" if one["fmr"] > 0 else "none reaches"
+        meant = f"{odds(score_to_fmr(one['score']))} is meant"
+        at = f"{one['score']:g} on the package's calibration"
+        rows.append(("As supplied", f"{reached} {at}; {meant}"))
+    return "\n".join(f"  {label:<12}{text}" for label, text in rows)
+
+
+def _similarities(sets: Sequence[ImpostorSet]) -> NDArray[np.float64]:
+    return np.concatenate([one.trials.similarity for one in sets])

@@ -8,7 +8,7 @@ import os
 import shutil
 import tempfile
 from contextlib import nullcontext
-from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -16,7 +16,8 @@ from fpmatch._version import __version__
 from fpmatch.base.folders import make_folder
 from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
-from fpmatch.gallery.batch.score import ImageFailure, ScoreSummary, score
+from fpmatch.gallery.batch.run import COMPARE
+from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
     AnyDataset = Dataset | str | os.PathLike[str]
 
-COMPARE: Final = "compare"  # the stage of `score`
 PARTS: Final = ".parts"
 
 
@@ -57,7 +57,7 @@ def evaluate(
     ----------
     datasets : Dataset, path or str, or sequence of these
         The databases, or their folders, manifests or galleries; see
-        `fpmatch.lab.evaluation.databases.dataset.load_dataset`, which also takes a list of pairs.
+        `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
     matcher : str or Matcher
         The matcher, or its name.
     protocol : str
@@ -154,12 +154,7 @@ def _evaluate(
     scores: str | os.PathLike[str] | None,
 ) -> list[RatesReport]:
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
-    plans = [
-        PairPlan(one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol))
-        for one in sources
-    ]
-    if any(one.dataset.pairs is not None for one in sources):
-        protocol = "list"
+    plans = [PairPlan(choose_pairs(one.dataset.impressions, protocol)) for one in sources]
     progress = _over_all(progress, sources, plans, len(chosen))
     if scores is None:
         kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
@@ -172,14 +167,19 @@ def _evaluate(
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
-                file, summary = _scored(Path(folder), source, plan, matcher, place, progress)
+                file, about = _scored(Path(folder), source, plan, matcher, place, progress)
+                (read,) = read_scores(file, finger_of=partial(_finger_of, source))
+                rows.append(SetRates.of(read, about, source))
                 files.append(file)
-                rows.append(_rates(file, source, summary))
             reports.append(RatesReport.of(rows, protocol))
         if scores is not None:
             _join(files, scores)
             shutil.rmtree(folder)
     return reports
+
+
+def _finger_of(source: DatasetSource, _: str, name: str) -> str | None:
+    return source.fingers[source.names.index(name)] or None
 
 
 def _scored(
@@ -189,45 +189,30 @@ def _scored(
     matcher: Matcher,
     engine: Engine,
     progress: Progress,
-) -> tuple[Path, ScoreSummary]:
-    """Score the pairs of a database, unless an interrupted run has done so; return the file."""
-    about = __version__, matcher.name, source.place, source.content_hash, plan.identity
-    name = hashlib.sha256(repr((*about, source.title)).encode()).hexdigest()[:16]
+) -> tuple[Path, dict[str, Any]]:
+    """Score the pairs of a database, unless an interrupted run has done so.
+
+    Returns the file of scores, and what is known of the prints, as JSON values.
+    """
+    state = __version__, matcher.name, source.place, source.content_hash, plan.identity
+    name = hashlib.sha256(repr((*state, source.title)).encode()).hexdigest()[:16]
     file, beside = folder / f"{name}.csv", folder / f"{name}.json"
     if file.exists() and beside.exists():
-        return file, _summary_of(json.loads(beside.read_text(encoding="utf-8")), file)
+        return file, json.loads(beside.read_text(encoding="utf-8"))
     if matcher.wants_image:
         matcher = source.with_images(matcher, engine)
-    summary = score(
-        source,
-        source,
-        file,
-        pairs=plan,
-        matcher=matcher,
-        engine=cast("Engine", nullcontext(engine)),
-        progress=progress,
-    )
+    place = cast("Engine", nullcontext(engine))
+    how: dict[str, Any] = {"matcher": matcher, "engine": place, "progress": progress}
+    done = score(source, source, file, pairs=plan, **how)
+    about = {
+        "failures": {one.name: one.reason for one in done.failures},
+        "dpi_assumed": list(done.dpi_assumed),
+        "noted": {note: list(names) for note, names in done.noted.items()},
+        "identical": {"count": done.identical, "pairs": list(map(list, done.identical_pairs))},
+    }
     with atomic_write(beside) as stream:
-        stream.write(json.dumps(asdict(summary), default=str).encode())
-    return file, summary
-
-
-def _summary_of(document: dict[str, Any], file: Path) -> ScoreSummary:
-    """Return the summary of a database that an interrupted run has scored."""
-    failures = tuple(ImageFailure(**one) for one in document["failures"])
-    pairs = tuple(map(tuple, document["identical_pairs"]))
-    noted = {note: tuple(names) for note, names in document["noted"].items()}
-    return ScoreSummary(
-        **document
-        | {"output": file, "failures": failures, "identical_pairs": pairs, "noted": noted}
-    )
-
-
-def _rates(file: Path, source: DatasetSource, summary: ScoreSummary) -> SetRates:
-    """Return the rates of a file of scores of one database, whose fingers are known."""
-    of_print = {one.name: str(one.finger) or None for one in source.dataset.impressions}
-    (scores,) = read_scores(file, finger_of=lambda _, name: of_print[name])
-    return SetRates.of(scores, summary, source)
+        stream.write(json.dumps(about).encode())
+    return file, about
 
 
 def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
@@ -266,27 +251,21 @@ def load_datasets(
     *,
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
-    pairs: str | os.PathLike[str] | None = None,
 ) -> list[Dataset]:
     """Load the databases among `datasets` that are given as folders, manifests or galleries.
 
     Other parameters are as for `load_dataset`. Raises what that raises, and a `DatasetError` if
-    there is none, one is given twice, a list of pairs comes with several, or one has no pair to
-    compare.
+    there is none, one is given twice, or one has no pair to compare.
     """
-    if pairs is not None and len(datasets) != 1:
-        raise DatasetError("a list of pairs goes with one database")
     loaded = [
-        d
-        if isinstance(d, Dataset)
-        else load_dataset(d, pattern=pattern, by_folder=by_folder, pairs=pairs)
+        d if isinstance(d, Dataset) else load_dataset(d, pattern=pattern, by_folder=by_folder)
         for d in datasets
     ]
     if not loaded:
         raise DatasetError("no database given")
     seen: set[Path] = set()
     for dataset in loaded:
-        if not len(dataset.pairs or choose_pairs(dataset.impressions, protocol)):
+        if not len(choose_pairs(dataset.impressions, protocol)):
             raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
         first = dataset.impressions[0].path.resolve()
         key, name = first, dataset.place or first.parent

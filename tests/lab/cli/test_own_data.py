@@ -61,8 +61,5 @@ def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, 
 
 
 def test_options_that_exclude_each_other(run, prints, tmp_path):
-    listed = tmp_path / "list.txt"
-    listed.write_text("1_1 1_2\n")
-    assert_refused(run("evaluate", prints, prints, "--pairs", listed), "one database")
     assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
     assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: ")

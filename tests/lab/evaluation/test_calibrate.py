@@ -13,6 +13,7 @@ from fpmatch.lab.evaluation import calibrate
 from fpmatch.lab.evaluation.calibrate import (
     ImpostorSet,
     calibrate_on,
+    calibration_text,
     fit_calibration,
     gather_impostors,
     impostors_of_report,
@@ -213,16 +214,15 @@ CALIBRATION = calibrate_on(SETS, "fake")
 
 def test_the_largest_measured_score_is_where_the_knots_end():
     found = report_calibration(CALIBRATION, SETS, bootstrap=50)
-    assert (found.sets, found.fingers, found.impostors) == (2, 24, 2 * 1650)
-    assert found.largest_measured_score == CALIBRATION.largest_measured_score
-    assert found.fmr_interval.low <= found.smallest_measured_fmr <= found.fmr_interval.high
-    assert found.highest_score > found.largest_measured_score
-    assert found.package == ()
-    document = json.loads(json.dumps(found.as_json()))
-    assert document["smallest_measured_fmr"] == pytest.approx(20 / 3300)
-    interval = [found.fmr_interval.low, found.fmr_interval.high]
-    assert document["smallest_measured_fmr_interval"] == interval
-    text = found.as_text()
+    assert json.loads(json.dumps(found)) == found
+    assert (found["databases"], found["fingers"], found["impostors"]) == (2, 24, 2 * 1650)
+    assert found["largest_measured_score"] == CALIBRATION.largest_measured_score
+    low, high = found["smallest_measured_fmr_interval"]
+    assert low <= found["smallest_measured_fmr"] <= high
+    assert found["smallest_measured_fmr"] == pytest.approx(20 / 3300)
+    assert found["highest_impostor_score"] > found["largest_measured_score"]
+    assert found["package_calibration"] == []
+    text = calibration_text(found)
     assert "3,300 impostor comparisons\n              of 24 fingers (2 databases)" in text
     assert "Measured    up to score 22.2, a false match rate of 1 in 160" in text
     assert "so is the default threshold, 40: to measure it takes\n" in text
@@ -234,8 +234,10 @@ def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch)
     monkeypatch.setattr(calibrate, "calibration_of", lambda name: ten_a_unit)
     found = report_calibration(CALIBRATION, SETS, bootstrap=20)
     pooled = np.concatenate([one.trials.similarity for one in SETS])
-    assert found.package == ((20.0, np.mean(pooled >= 2.0)), (30.0, np.mean(pooled >= 3.0)))
-    assert "As supplied 1 in 7.6 reach 20 on the package" in found.as_text()
+    assert found["package_calibration"] == [
+        {"score": at, "fmr": np.mean(pooled >= at / 10)} for at in (20.0, 30.0)
+    ]
+    assert "As supplied 1 in 7.6 reach 20 on the package" in calibration_text(found)
 
 
 def test_scores_of_unknown_fingers_have_no_interval():
@@ -243,5 +245,5 @@ def test_scores_of_unknown_fingers_have_no_interval():
     unknown = Trials(rng.exponential(size=2000), np.zeros(2000, int), np.ones(2000, int), 0)
     sets = [ImpostorSet("scores", unknown)]
     found = report_calibration(calibrate_on(sets, "fake"), sets)
-    assert (found.fmr_interval, found.fingers) == (None, 0)
-    assert "of unknown fingers" in found.as_text()
+    assert (found["smallest_measured_fmr_interval"], found["fingers"]) == (None, 0)
+    assert "of unknown fingers" in calibration_text(found)

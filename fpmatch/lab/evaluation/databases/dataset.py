@@ -8,21 +8,19 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import astuple, dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageReadError
-from fpmatch.gallery.batch.pair_list import read_pairs
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import Label, NamePattern, entry_names
-from fpmatch.gallery.listing.folders import natural_key, prints_below, prints_in
+from fpmatch.gallery.listing.folders import natural_key, prints_in
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import number_impressions
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.image.dataset_folder import read_dataset_info
-from fpmatch.lab.evaluation.databases.protocol import Impression, listed_impressions
+from fpmatch.lab.evaluation.databases.protocol import Impression
 from fpmatch.templates.minutiae import check_dpi
 
 if TYPE_CHECKING:
@@ -30,7 +28,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fpmatch.gallery.listing.print_file import PrintFile
-    from fpmatch.lab.evaluation.databases.protocol import Pairs
 
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 _TABLES: Final = (".csv", ".tsv", ".txt")  # whose first row is then missing a column
@@ -43,8 +40,7 @@ class Dataset:
 
     `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
     where it is not known. Impressions are sorted by finger and number. `place` is the manifest or
-    gallery from which they are, else "" or a folder; `notes` are about the whole database. `pairs`
-    are the only ones to compare, where a list names them.
+    gallery from which they are, else "" or a folder; `notes` are about the whole database.
     """
 
     name: str
@@ -53,7 +49,6 @@ class Dataset:
     impressions: tuple[Impression, ...]
     place: str = ""
     notes: tuple[str, ...] = ()
-    pairs: Pairs | None = None
 
     @property
     def in_gallery(self) -> bool:
@@ -73,7 +68,6 @@ def load_dataset(
     *,
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
-    pairs: str | os.PathLike[str] | None = None,
 ) -> Dataset:
     r"""Find the prints of a database, by finger and impression, and read its description.
 
@@ -83,12 +77,9 @@ def load_dataset(
     manifest (see `fpmatch.gallery.listing.manifest`), or a gallery (file or URL). `pattern`: finds
     subject, finger and impression in other names; prints that it does not match are left out.
     `by_folder`: whether the subfolders are fingers although the folder itself contains prints, or
-    their names indicate others. `pairs`: a list of the pairs to compare (see
-    `fpmatch.gallery.batch.pair_list`). Where it states which are genuine, names need not contain
-    the fingers. Raises a `DatasetError` if there is no such database, it holds no print or holds
-    one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest is malformed; a
-    `GalleryError` if the gallery cannot be read, or the pattern is none; a `ScoringError` if the
-    list of pairs is malformed.
+    their names indicate others. Raises a `DatasetError` if there is no such database, it holds no
+    print or holds one twice (``101_1.tif`` and ``101_1.png``), or its ``dataset.toml`` or manifest
+    is malformed; a `GalleryError` if the gallery cannot be read, or the pattern is none.
 
     Examples
     --------
@@ -103,12 +94,6 @@ def load_dataset(
     [('ada/left', 2, 'ada_left_2.png'), ('bob/right', 1, 'bob_right_1.png')]
     """
     names = NamePattern(pattern) if isinstance(pattern, str) else pattern
-    if pairs is not None:
-        listed = read_pairs(pairs)
-        loaded = _unlabelled(place) if listed.labelled else None
-        loaded = loaded or load_dataset(place, pattern=names, by_folder=by_folder)
-        kept, chosen = listed_impressions(loaded.impressions, listed, place)
-        return replace(loaded, impressions=kept, pairs=chosen)
     kind, root = kind_of(place), Path(place)
     if kind == "gallery":
         return _of_gallery(place)
@@ -120,7 +105,15 @@ def load_dataset(
             raise DatasetError(f"{why}; {_FORMS}", path=root, code="no names")
     if kind == "file" and root.suffix.lower() not in _TABLES:
         raise DatasetError("not a folder of prints, a manifest or a gallery", path=root)
-    files = _find(root, names, by_folder=by_folder)
+    try:
+        files = (
+            read_manifest(root)  # which says what it lacks
+            if kind == "file"
+            else find_prints([root], pattern=names, by_folder=by_folder)
+        )
+    except ImageReadError as error:
+        why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
+        raise DatasetError(why, path=root, code=error.code) from error
     labelled = [(file.label, file) for file in files if file.label is not None]
     if not labelled and names is not None:
         why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
@@ -138,16 +131,6 @@ def _notes(files: int, labels: Sequence[Label], *, guessed: bool) -> tuple[str, 
     if guessed and not any(label.finger for label in labels):
         notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
     return tuple(notes)
-
-
-def _find(root: Path, names: NamePattern | None, *, by_folder: bool) -> list[PrintFile]:
-    if kind_of(root) == "file":
-        return read_manifest(root)  # which says what it lacks
-    try:
-        return find_prints([root], pattern=names, by_folder=by_folder)
-    except ImageReadError as error:
-        why = "holds no prints, nor folders of them" if root.is_dir() else "no such folder"
-        raise DatasetError(why, path=root, code=error.code) from error
 
 
 def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
@@ -199,12 +182,8 @@ def _by_label(root: Path, labelled: Sequence[tuple[Label, PrintFile]]) -> list[I
             raise DatasetError(why, path=root, code="duplicate")
         files[label] = file
     return _numbered(
-        {label: Impression(_finger(label), 0, *_fields(f)) for label, f in files.items()}
+        {label: Impression(_finger(label), 0, f.path, f.name, f.dpi) for label, f in files.items()}
     )
-
-
-def _fields(file: PrintFile) -> tuple[Path, str, float | None]:
-    return file.path, file.name, file.dpi
 
 
 def _numbered(impressions: Mapping[Label, Impression]) -> list[Impression]:
@@ -241,20 +220,3 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
     }
     name = title if "://" in title else Path(title).stem
     return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost)
-
-
-def _unlabelled(place: str | os.PathLike[str]) -> Dataset | None:
-    """Return the prints of a folder and its subfolders, each of a finger of its own."""
-    root = Path(place)
-    if kind_of(place) != "folder" or not root.is_dir():
-        return None
-    info = read_dataset_info(root)
-    files = prints_below(root)
-    if not files:
-        raise DatasetError("holds no prints, nor folders of them", path=root, code="empty folder")
-    own = cache(lambda folder: read_dataset_info(folder).dpi)
-    impressions = [
-        Impression(file.name, 1, file.path, file.name, own(file.path.parent) or info.dpi)
-        for file in files
-    ]
-    return _described(root, impressions, str(place))

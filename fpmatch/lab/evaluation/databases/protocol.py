@@ -1,6 +1,6 @@
 """The prints of a database, and the genuine and the impostor pairs of them that are compared.
 
-A protocol or a list chooses the pairs.
+A protocol chooses the pairs.
 
 References
 ----------
@@ -11,26 +11,22 @@ ICPR 2002, for the "fvc" protocol.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import DatasetError, unknown_name
-from fpmatch.gallery.batch.pair_list import list_error, number_pairs, print_names
 from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.folders import natural_key
-from fpmatch.lab.evaluation.rates.scores import finger_in_name
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.batch.pair_list import PairList
 
 PROTOCOLS: Final = ("extended", "fvc")
 _BAND: Final = 256  # references that are compared with all probes before the next
@@ -41,9 +37,9 @@ _LEAST_CHUNK, _MOST_CHUNK = 512, 4096  # pairs
 class Impression:
     """The file of one print, its finger, and which impression of the finger it is.
 
-    In a database the fingers are all numbers, as in FVC's names, or all names, or all "": not
-    known. `name` is the print's in the database, by default the file's, as `csv_cell` makes it;
-    `dpi` its own resolution, where a list states it; and `entry` its number in a gallery.
+    In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
+    print's in the database, by default the file's, as `csv_cell` makes it; `dpi` its own
+    resolution, where a manifest states it; and `entry` its number in a gallery.
     """
 
     finger: int | str
@@ -68,8 +64,8 @@ def finger_numbers(impressions: Sequence[Impression]) -> NDArray[np.intp]:
 class Pairs:
     """The pairs to compare, as indices into a database's impressions.
 
-    `probe`, `reference` (N,): indices of the two impressions of each pair; of a protocol, probe <
-    reference. `genuine` (N,): whether both show the same finger.
+    `probe`, `reference` (N,): indices of the two impressions of each pair, probe < reference.
+    `genuine` (N,): whether both show the same finger.
     """
 
     probe: NDArray[np.intp]
@@ -135,43 +131,3 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
         chosen = genuine | (first[probe] & first[reference])
         probe, reference, genuine = probe[chosen], reference[chosen], genuine[chosen]
     return Pairs(probe, reference, genuine)
-
-
-def listed_impressions(
-    impressions: Sequence[Impression], listed: PairList, place: str | os.PathLike[str]
-) -> tuple[tuple[Impression, ...], Pairs]:
-    """Return the prints of the database at `place` that are listed, and their pairs, each once.
-
-    A pair is the same in either order. Of a list that is labelled, the fingers are known if the
-    prints are named FFF_M and no label contradicts that. Raises a `ScoringError` for an unknown
-    print, a print with itself, or labels that contradict each other.
-    """
-    names = print_names(place, [one.name for one in impressions])
-    numbered = number_pairs(listed.path, listed.rows, names, names)
-    i, j = numbered.prints.astype(np.intp).T
-    if (same := np.flatnonzero(i == j)).size:
-        row = listed.rows[same[0]]
-        raise list_error(listed.path, row.line, f"{row.probe} is compared with itself")
-    keys = np.minimum(i, j) * len(impressions) + np.maximum(i, j)
-    _, first, again = np.unique(keys, return_index=True, return_inverse=True)
-    genuine = numbered.genuine == 1
-    if not listed.labelled:
-        finger = finger_numbers(impressions)
-        genuine = finger[i] == finger[j]
-    if (wrong := np.flatnonzero(genuine != genuine[first[again]])).size:
-        row, earlier = (listed.rows[k] for k in (wrong[0], first[again[wrong[0]]]))
-        why = f"{row.probe} and {row.reference} are labelled otherwise on line {earlier.line}"
-        raise list_error(listed.path, row.line, f"column genuine: {why}")
-    kept = np.sort(first)
-    prints, numbers = np.unique(np.stack([i[kept], j[kept]]), return_inverse=True)
-    probe, reference = numbers.reshape(2, -1).astype(np.intp)
-    pairs = Pairs(probe, reference, genuine[kept])
-    chosen = [impressions[n] for n in prints.tolist()]
-    if listed.labelled:
-        finger_of = finger_in_name()
-        named = [finger_of(one.path.name) or "" for one in chosen]
-        by_name = np.array([named[a] == named[b] for a, b in zip(probe, reference, strict=True)])
-        known = all(named) and np.array_equal(by_name, pairs.genuine)
-        of_prints = zip(chosen, named, strict=True)
-        chosen = [replace(one, finger=name if known else "") for one, name in of_prints]
-    return tuple(chosen), pairs

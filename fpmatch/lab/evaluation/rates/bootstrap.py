@@ -16,7 +16,8 @@ analysis of pattern recognition systems: the subsets bootstrap", CVIU 93 (2004),
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.random import default_rng
@@ -24,14 +25,13 @@ from numpy.random import default_rng
 from fpmatch.lab.evaluation.rates.error_rates import FMR_LIMITS, ROUNDING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from numpy.random import Generator
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.rates.scores_set import Trials
 
-    Weights = NDArray[np.int64]
+    Counts = NDArray[np.int64]
 
 BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
 """The rates that are bootstrapped; those that depend on one extreme score cannot be."""
@@ -56,7 +56,7 @@ class Replicates:
         return np.asarray(self.sets.mean(axis=0))
 
 
-def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> Weights:
+def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> Counts:
     """Return how often each finger was drawn in each of `bootstrap` draws of all fingers.
 
     The array has the shape (bootstrap, fingers). Each database has its own draws.
@@ -79,19 +79,19 @@ def bootstrap_rates(
     """
     sets = np.empty((len(trials), bootstrap, 1 + len(limits)))
     pooled = np.empty((bootstrap, 1 + len(limits)))
-    ranks = [_Ranks.of([one]) for one in trials]
-    together = _Ranks.of(trials)
-    draws = zip(*(_pair_weights(t, bootstrap, seed, k) for k, t in enumerate(trials)), strict=True)
-    start = 0
-    for weights in _batches(draws, together.order.size):
-        rows = slice(start, start := start + len(weights[0]))
-        for k, of_set in enumerate(weights):
-            sets[k, rows] = ranks[k].rates(of_set, limits)
-        pooled[rows] = (
-            sets[0, rows]
-            if len(trials) == 1
-            else together.rates(np.concatenate(weights, axis=1), limits)
-        )
+    draws = [_draws(one, bootstrap, seed, k) for k, one in enumerate(trials)]
+    ranked = [RankedScores.of([one]) for one in trials]
+    together = RankedScores.of(trials)
+    step = max(1, _WEIGHTS_AT_A_TIME // max(1, sum(one.similarity.size for one in trials)))
+    for start in range(0, bootstrap, step):
+        rows = slice(start, min(start + step, bootstrap))
+        counts = [np.stack(list(islice(one, rows.stop - start))) for one in draws]
+        for k, drawn in enumerate(counts):
+            sets[k, rows] = ranked[k].rates(drawn, limits)
+        if len(trials) == 1:
+            pooled[rows] = sets[0, rows]
+        else:
+            pooled[rows] = together.rates(np.concatenate(counts, axis=1), limits)
     return Replicates(sets, pooled)
 
 
@@ -101,93 +101,130 @@ def bootstrap_fmr(
     """Return the FMR at a threshold for draws of fingers, databases pooled; NaN if undefined."""
     matches, total = np.zeros(bootstrap), np.zeros(bootstrap)
     for k, t in enumerate(trials):
-        reached = (t.similarity >= threshold) & ~t.genuine
-        for n, weights in enumerate(_pair_weights(t, bootstrap, seed, k)):
+        probe, reference = t.probe[~t.genuine], t.reference[~t.genuine]
+        reached = t.similarity[~t.genuine] >= threshold
+        for n, counts in enumerate(draw_fingers(t.fingers, bootstrap, seed, k)):
+            weights = counts[probe] * counts[reference]
             matches[n] += weights @ reached
-            total[n] += weights @ ~t.genuine
+            total[n] += weights.sum()
     with np.errstate(invalid="ignore"):
         return np.asarray(matches / total)
 
 
-def _pair_weights(trials: Trials, bootstrap: int, seed: int, set_index: int) -> Iterator[Weights]:
-    """Yield how often each comparison of a database counts in each draw."""
+def _draws(trials: Trials, bootstrap: int, seed: int, set_index: int) -> Iterator[Counts]:
+    """Yield how often each finger, or where they are not known each comparison, is drawn."""
     if trials.fingers:
-        genuine = trials.genuine
-        for counts in draw_fingers(trials.fingers, bootstrap, seed, set_index):
-            of_probe, of_reference = counts[trials.probe], counts[trials.reference]
-            yield np.where(genuine, of_probe, of_probe * of_reference)
+        yield from draw_fingers(trials.fingers, bootstrap, seed, set_index)
         return
     random = default_rng([seed, set_index])
     kinds = np.flatnonzero(trials.genuine), np.flatnonzero(~trials.genuine)
     for _ in range(bootstrap):
-        weights = np.zeros(trials.genuine.size, np.int64)
+        counts = np.zeros(trials.genuine.size, np.int64)
         for kind in kinds:
-            weights[kind] = _drawn(random, kind.size)
-        yield weights
-
-
-def _drawn(random: Generator, size: int) -> Weights:
-    """Return how often each of `size` things is drawn in as many draws with replacement."""
-    return np.bincount(random.integers(size, size=size) if size else [], minlength=size)
-
-
-def _batches(draws: Iterator[tuple[Weights, ...]], pairs: int) -> Iterator[list[NDArray[np.int64]]]:
-    """Yield the weights of some draws at a time, an array (draws, pairs) for each database."""
-    step = max(1, _WEIGHTS_AT_A_TIME // max(pairs, 1))
-    batch: list[tuple[Weights, ...]] = []
-    for draw in draws:
-        batch.append(draw)
-        if len(batch) == step:
-            yield [np.stack(of_set) for of_set in zip(*batch, strict=True)]
-            batch = []
-    if batch:
-        yield [np.stack(of_set) for of_set in zip(*batch, strict=True)]
+            if kind.size:
+                drawn = random.integers(kind.size, size=kind.size)
+                counts[kind] = np.bincount(drawn, minlength=kind.size)
+        yield counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Ranks:
+class RankedScores:
     """The order of scores, so that the rates of a draw need only the weights of the pairs.
 
-    `order` sorts the pairs by score, `genuine` is in that order, and `last` is the last place of
-    each distinct score.
+    A pair counts as often as its `first` unit was drawn times its `second` one, -1 for none; units
+    are the fingers, else comparisons, of one database after the other. Pairs are in increasing
+    order of score, `genuine` ones first. A threshold is every distinct score, then infinity:
+    `genuine_below` and `impostor_below` count the scores below each. For each impostor score,
+    `genuine_up_to` counts the genuine scores that are at most as high.
     """
 
-    order: NDArray[np.intp]
-    genuine: NDArray[np.bool_]
-    last: NDArray[np.intp]
+    first: NDArray[np.intp]
+    second: NDArray[np.intp]
+    genuine: int
+    genuine_below: NDArray[np.intp]
+    impostor_below: NDArray[np.intp]
+    genuine_up_to: NDArray[np.intp]
 
     @classmethod
-    def of(cls, trials: Sequence[Trials]) -> _Ranks:
+    def of(cls, trials: Sequence[Trials]) -> RankedScores:
+        """Rank the scores of some databases together."""
+        first, second, units = [], [], 0
+        for one in trials:
+            if one.fingers:
+                first.append(one.probe + units)
+                second.append(np.where(one.genuine, -1, one.reference + units))
+            else:
+                first.append(np.arange(one.genuine.size) + units)
+                second.append(np.full(one.genuine.size, -1))
+            units += one.fingers or one.genuine.size
         similarity = np.concatenate([one.similarity for one in trials])
         genuine = np.concatenate([one.genuine for one in trials])
-        order = np.argsort(similarity, kind="stable")
-        last = np.flatnonzero(np.append(np.diff(similarity[order]) != 0, True))
-        return cls(order, genuine[order], last)
+        order = np.lexsort((similarity, ~genuine))
+        count = int(genuine.sum())
+        ours, theirs = np.split(similarity[order], [count])
+        threshold = np.append(np.unique(similarity), np.inf)
+        return cls(
+            np.concatenate(first)[order],
+            np.concatenate(second)[order],
+            count,
+            np.searchsorted(ours, threshold, side="left"),
+            np.searchsorted(theirs, threshold, side="left"),
+            np.searchsorted(ours, theirs, side="right"),
+        )
 
-    def rates(self, weights: Weights, limits: Sequence[float]) -> NDArray[np.float64]:
-        """Return the EER and the FNMR at the FMRs of `limits`, of `weights` (draws, pairs)."""
-        rates = np.full((len(weights), 1 + len(limits)), np.nan)
-        ordered = weights[:, self.order]
-        # Weights at or below each distinct score; a threshold at the next one rejects them.
-        genuine = np.cumsum(ordered * self.genuine, axis=1)[:, self.last]
-        impostor = np.cumsum(ordered * ~self.genuine, axis=1)[:, self.last]
-        total = impostor[:, -1]
-        usable = (genuine[:, -1] > 0) & (total > 0)
+    def rates(self, counts: Counts, limits: Sequence[float]) -> NDArray[np.float64]:
+        """Return the EER and the FNMR at the FMRs of `limits` for draws; NaN without both kinds.
+
+        `counts` (draws, units) is how often each unit was drawn.
+        """
+        once = np.ones((len(counts), 1), np.int32)
+        drawn = np.concatenate([counts.astype(np.int32), once], axis=1)
+        weights = np.take(drawn, self.first, axis=1)
+        weights[:, self.genuine :] *= np.take(drawn, self.second[self.genuine :], axis=1)
+        below_g, below_i = map(_cumulated, np.split(weights, [self.genuine], axis=1))
+        rates = np.full((len(counts), 1 + len(limits)), np.nan)
+        usable = (below_g[:, -1] > 0) & (below_i[:, -1] > 0)
         if not usable.any():
             return rates
-        genuine, impostor, total = genuine[usable], impostor[usable], total[usable]
-        rows = np.arange(len(total))
-        fnmr = genuine / genuine[:, -1:]
-        fmr = (total[:, np.newaxis] - impostor) / total[:, np.newaxis]
-        after = np.argmax(fmr <= fnmr, axis=1)
-        before = np.maximum(after - 1, 0)  # where `after` is the first, below all scores: 1 and 0
-        fmr_before = np.where(after > 0, fmr[rows, before], 1.0)
-        fnmr_before = np.where(after > 0, fnmr[rows, before], 0.0)
-        fmr_after, fnmr_after = fmr[rows, after], fnmr[rows, after]
-        fall, rise = fmr_before - fnmr_before, fnmr_after - fmr_after
-        rates[usable, 0] = fmr_before + fall / (fall + rise) * (fmr_after - fmr_before)
+        below_g, below_i = below_g[usable], below_i[usable]
+        total_g, total_i, rows = below_g[:, -1], below_i[:, -1], np.arange(usable.sum())
+
+        def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
+            return np.asarray((total_i - below_i[rows, self.impostor_below[t]]) / total_i)
+
+        def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
+            return np.asarray(below_g[rows, self.genuine_below[t]] / total_g)
+
+        after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
+        fall, rise = fmr(after - 1) - fnmr(after - 1), fnmr(after) - fmr(after)
+        way = fall / (fall + rise)
+        rates[usable, 0] = fmr(after - 1) + way * (fmr(after) - fmr(after - 1))
         for column, limit in enumerate(limits, start=1):
-            rejected = total - np.floor(limit * total + ROUNDING)
-            highest = np.argmax(impostor >= rejected[:, np.newaxis], axis=1)
-            rates[usable, column] = fnmr[rows, highest]
+            needed = total_i - np.floor(limit * total_i + ROUNDING)
+
+            def reaches(k: NDArray[np.intp], needed: NDArray[Any] = needed) -> NDArray[np.bool_]:
+                return np.asarray(below_i[rows, k] >= needed)
+
+            kept = _first(reaches, self.genuine_up_to.size, rows.size)
+            rates[usable, column] = below_g[rows, self.genuine_up_to[kept - 1]] / total_g
         return rates
+
+
+def _cumulated(weights: NDArray[np.int32]) -> Counts:
+    """Return the weights of the first 0, 1, 2, … pairs in each draw."""
+    sums = np.zeros((len(weights), weights.shape[1] + 1), np.int64)
+    np.cumsum(weights, axis=1, out=sums[:, 1:])
+    return sums
+
+
+def _first(
+    holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
+) -> NDArray[np.intp]:
+    """Return for each row the first index of 1..last at which `holds`; at `last` it does."""
+    low, high = np.zeros(rows, np.intp), np.full(rows, last, np.intp)
+    while (high - low > 1).any():
+        middle = np.maximum((low + high) // 2, 1)
+        reached = holds(middle)
+        high = np.where(reached, middle, high)
+        low = np.where(reached, low, middle)
+    return high

@@ -87,8 +87,8 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
         return NO_RATES
     return Rates(
         eer=_equal_error_rate(error_curves(g, i)),
-        **{name: _fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
-        zero_fmr=_fnmr_at_fmr(g, i, 0.0),
+        **{name: fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
+        zero_fmr=fnmr_at_fmr(g, i, 0.0),
         zero_fnmr=float((i.size - np.searchsorted(i, g[0], side="left")) / i.size),
         d_prime=d_prime(g, i),
     )
@@ -131,8 +131,10 @@ def fnmr_at_fmr(genuine: ArrayLike, impostor: ArrayLike, fmr: float) -> float | 
     >>> fnmr_at_fmr([1, 2, 3, 4], [0, 1, 2, 3], 0.25)
     0.5
     """
-    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
-    return _fnmr_at_fmr(g, i, fmr) if g.size and i.size else None
+    g, highest = _sorted_scores("genuine", genuine), threshold_at_fmr(impostor, fmr)
+    if not g.size or highest is None:
+        return None
+    return float(np.searchsorted(g, highest, side="right") / g.size)
 
 
 def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
@@ -164,7 +166,11 @@ def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
 
     The lowest threshold is just above it. None where `fmr` is less than one of the scores.
     """
-    return _threshold_at_fmr(_sorted_scores("impostor", impostor), fmr)
+    i = _sorted_scores("impostor", impostor)
+    allowed = math.floor(fmr * i.size + ROUNDING)
+    if not i.size or (fmr > 0 and allowed < 1):
+        return None
+    return float(i[i.size - 1 - allowed])
 
 
 def _equal_error_rate(curves: ErrorCurves) -> float:
@@ -174,24 +180,6 @@ def _equal_error_rate(curves: ErrorCurves) -> float:
     before = after - 1
     share = surplus[before] / (surplus[before] - surplus[after])
     return float(curves.fmr[before] + share * (curves.fmr[after] - curves.fmr[before]))
-
-
-def _fnmr_at_fmr(
-    genuine: NDArray[np.float64], impostor: NDArray[np.float64], fmr: float
-) -> float | None:
-    """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted."""
-    highest = _threshold_at_fmr(impostor, fmr)
-    if highest is None:
-        return None
-    return float(np.searchsorted(genuine, highest, side="right") / genuine.size)
-
-
-def _threshold_at_fmr(impostor: NDArray[np.float64], fmr: float) -> float | None:
-    """Return the highest of the sorted impostor scores that must not match."""
-    allowed = math.floor(fmr * impostor.size + ROUNDING)
-    if fmr > 0 and allowed < 1:
-        return None
-    return float(impostor[impostor.size - 1 - allowed])
 
 
 def _sorted_scores(name: str, scores: ArrayLike) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ binomial", Biometrika 26 (1934); without an error it is about the rule of 3 of I
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -74,13 +74,10 @@ def rate_interval(
 
 def exact_interval(rate: float, trials: int, unit: str, *, highest: float = 1) -> Interval | None:
     """Return the limit of a rate of 0 or 1; None without trials, or if it exceeds `highest`."""
-    from scipy.stats import binomtest  # noqa: PLC0415  (imports for half a second)
-
     if not trials:
         return None
-    side: Literal["greater", "less"] = "greater" if rate else "less"
-    limits = binomtest(trials if rate else 0, trials, alternative=side).proportion_ci(CONFIDENCE)
-    low, high = (float(limits.low), 1.0) if rate else (0.0, float(limits.high))
+    least = (1 - CONFIDENCE) ** (1 / trials)  # which solves p^n = 0.05
+    low, high = (least, 1.0) if rate else (0.0, 1 - least)
     return Interval(low, high, CLOPPER_PEARSON, trials, unit) if high <= highest else None
 
 

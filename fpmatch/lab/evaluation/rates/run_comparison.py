@@ -14,7 +14,7 @@ percentages", Psychometrika 12 (1947).
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -24,7 +24,6 @@ from fpmatch.lab.evaluation.rates.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTR
 from fpmatch.lab.evaluation.rates.error_rates import FMR_LIMITS, error_rates, threshold_at_fmr
 from fpmatch.lab.evaluation.rates.intervals import (
     MIN_FINGERS,
-    Interval,
     interval_json,
     interval_of,
 )
@@ -39,118 +38,6 @@ if TYPE_CHECKING:
 
 DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
 """Decisions are those at the first of these that the pairs allow."""
-
-
-@dataclass(frozen=True, slots=True)
-class RateDifference:
-    """A rate before and now, over the pairs that both runs compared.
-
-    `interval` is the 95 % interval of ``now - before``; None where there are too few fingers, or
-    where neither the rates nor those of any draw differ, which is then "no change".
-    """
-
-    rate: str
-    before: float
-    now: float
-    interval: Interval | None
-    verdict: str
-
-    @classmethod
-    def of(
-        cls, rate: str, before: float, now: float, draws: NDArray[np.float64] | None
-    ) -> RateDifference:
-        """Return the difference; `draws` are bootstrapped ones, None with too few fingers."""
-        interval = None if draws is None else interval_of(draws)
-        if draws is not None and now == before and not np.nan_to_num(draws).any():
-            return cls(rate, before, now, None, "no change")
-        if interval is None:
-            return cls(rate, before, now, None, "too few fingers to tell")
-        if interval.low <= 0 <= interval.high:
-            return cls(rate, before, now, interval, "within chance")
-        return cls(rate, before, now, interval, "better" if now < before else "worse")
-
-
-@dataclass(frozen=True, slots=True)
-class DecisionChange:
-    """The changed decisions on genuine pairs, all databases under one threshold.
-
-    Either run has its threshold at the false match rate `fmr`. `mcnemar_p` is the p-value of
-    McNemar's exact test: the probability of a split as uneven if neither run is better. `gained`
-    and `lost` are the pairs that only the later, and only the earlier run accepts: database, probe
-    and reference of each.
-    """
-
-    mcnemar_p: float
-    fmr: float
-    genuine: int
-    gained: tuple[dict[str, str], ...]
-    lost: tuple[dict[str, str], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class SetComparison:
-    """The comparison of two runs over one database, or over all: pairs and rates."""
-
-    name: str
-    pairs: int
-    differences: tuple[RateDifference, ...]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the comparison as JSON values."""
-        rates = {
-            d.rate: {
-                "before": d.before,
-                "now": d.now,
-                "change_interval": interval_json(d.interval),
-                "verdict": d.verdict,
-            }
-            for d in self.differences
-        }
-        return {"name": self.name, "pairs": self.pairs, **rates}
-
-
-@dataclass(frozen=True, slots=True)
-class RunComparison:
-    """The comparison of the runs of two matchers.
-
-    Pairs that just one of them compared are left out; `identical` counts those whose similarity is
-    the same in both, to the last bit. `decisions` is None where there are too few pairs for a
-    threshold.
-    """
-
-    before: str
-    now: str
-    only_before: int
-    only_now: int
-    identical: int
-    sets: tuple[SetComparison, ...]
-    mean: SetComparison
-    pooled: SetComparison
-    decisions: DecisionChange | None
-
-    def shown(self) -> list[tuple[SetComparison, tuple[RateDifference, ...]]]:
-        """Return the rates that tables have: the EER of each database, and all of mean and pooled.
-
-        Of one database these are all its rates.
-        """
-        if len(self.sets) == 1:
-            return [(self.sets[0], self.sets[0].differences)]
-        each = [(one, one.differences[:1]) for one in self.sets]
-        return each + [(one, one.differences) for one in (self.mean, self.pooled)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the comparison as JSON values; rates as fractions."""
-        return {
-            "before": self.before,
-            "now": self.now,
-            "only_before": self.only_before,
-            "only_now": self.only_now,
-            "identical": self.identical,
-            "sets": [one.as_json() for one in self.sets],
-            "mean": self.mean.as_json(),
-            "pooled": self.pooled.as_json(),
-            "decisions": None if self.decisions is None else asdict(self.decisions),
-        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,9 +56,13 @@ def compare_runs(
     *,
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
-) -> RunComparison:
+) -> dict[str, Any]:
     """Compare two runs over the same prints, on the pairs that both have, identified by names.
 
+    Returns JSON values: the matchers `before` and `now`; `sets`, `mean` and `pooled`, which have
+    their number of `pairs` and of each rate its value `before` and `now`, the 95 % interval of the
+    change and a verdict; and `decisions`. Pairs that just one run compared are left out;
+    `identical` counts those whose similarity is the same in both, to the last bit.
     Raises a `DatasetError` if they have no genuine or no impostor pair in common.
     """
     common = common_pairs(before, now)
@@ -182,26 +73,26 @@ def compare_runs(
     rates_before, rates_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
     enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
     changes = rates_now.sets - rates_before.sets
-    sets = tuple(
+    sets = [
         _compare(one.name, [one], changes[k] if enough[k] else None) for k, one in enumerate(common)
-    )
+    ]
     of_mean = of_pooled = None
     if all(enough):
         of_mean = rates_now.mean - rates_before.mean
         of_pooled = rates_now.pooled - rates_before.pooled
-    shared = sum(one.pairs for one in sets)
+    shared = sum(one["pairs"] for one in sets)
     same = [np.count_nonzero(one.before.similarity == one.now.similarity) for one in common]
-    return RunComparison(
-        before=before[0].matcher,
-        now=now[0].matcher,
-        only_before=sum(one.probe.size for one in before) - shared,
-        only_now=sum(one.probe.size for one in now) - shared,
-        identical=int(sum(same)),
-        sets=sets,
-        mean=_mean(sets, of_mean),
-        pooled=_compare("pooled", common, of_pooled),
-        decisions=_decisions(common),
-    )
+    return {
+        "before": before[0].matcher,
+        "now": now[0].matcher,
+        "only_before": sum(one.probe.size for one in before) - shared,
+        "only_now": sum(one.probe.size for one in now) - shared,
+        "identical": int(sum(same)),
+        "sets": sets,
+        "mean": _mean(sets, of_mean),
+        "pooled": _compare("pooled", common, of_pooled),
+        "decisions": _decisions(common),
+    }
 
 
 def common_pairs(before: Sequence[ScoresSet], now: Sequence[ScoresSet]) -> list[_Common]:
@@ -249,40 +140,60 @@ def _pooled(
     )
 
 
+def _difference(before: float, now: float, draws: NDArray[np.float64] | None) -> dict[str, Any]:
+    """Return a rate before and now, the 95 % interval of ``now - before``, and a verdict.
+
+    `draws` are bootstrapped differences, None with too few fingers. There is no interval where
+    neither the rates nor those of any draw differ, which is "no change".
+    """
+    interval = None if draws is None else interval_of(draws)
+    if draws is not None and now == before and not np.nan_to_num(draws).any():
+        interval, verdict = None, "no change"
+    elif interval is None:
+        verdict = "too few fingers to tell"
+    elif interval.low <= 0 <= interval.high:
+        verdict = "within chance"
+    else:
+        verdict = "better" if now < before else "worse"
+    change = interval_json(interval)
+    return {"before": before, "now": now, "change_interval": change, "verdict": verdict}
+
+
 def _compare(
     name: str, common: Sequence[_Common], draws: NDArray[np.float64] | None
-) -> SetComparison:
-    """Compare the rates; `draws` are bootstrapped differences, None with too few fingers."""
+) -> dict[str, Any]:
+    """Compare the rates of databases pooled; `draws` are as for `_difference`, a column a rate."""
     before, now, genuine = _pooled(common)
     was, is_now = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
-    differences = [
-        RateDifference.of(
-            rate,
-            getattr(was, rate),
-            getattr(is_now, rate),
-            None if draws is None else draws[:, column],
-        )
-        for column, rate in enumerate(BOOTSTRAPPED)
-        if getattr(is_now, rate) is not None
-    ]
-    return SetComparison(name, int(genuine.size), tuple(differences))
-
-
-def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64] | None) -> SetComparison:
-    """Return the mean of each rate that all databases have; `draws` as for `_compare`."""
-    differences = []
+    document: dict[str, Any] = {"name": name, "pairs": int(genuine.size)}
     for column, rate in enumerate(BOOTSTRAPPED):
-        of_sets = [d for one in sets for d in one.differences if d.rate == rate]
-        if len(of_sets) == len(sets):
-            before, now = ([getattr(d, when) for d in of_sets] for when in ("before", "now"))
+        if (value := getattr(is_now, rate)) is not None:
             drawn = None if draws is None else draws[:, column]
-            differences.append(
-                RateDifference.of(rate, float(np.mean(before)), float(np.mean(now)), drawn)
+            document[rate] = _difference(getattr(was, rate), value, drawn)
+    return document
+
+
+def _mean(sets: Sequence[dict[str, Any]], draws: NDArray[np.float64] | None) -> dict[str, Any]:
+    """Return the mean of each rate that all databases have; `draws` as for `_compare`."""
+    document: dict[str, Any] = {"name": "mean", "pairs": sum(one["pairs"] for one in sets)}
+    for column, rate in enumerate(BOOTSTRAPPED):
+        if all(rate in one for one in sets):
+            was, is_now = (
+                float(np.mean([one[rate][when] for one in sets])) for when in ("before", "now")
             )
-    return SetComparison("mean", sum(one.pairs for one in sets), tuple(differences))
+            drawn = None if draws is None else draws[:, column]
+            document[rate] = _difference(was, is_now, drawn)
+    return document
 
 
-def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
+def _decisions(common: Sequence[_Common]) -> dict[str, Any] | None:
+    """Return the changed decisions on genuine pairs, all databases under one threshold.
+
+    Either run has its threshold at the false match rate `fmr`. `mcnemar_p` is the p-value of
+    McNemar's exact test: the probability of a split as uneven if neither run is better. `gained`
+    and `lost` are the pairs that only the later, and only the earlier run accepts. None where there
+    are too few pairs for a threshold.
+    """
     from scipy.stats import binomtest  # noqa: PLC0415  (imports for half a second)
 
     before, now, genuine = _pooled(common)
@@ -292,15 +203,20 @@ def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
             break
     else:
         return None
-    names = [(c.name, *pair) for c in common for pair in c.pairs]
+    named = [(c.name, *pair) for c in common for pair in c.pairs]
     was, accepted = (before > at_before) & genuine, (now > at_now) & genuine
     gained, lost = (
-        tuple(
-            dict(zip(("set", "probe", "reference"), names[k], strict=True))
+        [
+            dict(zip(("set", "probe", "reference"), named[k], strict=True))
             for k in np.flatnonzero(changed).tolist()
-        )
+        ]
         for changed in (accepted & ~was, was & ~accepted)
     )
     number = len(gained) + len(lost)
-    p_value = float(binomtest(len(lost), number).pvalue) if number else 1.0
-    return DecisionChange(p_value, fmr, int(genuine.sum()), gained, lost)
+    return {
+        "mcnemar_p": float(binomtest(len(lost), number).pvalue) if number else 1.0,
+        "fmr": fmr,
+        "genuine": int(genuine.sum()),
+        "gained": gained,
+        "lost": lost,
+    }

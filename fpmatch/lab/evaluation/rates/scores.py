@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -101,7 +101,7 @@ def read_scores(
         raise DatasetError(f"line {line}: not a file of scores: {_FORM}", path=path)
     read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference")]
     beside = places.get("genuine", -1), places.get("reason", -1)
-    by_set: dict[tuple[str, str], _Rows] = {}
+    by_set: dict[tuple[str, str], list[Any]] = {}
     for line, row in rows:
         cells = [*row, *[""] * (len(head) - len(row)), ""]
         if len(row) > len(head):
@@ -114,14 +114,20 @@ def read_scores(
             raise _error(path, line, f"genuine must be 1 or 0, not {genuine!r}")
         value = math.nan if reason == NO_TEMPLATE else _number(path, line, cells[score])
         key = matcher, of_set or (Path(path).stem if name is None else name)
-        by_set.setdefault(key, _Rows(path)).add(
-            line, probe, reference, _LABELS.get(genuine), -value if distances else value
-        )
+        value = -value if distances else value
+        by_set.setdefault(key, []).append((line, probe, reference, _LABELS.get(genuine), value))
     if not by_set:
         raise DatasetError("holds no comparison", path=path)
     return [
-        rows.as_set(matcher, of_set, finger_of, distances=distances)
-        for (matcher, of_set), rows in by_set.items()
+        _as_set(
+            path,
+            of_set,
+            partial(finger_of, name),
+            matcher=matcher,
+            name=name,
+            distances=distances,
+        )
+        for (matcher, name), of_set in by_set.items()
     ]
 
 
@@ -156,102 +162,76 @@ def choose_matcher(
     return chosen
 
 
-@dataclass(slots=True)
-class _Rows:
-    """The rows of one database; prints are numbered as they come."""
+def _as_set(
+    path: str | os.PathLike[str],
+    rows: Sequence[tuple[int, str, str, bool | None, float]],
+    finger_of: Callable[[str], str | None],
+    **about: Any,
+) -> ScoresSet:
+    """Return the comparisons of a database: line, names, label and score of each row.
 
-    path: str | os.PathLike[str]
-    prints: dict[str, int] = field(default_factory=dict)  # by name
-    line: list[int] = field(default_factory=list)
-    pairs: list[tuple[int, int]] = field(default_factory=list)
-    genuine: list[bool | None] = field(default_factory=list)
-    similarity: list[float] = field(default_factory=list)
+    Raises a DatasetError if they contradict each other, or the names of the prints.
+    """
+    numbers = {name: k for k, name in enumerate(dict.fromkeys(n for row in rows for n in row[1:3]))}
+    prints = tuple(numbers)
+    probe = np.array([numbers[row[1]] for row in rows], np.intp)
+    reference = np.array([numbers[row[2]] for row in rows], np.intp)
+    similarity = np.array([row[4] for row in rows])
+    compared, similarity = np.isfinite(similarity), filled(similarity)
+    stated = np.array([-1 if row[3] is None else row[3] for row in rows], np.int8)
 
-    def add(
-        self, line: int, probe: str, reference: str, genuine: bool | None, value: float
-    ) -> None:
-        number = self.prints.setdefault
-        self.pairs.append((number(probe, len(self.prints)), number(reference, len(self.prints))))
-        self.line.append(line)
-        self.genuine.append(genuine)
-        self.similarity.append(value)
+    def refuse(wrong: NDArray[np.intp], why: Callable[[Any], str]) -> None:
+        if wrong.size:
+            line, one, other, *_ = rows[wrong[0]]
+            raise _error(path, line, f"{one!r} and {other!r} {why(wrong[0])}")
 
-    def as_set(
-        self,
-        matcher: str,
-        name: str,
-        finger_of: Callable[[str, str], str | None],
-        *,
-        distances: bool,
-    ) -> ScoresSet:
-        """Return the comparisons, each once; raise a DatasetError if they contradict each other."""
-        probe, reference = np.array(self.pairs, np.intp).reshape(-1, 2).T
-        similarity = np.array(self.similarity, np.float64)
-        compared, similarity = np.isfinite(similarity), filled(similarity)
-        fingers = [finger_of(name, one) for one in self.prints]
-        kept = self._kept(probe, reference, similarity)
-        if None in fingers:
-            if None in self.genuine:
-                k = self.genuine.index(None)
-                why = (
-                    "whether the pair is genuine is not known: there is no 1 or 0 in a column "
-                    f"'genuine', and {self._named(k)} are not both named FFF_M"
-                )
-                raise _error(self.path, self.line[k], why)
-            genuine = np.array(self.genuine, bool)
-            trials = Trials.without_fingers(similarity[kept], genuine[kept])
-        else:
-            names = sorted({str(one) for one in fingers}, key=natural_key)
-            number = {one: k for k, one in enumerate(names)}
-            finger = np.array([number[str(one)] for one in fingers], np.intp)
-            same = finger[probe] == finger[reference]
-            stated = zip(self.genuine, same.tolist(), strict=True)
-            wrong = [k for k, (one, by_name) in enumerate(stated) if one is (not by_name)]
-            if wrong:
-                are = "one finger" if same[wrong[0]] else "different fingers"
-                why = f"genuine is {int(not same[wrong[0]])}, but by their names"
-                why += f" {self._named(wrong[0])} are of {are} (--pattern finds fingers in names)"
-                raise _error(self.path, self.line[wrong[0]], why)
-            trials = Trials(
-                similarity[kept], finger[probe[kept]], finger[reference[kept]], len(names)
-            )
-        return ScoresSet(
-            matcher=matcher,
-            name=name,
-            prints=tuple(self.prints),
-            probe=probe[kept],
-            reference=reference[kept],
-            trials=trials,
-            compared=compared[kept],
-            distances=distances,
+    ordered = probe * len(prints) + reference
+    _, first, again = np.unique(ordered, return_index=True, return_inverse=True)
+    refuse(
+        np.flatnonzero(similarity != similarity[first[again]]),
+        lambda k: f"are compared again, with another score than in line {rows[first[again[k]]][0]}",
+    )
+    either = np.minimum(probe, reference) * len(prints) + np.maximum(probe, reference)
+    _, once, again_either = np.unique(either, return_index=True, return_inverse=True)
+    if np.array_equal(similarity, similarity[once[again_either]]):  # the order does not matter
+        first = once
+    kept = np.sort(first)
+    # a gallery names a print as its file, without extension
+    same = np.array([numbers.get(name.rpartition(".")[0], k) for k, name in enumerate(prints)])
+    kept = kept[same[probe[kept]] != same[reference[kept]]]
+    fingers = [finger_of(name) for name in prints]
+    if None in fingers:
+        refuse(
+            np.flatnonzero(stated < 0),
+            lambda _: (
+                "are not both named FFF_M (finger, impression), and there is no 1 or 0 in a "
+                "column 'genuine'"
+            ),
         )
-
-    def _kept(
-        self, probe: NDArray[np.intp], reference: NDArray[np.intp], similarity: NDArray[np.float64]
-    ) -> NDArray[np.intp]:
-        """Return the rows that are kept: each pair once, none of a print with itself."""
-        size = len(self.prints)
-        ordered = probe * size + reference
-        _, first, again = np.unique(ordered, return_index=True, return_inverse=True)
-        differing = np.flatnonzero(similarity != similarity[first[again]])
-        if differing.size:
-            k = differing[0]
-            earlier = self.line[first[again[k]]]
-            why = f"{self._named(k)} are compared again, with another score than in line {earlier}"
-            raise _error(self.path, self.line[k], why)
-        either = np.minimum(probe, reference) * size + np.maximum(probe, reference)
-        _, once, again = np.unique(either, return_index=True, return_inverse=True)
-        if np.array_equal(similarity, similarity[once[again]]):  # the order does not matter
-            first = once
-        # a gallery names a print as its file, without extension
-        stems = ((k, one.rpartition(".")[0]) for k, one in enumerate(self.prints))
-        same = np.array([self.prints.get(stem, k) for k, stem in stems], np.intp)
-        kept = np.sort(first)
-        return np.asarray(kept[same[probe[kept]] != same[reference[kept]]], np.intp)
-
-    def _named(self, row: int) -> str:
-        names = list(self.prints)
-        return " and ".join(repr(names[k]) for k in self.pairs[row])
+        trials = Trials.without_fingers(similarity[kept], stated[kept] == 1)
+    else:
+        names = sorted(set(map(str, fingers)), key=natural_key)
+        place = {name: k for k, name in enumerate(names)}
+        finger = np.array([place[str(one)] for one in fingers], np.intp)
+        of_one = finger[probe] == finger[reference]
+        refuse(
+            np.flatnonzero((stated >= 0) & (stated != of_one)),
+            lambda k: (
+                f"are of {'one finger' if of_one[k] else 'different fingers'} by their names "
+                f"(--pattern finds fingers in names), but genuine is {stated[k]}"
+            ),
+        )
+        both = finger[probe[kept]], finger[reference[kept]]
+        trials = Trials(similarity[kept], *both, len(names))
+    sides = probe[kept], reference[kept]
+    return ScoresSet(
+        prints=prints,
+        probe=sides[0],
+        reference=sides[1],
+        trials=trials,
+        compared=compared[kept],
+        **about,
+    )
 
 
 def _error(path: str | os.PathLike[str], line: int, why: str) -> DatasetError:

@@ -84,7 +84,7 @@ def det_figure(curves: Sequence[Curve]) -> Figure:
     """
     from scipy.special import ndtri  # noqa: PLC0415
 
-    figure, axes = _new_axes()
+    figure, axes = new_axes()
     low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
     low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
     for k, curve in enumerate(curves):
@@ -93,7 +93,7 @@ def det_figure(curves: Sequence[Curve]) -> Figure:
         y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
         separates = curve.genuine.min() > curve.impostor.max()
         note = " (a threshold without errors: not in the DET)" * bool(separates)
-        axes.plot(x, y, label=f"{curve.label}{note}", **_look(k))
+        axes.plot(x, y, label=f"{curve.label}{note}", **series_look(k))
     unsure = _RULE_OF_30 / curves[-1].impostor.size
     axes.axvspan(ndtri(low_x), ndtri(max(unsure, low_x)), color=_SHADE, zorder=0)
     highest = ndtri(_HIGHEST)
@@ -116,7 +116,7 @@ def score_figure(report: RatesReport) -> Figure:
     elif calibration is not None:
         genuine, impostor = calibration.scores(genuine), calibration.scores(impostor)
         unit = "score"
-    figure, axes = _new_axes()
+    figure, axes = new_axes()
     both = np.concatenate([genuine, impostor])
     edges = np.linspace(both.min(), max(both.max(), both.min() + 1e-9), _BINS + 1)
     kinds = ((impostor, "impostor", _IMPOSTOR), (genuine, "genuine", _GENUINE))
@@ -137,13 +137,14 @@ def score_figure(report: RatesReport) -> Figure:
     return figure
 
 
-def _look(index: int) -> dict[str, Any]:
+def series_look(index: int) -> dict[str, Any]:
     """Return colour and dashes of a line by its number."""
     colour = SERIES_COLOURS[index % len(SERIES_COLOURS)]
     return {"color": colour, "linestyle": _DASHES[index // len(SERIES_COLOURS) % len(_DASHES)]}
 
 
-def _new_axes() -> tuple[Figure, Axes]:
+def new_axes() -> tuple[Figure, Axes]:
+    """Return a figure, and its axes."""
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     figure = Figure(figsize=_SIZE, layout="constrained")

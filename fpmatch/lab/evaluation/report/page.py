@@ -14,17 +14,17 @@ from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
 from fpmatch.lab.evaluation.report.figures import det_curves, det_figure, score_figure
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
 from fpmatch.lab.evaluation.report.results import split_scores
-from fpmatch.lab.evaluation.report.text import as_text, comparison_text, decisions_sentence
+from fpmatch.lab.evaluation.report.text import as_text
 from fpmatch.lab.plots.style import PLOT_DPI, check_matplotlib, figure_bytes, plain_style
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from fpmatch.lab.evaluation.report.analysis import Report
     from fpmatch.lab.evaluation.report.results import RatesReport
 
 PAGE_NAME: Final = "index.html"
@@ -42,47 +42,40 @@ def prepare_page(folder: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_page(folder: str | os.PathLike[str], report: Report) -> Path:
+def write_page(
+    folder: str | os.PathLike[str], results: Sequence[RatesReport], document: dict[str, Any]
+) -> Path:
     """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
 
     The images of the databases are read again for the overlays.
     """
     target = prepare_page(folder)
-    atomic_write_bytes(target, printable_lines(page(report)).encode())
+    atomic_write_bytes(target, printable_lines(page(results, document)).encode())
     return target
 
 
-def page(report: Report) -> str:
-    """Return the HTML that `write_page` writes."""
-    results = [one.report for one in report.analyses]
+def page(results: Sequence[RatesReport], document: dict[str, Any]) -> str:
+    """Return the HTML that `write_page` writes; `document` is what `report_document` returns."""
     curves = det_curves(results)
+    baselines = [
+        one["baseline"] for one in document.get("matchers", [document]) if "baseline" in one
+    ]
     environment = page_templates("fpmatch.lab.evaluation.report")
     environment.filters["image"] = lambda data: base64.b64encode(data).decode("ascii")
     with plain_style():
-        return (
-            environment.get_template("page.html.j2")
-            .render(
-                version=__version__,
-                first=results[0],
-                text=as_text(report),
-                det=_svg(det_figure(curves)) if curves else b"",
-                matchers=[_section(one) for one in results],
-                comparisons=[
-                    {
-                        "title": f"{c.now} against {c.before or 'the baseline'}",
-                        "text": comparison_text(c, c.before or "the baseline"),
-                        "decisions": c.decisions,
-                        "sentence": "" if c.decisions is None else decisions_sentence(c.decisions),
-                    }
-                    for c in (
-                        *(one.baseline for one in report.analyses if one.baseline is not None),
-                        *report.comparisons,
-                    )
-                ],
-            )
-            .lstrip()
-            + "\n"
+        html = environment.get_template("page.html.j2").render(
+            version=__version__,
+            first=results[0],
+            text=as_text(document),
+            det=_svg(det_figure(curves)) if curves else b"",
+            matchers=[_section(one) for one in results],
+            comparisons=[
+                c
+                for c in (*baselines, *document.get("against_first", ()))
+                if c["decisions"] and (c["decisions"]["gained"] or c["decisions"]["lost"])
+            ],
         )
+    return f"{html.lstrip()}\n"
 
 
 def _section(report: RatesReport) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import asdict, astuple, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -17,28 +18,20 @@ from fpmatch.lab.evaluation.rates.scores import (
     read_scores,
 )
 from fpmatch.lab.evaluation.rates.scores_set import ranks_of
-from fpmatch.printable import count, text_table
+from fpmatch.lab.evaluation.report.text import rates_table
+from fpmatch.printable import count
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.batch.score import ScoreSummary
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
 
     AnyPath = str | os.PathLike[str]
 
-RATE_TITLES: Final = {
-    "eer": "EER",
-    "fmr100": "FMR100",
-    "fmr1000": "FMR1000",
-    "fmr10000": "FMR10000",
-    "zero_fmr": "ZeroFMR",
-    "zero_fnmr": "ZeroFNMR",
-}
 UNKNOWN_FINGERS: Final = (
     "its fingers are not known: comparisons are drawn for the 95 % intervals, which are too narrow "
     "where fingers come in several comparisons; --pattern finds fingers in the names of prints"
@@ -47,7 +40,6 @@ PROBABLY_DISTANCES: Final = (
     "genuine scores are mostly lower than impostor scores: distances need --distances"
 )
 _HALF: Final = 0.5
-_IDENTICAL_SHOWN: Final = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,29 +48,30 @@ class SetRates:
 
     `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
     `fpmatch.lab.evaluation.rates.scores_set.ranks_of`. `failures`: prints that have no template
-    (failures to extract) and why; they score lowest in all pairs. `run` is what is known of the
-    comparisons and `source` the prints; of scores from a file they are None.
+    (failures to extract) and why; they score lowest in all pairs. `about` is what is
+    known of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a
+    file they are empty.
     """
 
     scores: ScoresSet = field(repr=False)
     rates: Rates
     ranks: tuple[NDArray[np.intp], NDArray[np.intp]] | None = field(repr=False)
     failures: tuple[tuple[str, str], ...]
-    run: ScoreSummary | None = field(default=None, repr=False)
+    about: Mapping[str, Any] = field(default_factory=dict, repr=False)
     source: DatasetSource | None = field(default=None, repr=False)
 
     @classmethod
     def of(
         cls,
         scores: ScoresSet,
-        run: ScoreSummary | None = None,
+        about: Mapping[str, Any] = MappingProxyType({}),
         source: DatasetSource | None = None,
     ) -> SetRates:
         """Return the rates of scores; prints that are never compared are failures to extract."""
-        reasons = {} if run is None else {one.name: one.reason for one in run.failures}
+        reasons = about.get("failures", {})
         named = {**dict.fromkeys(scores.never_compared, "no score"), **reasons}
         rates = error_rates(*scores.split())
-        return cls(scores, rates, ranks_of(scores), tuple(named.items()), run, source)
+        return cls(scores, rates, ranks_of(scores), tuple(named.items()), about, source)
 
     @property
     def name(self) -> str:
@@ -112,9 +105,8 @@ class SetRates:
             **_figures(self, self.rates),
             "failure_rate": len(self.failures) / max(1, self.prints),
         }
-        if self.run is not None:
-            first = list(map(list, self.run.identical_pairs))
-            document["identical"] = {"count": self.run.identical, "pairs": first}
+        if "identical" in self.about:
+            document["identical"] = self.about["identical"]
         return document
 
 
@@ -185,38 +177,9 @@ class RatesReport:
         """The comparisons of each database."""
         return [replace(row.scores, matcher=self.matcher) for row in self.sets]
 
-    @property
-    def identical_note(self) -> str:
-        """How many pairs compare copies of one impression, and the first of them; "" for none."""
-        runs = [row.run for row in self.sets if row.run is not None]
-        if not (number := sum(run.identical for run in runs)):
-            return ""
-        pairs = [" with ".join(pair) for run in runs for pair in run.identical_pairs]
-        more = " and others" * (number > _IDENTICAL_SHOWN)
-        named = ", ".join(pairs[:_IDENTICAL_SHOWN])
-        return f"{count(number, 'pair')} of identical prints, which distort rates: {named}{more}"
-
     def as_text(self) -> str:
-        """Return a line a database, and of several their mean and all scores pooled, in percent.
-
-        FMR10000 is left out where no database has enough pairs for it. A note on pairs of identical
-        prints follows.
-        """
-        defined = defined_rates([*(row.rates for row in self.sets), self.pooled])
-        names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
-        titles = [RATE_TITLES[name] for name in names]
-
-        def cells(title: str, row: SetRates | RatesReport, rates: Rates) -> tuple[str, ...]:
-            counts = title, str(row.genuine), str(row.impostor)
-            ranks = percent(row.rank_one), str(len(row.failures))
-            return (*counts, *rate_cells(rates, names), decidability(rates), *ranks)
-
-        rows = [("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")]
-        rows += [cells(row.name, row, row.rates) for row in self.sets]
-        if len(self.sets) > 1:
-            mean = (*rate_cells(self.mean, names), decidability(self.mean))
-            rows += [("mean", "", "", *mean, "", ""), cells("pooled", self, self.pooled)]
-        return "\n\n".join(filter(None, (text_table(rows), self.identical_note)))
+        """Return the table that `fpmatch evaluate` prints."""
+        return rates_table(self.as_json())
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
@@ -305,27 +268,6 @@ def notes_on(report: RatesReport) -> list[str]:
     if report.pooled.eer is not None and report.pooled.eer > _HALF:
         notes.append(PROBABLY_DISTANCES)
     return notes
-
-
-def percent(rate: float | None) -> str:
-    """Write a rate in percent, "-" where there is none."""
-    return "-" if rate is None else f"{100 * rate:.2f} %"
-
-
-def decidability(rates: Rates) -> str:
-    """Write d', "-" where there is none."""
-    return "-" if rates.d_prime is None else f"{rates.d_prime:.2f}"
-
-
-def rate_cells(rates: Rates, names: Sequence[str]) -> list[str]:
-    """Write the rates of these names in percent."""
-    return [percent(getattr(rates, name)) for name in names]
-
-
-def defined_rates(rates: Iterable[Rates]) -> list[str]:
-    """Return the names of the rates that are defined at least once."""
-    every = list(rates)
-    return [name for name in RATE_TITLES if any(getattr(r, name) is not None for r in every)]
 
 
 def _figures(row: SetRates | RatesReport, rates: Rates) -> dict[str, Any]:

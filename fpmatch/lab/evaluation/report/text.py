@@ -1,28 +1,22 @@
-"""The report as tables of text, and intervals and differences in words."""
+"""The document of a report as tables of text."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.lab.evaluation.rates.intervals import BOOTSTRAP
-from fpmatch.lab.evaluation.report.analysis import WITH_INTERVALS
-from fpmatch.lab.evaluation.report.results import (
-    RATE_TITLES,
-    defined_rates,
-    percent,
-    rate_cells,
-)
-from fpmatch.printable import text_table
+from fpmatch.printable import count, text_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
-    from fpmatch.lab.evaluation.rates.intervals import Interval
-    from fpmatch.lab.evaluation.rates.run_comparison import DecisionChange, RunComparison
-    from fpmatch.lab.evaluation.report.analysis import Analysis, Report
-    from fpmatch.lab.evaluation.report.results import RatesReport
-
+RATE_TITLES: Final = {
+    "eer": "EER",
+    "fmr100": "FMR100",
+    "fmr1000": "FMR1000",
+    "fmr10000": "FMR10000",
+    "zero_fmr": "ZeroFMR",
+    "zero_fnmr": "ZeroFNMR",
+}
 TITLES: Final = {**RATE_TITLES, "rank_one": "rank-1"}
 TOO_FEW: Final = "too few fingers"
 _UNITS: Final = {
@@ -32,44 +26,59 @@ _UNITS: Final = {
     "comparison": "comparisons as if independent",
 }
 _LEAST_P: Final = 0.0001
+_IDENTICAL_SHOWN: Final = 3
 
 
-def as_text(report: Report) -> str:
+def as_text(document: dict[str, Any]) -> str:
     """Return the report as tables; several matchers are side by side at the end."""
-    first = report.analyses[0].report.matcher
-    parts = [_tables(one) for one in report.analyses]
-    if len(parts) > 1 or ":" in first:  # which states parameters
+    matchers = document.get("matchers", [document])
+    parts = [_tables(one) for one in matchers]
+    if len(parts) > 1 or ":" in matchers[0]["matcher"]:  # which states parameters
         parts = [
-            f"matcher {one.report.matcher}\n{part}"
-            for one, part in zip(report.analyses, parts, strict=True)
+            f"matcher {one['matcher']}\n{part}" for one, part in zip(matchers, parts, strict=True)
         ]
     if len(parts) > 1:
-        parts.append(_side_by_side([one.report for one in report.analyses]))
-        parts += [comparison_text(one, first) for one in report.comparisons]
-    return "\n\n".join(filter(None, [*parts, bounds_note(_intervals(report))]))
+        parts.append(_side_by_side(matchers))
+        against = document["against_first"]
+        parts += [comparison_text(one, matchers[0]["matcher"]) for one in against]
+    bounds = [
+        bound
+        for one in matchers
+        if (known := one.get("intervals"))
+        for part in (*known["sets"], known["mean"], known["pooled"])
+        for bound in part["bounds"].values()
+    ]
+    bounds += [point["bound"] for one in matchers for point in one.get("fnmr_at_fmr", ())]
+    return "\n\n".join(filter(None, [*parts, bounds_note(bounds)]))
 
 
-def limits(interval: Interval | None) -> str:
+def percent(rate: float | None) -> str:
+    """Write a rate in percent, "-" where there is none."""
+    return "-" if rate is None else f"{100 * rate:.2f} %"
+
+
+def limits(interval: Sequence[float] | None, bound: dict[str, Any] | None = None) -> str:
     """Write an interval in percent, and of a limit by Clopper and Pearson its trials.
 
     Examples
     --------
-    >>> from fpmatch.lab.evaluation.rates.intervals import Interval, exact_interval
-    >>> limits(Interval(0.01, 0.025)), limits(exact_interval(0.0, 10, "finger")), limits(None)
+    >>> limits([0.01, 0.025]), limits([0.0, 0.2589], {"units": 10}), limits(None)
     ('1.00 - 2.50 %', 'at most 25.89 % (0 of 10)', 'too few fingers')
     """
     if interval is None:
         return TOO_FEW
-    if interval.method == BOOTSTRAP:
-        return f"{100 * interval.low:.2f} - {100 * interval.high:.2f} %"
-    if interval.low > 0:
-        return f"at least {100 * interval.low:.2f} % ({interval.trials} of {interval.trials})"
-    return f"at most {100 * interval.high:.2f} % (0 of {interval.trials})"
+    low, high = interval
+    if bound is None:
+        return f"{100 * low:.2f} - {100 * high:.2f} %"
+    units = bound["units"]
+    if low > 0:
+        return f"at least {100 * low:.2f} % ({units} of {units})"
+    return f"at most {100 * high:.2f} % (0 of {units})"
 
 
-def bounds_note(intervals: Iterator[Interval | None]) -> str:
+def bounds_note(bounds: Iterable[dict[str, Any] | None]) -> str:
     """Return the method of limits and what they count, "" where all are of the bootstrap."""
-    units = {one.unit for one in intervals if one is not None and one.method != BOOTSTRAP}
+    units = {one["unit"] for one in bounds if one is not None}
     if not units:
         return ""
     counted = ", ".join(text for unit, text in _UNITS.items() if unit in units)
@@ -87,125 +96,141 @@ def points(difference: float) -> str:
     return f"{round(100 * difference, 2) + 0.0:+.2f}"
 
 
-def change_limits(interval: Interval | None) -> str:
-    """Write the interval of a difference in percentage points, "-" where there is none."""
-    return "-" if interval is None else f"{points(interval.low)} to {points(interval.high)}"
+def defined_rates(rates: Iterable[dict[str, Any]]) -> list[str]:
+    """Return the names of the rates that are defined at least once."""
+    every = list(rates)
+    return [name for name in RATE_TITLES if any(row[name] is not None for row in every)]
 
 
-def decisions_sentence(decisions: DecisionChange) -> str:
+def rates_table(document: dict[str, Any]) -> str:
+    """Return a line a database, and of several their mean and all scores pooled, in percent.
+
+    FMR10000 is left out where no database has enough pairs for it. A note on pairs of identical
+    prints follows.
+    """
+    sets, mean, pooled = (document[name] for name in ("sets", "mean", "pooled"))
+    defined = defined_rates([*sets, pooled])
+    names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
+
+    def cells(title: str, row: dict[str, Any]) -> tuple[str, ...]:
+        counts = [str(row.get(name, "")) for name in ("genuine", "impostor")]
+        d_prime = "-" if row["d_prime"] is None else f"{row['d_prime']:.2f}"
+        rank = percent(row["rank_one"]) if "rank_one" in row else ""
+        failed = str(row.get("failures", ""))
+        return (title, *counts, *(percent(row[name]) for name in names), d_prime, rank, failed)
+
+    head = ("database", "genuine", "impostor", *(RATE_TITLES[name] for name in names))
+    rows = [(*head, "d'", "rank-1", "failed"), *(cells(row["name"], row) for row in sets)]
+    if len(sets) > 1:
+        rows += [cells("mean", mean), cells("pooled", pooled)]
+    identical = [row["identical"] for row in sets if row.get("identical", {}).get("count")]
+    if not identical:
+        return text_table(rows)
+    number = sum(one["count"] for one in identical)
+    named = [" with ".join(pair) for one in identical for pair in one["pairs"]][:_IDENTICAL_SHOWN]
+    more = " and others" * (number > len(named))
+    note = f"{count(number, 'pair')} of identical prints, which distort rates: {', '.join(named)}"
+    return f"{text_table(rows)}\n\n{note}{more}"
+
+
+def decisions_sentence(decisions: dict[str, Any]) -> str:
     """Return the p-value of the change of decisions, and how many changed."""
-    d = decisions
-    p = f"= {d.mcnemar_p:.2g}" if d.mcnemar_p >= _LEAST_P else f"< {_LEAST_P:g}"
+    p = decisions["mcnemar_p"]
     return (
-        f"McNemar's exact test: p {p}; at a false match rate of {100 * d.fmr:g} %, of "
-        f"{d.genuine:,} genuine pairs {len(d.gained):,} match now and did not, "
-        f"{len(d.lost):,} did and do not"
+        f"McNemar's exact test: p {f'= {p:.2g}' if p >= _LEAST_P else f'< {_LEAST_P:g}'}; at a "
+        f"false match rate of {100 * decisions['fmr']:g} %, of {decisions['genuine']:,} genuine "
+        f"pairs {len(decisions['gained']):,} match now and did not, {len(decisions['lost']):,} did "
+        "and do not"
     )
 
 
-def column_titles(comparison: RunComparison) -> tuple[str, str]:
-    """Return the column titles of the two runs: their matchers, where these differ."""
-    before, now = comparison.before, comparison.now
-    return ("before", "now") if before in {"", now} else (before, now)
-
-
-def comparison_text(c: RunComparison, name: str) -> str:
+def comparison_text(c: dict[str, Any], name: str) -> str:
     """Return the comparison with the run `name`: p-value, and the rates before and now.
 
     The table has the EER of each database, then all rates of mean and pooled scores; of one
     database all its rates.
     """
-    by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""
+    before, now = c["before"], c["now"]
+    by = f", by matcher {before}" if before not in {"", now, name} else ""
     lines = [
-        f"{c.now} compared with {name}{by}: {c.pooled.pairs:,} pairs in both, "
-        f"{c.identical:,} with the same similarity"
+        f"{now} compared with {name}{by}: {c['pooled']['pairs']:,} pairs in both, "
+        f"{c['identical']:,} with the same similarity"
     ]
-    if c.decisions is not None:
-        lines.append(decisions_sentence(c.decisions))
-    rows = [(" ", "pairs", *column_titles(c), "points", "95 % interval", "")]
-    rows += [
-        (
-            *(f"{one.name} {RATE_TITLES[d.rate]}", f"{one.pairs:,}"),
-            *(percent(d.before), percent(d.now), points(d.now - d.before)),
-            *(change_limits(d.interval), d.verdict),
-        )
-        for one, differences in c.shown()
-        for d in differences
-    ]
+    if c["decisions"] is not None:
+        lines.append(decisions_sentence(c["decisions"]))
+    columns = ("before", "now") if before in {"", now} else (before, now)
+    rows: list[tuple[str, ...]] = [(" ", "pairs", *columns, "points", "95 % interval", "")]
+    several = len(c["sets"]) > 1
+    for part in (*c["sets"], *([c["mean"], c["pooled"]] if several else [])):
+        only_eer = several and part["name"] not in {"mean", "pooled"}
+        for rate in [one for one in RATE_TITLES if one in part][: 1 if only_eer else None]:
+            d = part[rate]
+            interval = d["change_interval"]
+            shown = "-" if interval is None else " to ".join(map(points, interval))
+            values = percent(d["before"]), percent(d["now"]), points(d["now"] - d["before"])
+            title = f"{part['name']} {RATE_TITLES[rate]}", f"{part['pairs']:,}"
+            rows.append((*title, *values, shown, d["verdict"]))
     lines.append(text_table(rows))
-    if c.only_before or c.only_now:
+    if c["only_before"] or c["only_now"]:
         lines.append(
-            f"left out: {c.only_before:,} pairs that only the earlier run compared, "
-            f"{c.only_now:,} that only this one did"
+            f"left out: {c['only_before']:,} pairs that only the earlier run compared, "
+            f"{c['only_now']:,} that only this one did"
         )
     return "\n".join(lines)
 
 
-def _intervals(report: Report) -> Iterator[Interval | None]:
-    for one in report.analyses:
-        yield from (interval for part in one.intervals for interval in part.values())
-        yield from (point.interval for point in one.points)
-
-
-def _tables(analysis: Analysis) -> str:
-    parts = [analysis.report.as_text()]
-    if analysis.intervals:
-        parts.append(_interval_table(analysis))
-    if analysis.points:
-        parts.append(_points_table(analysis))
-    if analysis.baseline is not None:
-        parts.append(comparison_text(analysis.baseline, analysis.baseline_name))
+def _tables(document: dict[str, Any]) -> str:
+    parts = [rates_table(document)]
+    if "intervals" in document:
+        parts.append(_interval_table(document))
+    if "fnmr_at_fmr" in document:
+        parts.append(_points_table(document))
+    if "baseline" in document:
+        parts.append(comparison_text(document["baseline"], document["baseline"]["name"]))
     return "\n\n".join(parts)
 
 
-def _side_by_side(reports: Sequence[RatesReport]) -> str:
+def _side_by_side(matchers: Sequence[dict[str, Any]]) -> str:
     """Return a line a matcher: of several databases the mean EER, and the rates of all scores."""
-    names = defined_rates(report.pooled for report in reports)
-    several = len(reports[0].sets) > 1
+    names = [*defined_rates(one["pooled"] for one in matchers), "rank_one"]
+    several = len(matchers[0]["sets"]) > 1
     mean, pooled = (["mean EER"], "pooled ") if several else ([], "")
-    head = ("side by side", *mean, *(pooled + RATE_TITLES[n] for n in names), "rank-1")
-    rows = [
-        (
-            *(r.matcher, *[percent(r.mean.eer)] * several),
-            *(*rate_cells(r.pooled, names), percent(r.rank_one)),
-        )
-        for r in reports
-    ]
-    return text_table([head, *rows])
+    rows = [("side by side", *mean, *(pooled + TITLES[name] for name in names))]
+    for one in matchers:
+        of_mean = [percent(one["mean"]["eer"])] * several
+        rows.append((one["matcher"], *of_mean, *(percent(one["pooled"][n]) for n in names)))
+    return text_table(rows)
 
 
-def _interval_table(analysis: Analysis) -> str:
+def _interval_table(document: dict[str, Any]) -> str:
     """Return the lines of the rates with the intervals of those that have one."""
-    report = analysis.report
-    rows = [
-        (row.name, row.rates, row.rank_one, of_row)
-        for row, of_row in zip(report.sets, analysis.intervals, strict=False)
-    ]
-    if len(report.sets) > 1:
-        rows.append(("mean", report.mean, None, analysis.intervals[-2]))
-        rows.append(("pooled", report.pooled, report.rank_one, analysis.intervals[-1]))
-    if not any(one for *_, of_row in rows for one in of_row.values()):
-        return "95 % intervals: none, there are too few fingers"
-    table = []
-    for name, rates, rank_one, of_row in rows:
-        values = [*(getattr(rates, rate) for rate in WITH_INTERVALS[:-1]), rank_one]
-        cells = zip(values, of_row.values(), strict=True)
-        table.append((name, *("-" if rate is None else limits(one) for rate, one in cells)))
-    used = [k for k in range(len(WITH_INTERVALS) + 1) if any(row[k] != "-" for row in table)]
-    head = ("95 % intervals", *(TITLES[name] for name in WITH_INTERVALS))
-    return text_table([[row[k] for k in used] for row in [head, *table]])
+    known = document["intervals"]
+    parts = list(zip(document["sets"], known["sets"], strict=True))
+    if len(parts) > 1:
+        for name in ("mean", "pooled"):
+            parts.append(({"name": name, **document[name]}, known[name]))
+    names = [name for name in TITLES if any(part.get(name) for _, part in parts)]
+    if not names:
+        return f"95 % intervals: none, there are {TOO_FEW}"
+    names = [name for name in known["mean"] if any(row.get(name) is not None for row, _ in parts)]
+    rows = [("95 % intervals", *(TITLES[name] for name in names))]
+    for row, part in parts:
+        cells = [
+            "-" if row.get(name) is None else limits(part[name], part["bounds"].get(name))
+            for name in names
+        ]
+        rows.append((row["name"], *cells))
+    return text_table(rows)
 
 
-def _points_table(analysis: Analysis) -> str:
+def _points_table(document: dict[str, Any]) -> str:
     """Return a line a database and FMR: the FNMR, its interval, and the threshold."""
-    calibration = calibration_of(analysis.report.matcher)
     rows = [("FNMR at FMR", "", "FNMR", "95 % interval", "threshold", "score")]
-    for p in analysis.points:
-        threshold, score = "-", "-"
-        if p.threshold is not None:
-            threshold = f"{p.threshold:.6g}"
-            score = f"{calibration.score(p.threshold):.1f}" if calibration else ""
-        interval = limits(p.interval) if analysis.bootstrap and p.fnmr is not None else "-"
-        at = f"{100 * p.fmr:.6g} %", percent(p.fnmr), interval
-        rows.append((p.name, *at, threshold, score))
-    return text_table(rows if calibration else [row[:-1] for row in rows])
+    for p in document["fnmr_at_fmr"]:
+        measured = "intervals" in document and p["fnmr"] is not None
+        interval = limits(p["interval"], p["bound"]) if measured else "-"
+        threshold = "-" if p["threshold"] is None else f"{p['threshold']:.6g}"
+        score = "-" if p["score"] is None else f"{p['score']:.1f}"
+        at = f"{100 * p['fmr']:.6g} %", percent(p["fnmr"]), interval
+        rows.append((p["name"], *at, threshold, score))
+    return text_table(rows)

@@ -1,13 +1,12 @@
-import json
-
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 from fpmatch.lab.evaluation.rates.bootstrap import bootstrap_rates
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.rates.intervals import Interval, exact_interval, interval_of, wider
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
-from fpmatch.lab.evaluation.report.analysis import analyse
+from fpmatch.lab.evaluation.report.document import report_document
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 from fpmatch.lab.evaluation.run import evaluate
 
@@ -24,37 +23,38 @@ def separated(fingers, impressions=2, name="db", sign=1):
 
 def intervals_of(*sets):
     report = RatesReport.of([SetRates.of(one) for one in sets])
-    return analyse(report, bootstrap=20).intervals
+    known = report_document([report], bootstrap=20)["intervals"]
+    return [*known["sets"], known["mean"], known["pooled"]]
 
 
 def test_the_rate_lies_within_its_interval(report):
-    *sets, mean, pooled = analyse(report, bootstrap=300).intervals
-    for row, intervals in zip(report.sets, sets, strict=True):
-        assert intervals["eer"].low < row.rates.eer < intervals["eer"].high
-        assert intervals["rank_one"].low <= row.rank_one <= intervals["rank_one"].high
+    known = report_document([report], bootstrap=300)["intervals"]
+    for row, intervals in zip(report.sets, known["sets"], strict=True):
+        assert intervals["eer"][0] < row.rates.eer < intervals["eer"][1]
+        assert intervals["rank_one"][0] <= row.rank_one <= intervals["rank_one"][1]
         assert intervals["fmr1000"] is None
-    assert mean["eer"].low <= report.mean.eer <= mean["eer"].high
-    assert pooled["eer"].low <= report.pooled.eer <= pooled["eer"].high
-    assert pooled["rank_one"].low <= report.rank_one <= pooled["rank_one"].high
+    for part, eer in (("mean", report.mean.eer), ("pooled", report.pooled.eer)):
+        assert known[part]["eer"][0] <= eer <= known[part]["eer"][1]
+    assert known["pooled"]["rank_one"][0] <= report.rank_one <= known["pooled"]["rank_one"][1]
 
 
 def test_the_seed_makes_the_draws_and_json_has_pairs_of_limits(report):
-    first, again, other = (analyse(report, bootstrap=50, seed=s) for s in (1, 1, 2))
-    assert first.intervals == again.intervals
-    assert first.intervals[-1] != other.intervals[-1]
-    document = json.loads(json.dumps(first.as_json()))["intervals"]
-    assert (document["confidence"], document["method"]) == (0.95, "bootstrap")
-    eer = first.intervals[-1]["eer"]
-    assert document["pooled"]["eer"] == [eer.low, eer.high]
-    assert document["sets"][1]["fmr10000"] is None
+    first, again, other = (
+        report_document([report], bootstrap=50, seed=s)["intervals"] for s in (1, 1, 2)
+    )
+    assert first == again
+    assert first["pooled"] != other["pooled"]
+    assert (first["confidence"], first["method"]) == (0.95, "bootstrap")
+    assert first["sets"][1]["fmr10000"] is None
 
 
 def test_few_fingers_have_no_interval_and_the_fvc_protocol_no_rank(options, make_database):
     folders = [make_database("few", fingers=4), make_database("enough", fingers=5)]
-    found = analyse(evaluate(folders, **options), bootstrap=50).intervals
-    assert [one["eer"] is None for one in found] == [1, 0, 1, 1]
+    found = report_document([evaluate(folders, **options)], bootstrap=50)["intervals"]
+    parts = (*found["sets"], found["mean"], found["pooled"])
+    assert [one["eer"] is None for one in parts] == [1, 0, 1, 1]
     fvc = evaluate(folders[1:], protocol="fvc", **options)
-    first, *_ = analyse(fvc, bootstrap=50).intervals
+    (first,) = report_document([fvc], bootstrap=50)["intervals"]["sets"]
     assert first["rank_one"] is None
     assert first["eer"] is not None
 
@@ -71,6 +71,14 @@ def test_the_wider_of_two_intervals_counts():
     assert wider(Interval(0.0, 0.0), exact) == wider(None, exact) == exact
     assert wider(None, None) is None
     assert exact_interval(0.0, 0, "finger") is None
+
+
+@pytest.mark.parametrize("units", [1, 2, 7, 300, 10**6])
+def test_the_limit_is_that_of_clopper_and_pearson(units):
+    for rate, count, side in ((0.0, 0, "less"), (1.0, units, "greater")):
+        found = exact_interval(rate, units, "finger")
+        exact = binomtest(count, units, alternative=side).proportion_ci(0.95, method="exact")
+        assert (found.low, found.high) == pytest.approx(tuple(exact), rel=1e-9)
 
 
 def test_intervals_cover_the_true_rate_about_as_often_as_they_say():
@@ -98,30 +106,26 @@ def test_a_rate_of_0_or_1_has_a_limit_by_fingers_and_no_eer_one_above_half(
     fingers, finger_limit, pair_limit
 ):
     found, *_ = intervals_of(separated(fingers))
-    assert found["rank_one"] == Interval(
-        pytest.approx(1 - finger_limit, abs=1e-4), 1.0, "clopper-pearson", fingers, "finger"
-    )
+    assert found["rank_one"] == [pytest.approx(1 - finger_limit, abs=1e-4), 1.0]
+    by = "clopper-pearson"
+    assert found["bounds"]["rank_one"] == {"unit": "finger", "units": fingers, "method": by}
     if pair_limit is None:
         assert found["eer"] is None
     else:
-        assert found["eer"] == Interval(
-            0.0,
-            pytest.approx(pair_limit, abs=1e-4),
-            "clopper-pearson",
-            fingers // 2,
-            "pair of fingers",
-        )
+        assert found["eer"] == [0.0, pytest.approx(pair_limit, abs=1e-4)]
+        unit = {"unit": "pair of fingers", "units": fingers // 2, "method": by}
+        assert found["bounds"]["eer"] == unit
     worst, *_ = intervals_of(separated(fingers, sign=-1))
-    assert (worst["rank_one"].low, worst["rank_one"].trials) == (0.0, fingers)
+    assert (worst["rank_one"][0], worst["bounds"]["rank_one"]["units"]) == (0.0, fingers)
 
 
 def test_300_fingers_are_about_the_rule_of_3():
     many, *_ = intervals_of(separated(300))
-    assert many["fmr1000"].high == pytest.approx(3 / 300, rel=0.01)
-    assert many["eer"].high == pytest.approx(3 / 150, rel=0.02)
+    assert many["fmr1000"][1] == pytest.approx(3 / 300, rel=0.01)
+    assert many["eer"][1] == pytest.approx(3 / 150, rel=0.02)
 
 
 def test_limits_of_several_databases_and_of_their_mean():
     found = intervals_of(separated(12, name="a"), separated(10, 4, name="b"))
-    assert [one["eer"].trials for one in found] == [6, 5, 10, 11]
-    assert (found[-1]["rank_one"].trials, found[-1]["rank_one"].unit) == (22, "finger")
+    assert [one["bounds"]["eer"]["units"] for one in found] == [6, 5, 10, 11]
+    assert found[-1]["bounds"]["rank_one"]["units"] == 22

@@ -1,6 +1,5 @@
 """The report as text, JSON, tables, curves, plots and page."""
 
-import csv
 import itertools
 import json
 import re
@@ -14,20 +13,14 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import OutputError
-from fpmatch.lab.evaluation.rates.error_rates import error_curves
 from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
-from fpmatch.lab.evaluation.report.analysis import Report, analyse
+from fpmatch.lab.evaluation.report.document import report_document
 from fpmatch.lab.evaluation.report.figures import save_det
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
 from fpmatch.lab.evaluation.report.page import page as page_of
 from fpmatch.lab.evaluation.report.page import prepare_page, write_page
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
-from fpmatch.lab.evaluation.report.tables import (
-    check_table,
-    prepare_curves,
-    save_table,
-    write_curves,
-)
+from fpmatch.lab.evaluation.report.tables import check_table, save_table
 from fpmatch.lab.evaluation.report.text import as_text
 from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.templates.minutiae import Minutiae, Template
@@ -41,68 +34,68 @@ def rates_of(genuine, impostor, **options):
 
 
 def test_points_have_the_definition_and_lie_in_their_intervals(report):
-    analysis = analyse(report, bootstrap=200, fmrs=[0.01, 0.05])
-    found = analysis.points
-    assert [(p.name, p.fmr) for p in found[:2]] == [("set, one", 0.01), ("set, one", 0.05)]
-    assert [p.name for p in found[4:]] == ["pooled", "pooled"]
+    document = report_document([report], bootstrap=200, fmrs=[0.01, 0.05])
+    found = document["fnmr_at_fmr"]
+    assert [(p["name"], p["fmr"]) for p in found[:2]] == [("set, one", 0.01), ("set, one", 0.05)]
+    assert [p["name"] for p in found[4:]] == ["pooled", "pooled"]
     every = [*(row.scores.split() for row in report.sets)]
     for point, (genuine, impostor) in zip(found[::2], every, strict=False):
-        assert np.mean(impostor >= point.threshold) <= point.fmr
-        assert point.fnmr == np.mean(genuine < point.threshold)
-        assert point.interval.low <= point.fnmr <= point.interval.high
-    assert report.sets[0].rates.fmr100 == found[0].fnmr
-    document = json.loads(json.dumps(analysis.as_json()))
-    assert [point["fmr"] for point in document["fnmr_at_fmr"]] == [0.01, 0.05] * 3
-    text = as_text(Report((analysis,)))
+        assert np.mean(impostor >= point["threshold"]) <= point["fmr"]
+        assert point["fnmr"] == np.mean(genuine < point["threshold"])
+        assert point["interval"][0] <= point["fnmr"] <= point["interval"][1]
+    assert report.sets[0].rates.fmr100 == found[0]["fnmr"]
+    assert json.loads(json.dumps(document)) == document
+    text = as_text(document)
     assert "FNMR at FMR" in text
     assert "95 % intervals" in text
 
 
 def test_points_that_are_none():
     scores = rates_of(np.zeros(12), np.zeros(12))
-    low, high = analyse(scores, bootstrap=20, fmrs=[1e-6, 0.5]).points
-    assert (low.fnmr, low.threshold, low.interval) == (None, None, None)
-    assert (high.fnmr, high.threshold) == (1.0, None)
-    assert (high.interval.low, high.interval.trials) == (pytest.approx(0.05 ** (1 / 12)), 12)
+    low, high = report_document([scores], bootstrap=20, fmrs=[1e-6, 0.5])["fnmr_at_fmr"]
+    assert (low["fnmr"], low["threshold"], low["interval"]) == (None, None, None)
+    assert (high["fnmr"], high["threshold"]) == (1.0, None)
+    assert high["interval"] == [pytest.approx(0.05 ** (1 / 12)), 1.0]
+    assert high["bound"]["units"] == 12
     far = rates_of(np.array([-1.0, -2.0, -9.0]), -np.arange(3.0, 13.0), distances=True)
-    (point,) = analyse(far, bootstrap=0, fmrs=[0.1]).points
-    assert (point.fnmr, point.threshold) == (pytest.approx(1 / 3), 3.0)
+    (point,) = report_document([far], bootstrap=0, fmrs=[0.1])["fnmr_at_fmr"]
+    assert (point["fnmr"], point["threshold"]) == (pytest.approx(1 / 3), 3.0)
 
 
 def test_too_few_fingers_are_said_and_no_eer_has_a_limit_above_half(report):
     few = rates_of(np.ones(2), np.zeros(3))
-    assert "none, there are too few fingers" in as_text(Report.of([few], bootstrap=10))
-    none = as_text(Report.of([rates_of(np.ones(50), np.linspace(0.0, 0.5, 99))], bootstrap=10))
+    assert "none, there are too few fingers" in as_text(report_document([few], bootstrap=10))
+    without_error = rates_of(np.ones(50), np.linspace(0.0, 0.5, 99))
+    none = as_text(report_document([without_error], bootstrap=10))
     assert "at most 5.82 % (0 of 50)" in none
     assert "95 % bound by Clopper-Pearson, one-sided; n counts comparisons as if" in none
-    assert "Clopper-Pearson" not in as_text(Report.of([report], bootstrap=10))
+    assert "Clopper-Pearson" not in as_text(report_document([report], bootstrap=10))
 
 
 @pytest.fixture
 def two(report):
     """Return the report on two matchers, of which one has a parameter in its name."""
-    return Report.of([report, replace(report, matcher="fake:a_b=1,c=50%")], bootstrap=20)
+    return [report, replace(report, matcher="fake:a_b=1,c=50%")]
 
 
 def test_the_table_has_a_row_a_matcher_and_database_and_latex_the_same(two, tmp_path):
-    save_table(tmp_path / "rates.csv", two.analyses)
+    document = report_document(two, bootstrap=20)
+    save_table(tmp_path / "rates.csv", document)
     rows = rows_of(tmp_path / "rates.csv")
     assert [(row["matcher"], row["set"]) for row in rows] == [
-        (one.report.matcher, name)
-        for one in two.analyses
-        for name in (*(row.name for row in one.report.sets), "pooled")
+        (one.matcher, name) for one in two for name in (*(row.name for row in one.sets), "pooled")
     ]
-    known = two.analyses[0]
-    for row, of, limits in zip(rows, known.report.sets, known.intervals, strict=False):
+    known = document["matchers"][0]["intervals"]["sets"]
+    for row, of, limits in zip(rows, two[0].sets, known, strict=False):
         assert float(row["eer"]) == of.rates.eer
-        assert float(row["eer_low"]) == limits["eer"].low
-        assert float(row["rank_one_high"]) == limits["rank_one"].high
+        assert float(row["eer_low"]) == limits["eer"][0]
+        assert float(row["rank_one_high"]) == limits["rank_one"][1]
         assert (int(row["genuine"]), float(row["rank_one"])) == (of.genuine, of.rank_one)
-    assert float(rows[2]["eer"]) == known.report.pooled.eer
-    save_table(tmp_path / "rates.tex", two.analyses)
+    assert float(rows[2]["eer"]) == two[0].pooled.eer
+    save_table(tmp_path / "rates.tex", document)
     text = (tmp_path / "rates.tex").read_text()
     lines = [line.removesuffix(r" \\").split(" & ") for line in text.splitlines() if " & " in line]
-    assert lines[0][:5] == ["matcher", "database", "genuine", "impostor", "EER"]
+    assert lines[0][:5] == ["matcher", "set", "genuine", "impostor", "EER"]
     columns = re.fullmatch(r"\\begin\{tabular\}\{(l+r+)\}", text.splitlines()[0])[1]
     assert {len(line) for line in lines} == {len(columns)}
     for cells, row in zip(lines[1:], rows, strict=True):
@@ -119,29 +112,16 @@ def test_the_table_has_a_row_a_matcher_and_database_and_latex_the_same(two, tmp_
 def test_a_det_is_drawn_in_the_format_of_its_name(two, tmp_path, suffix, begins):
     pytest.importorskip("matplotlib")
     path = tmp_path / f"det.{suffix}"
-    save_det(path, [one.report for one in two.analyses])
+    save_det(path, two)
     assert path.read_bytes().startswith(begins)
     with pytest.raises(OutputError, match="a DET needs genuine and impostor pairs"):
         save_det(path, [rates_of(np.ones(3), np.empty(0))])
 
 
-def test_curves_are_the_points_of_the_line(report, tmp_path):
-    file = write_curves(tmp_path / "new" / "folder", [report])
-    rows = list(csv.DictReader(file.read_text().splitlines()))
-    assert {row["set"] for row in rows} == {"set, one", "b", "all pooled"}
-    whole = error_curves(*report.sets[0].scores.split())
-    first = [row for row in rows if row["set"] == "set, one"]
-    fmr, fnmr = (np.array([float(one[name]) for one in first]) for name in ("fmr", "fnmr"))
-    assert (fmr[0], fnmr[0], fmr[-1], fnmr[-1]) == (1, 0, 0, 1)
-    assert {*zip(fmr, fnmr, strict=True)} <= {*zip(whole.fmr, whole.fnmr, strict=True)}
-    assert np.trapezoid(fnmr, fmr) == pytest.approx(np.trapezoid(whole.fnmr, whole.fmr))
-
-
 def test_what_cannot_be_written_is_refused_before_work(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    for prepare in (prepare_page, prepare_curves):
-        with pytest.raises(OutputError, match="cannot be made a folder"):
-            prepare(tmp_path / "file" / "below")
+    with pytest.raises(OutputError, match="cannot be made a folder"):
+        prepare_page(tmp_path / "file" / "below")
     with pytest.raises(OutputError, match="name ends with"):
         check_table(tmp_path / "rates.xls")
     with pytest.raises(OutputError, match="cannot be written"):
@@ -179,14 +159,15 @@ def test_a_page_closes_what_it_opens_loads_nothing_and_has_the_comparison(
     pytest.importorskip("matplotlib")
     database = make_database("db", 6, 3, contents={"2_2": "broken"}, toml='name = "A & <b>"')
     report = evaluate([database], **options)
-    other = replace(report, matcher="other")
-    compared = Report.of([report, other], bootstrap=30, baseline=report.scores)
-    read = Reader(write_page(tmp_path / "out", compared).read_text(encoding="utf-8"))
+    results = [report, replace(report, matcher="other")]
+    document = report_document(results, bootstrap=30, baseline=report.scores)
+    page = write_page(tmp_path / "out", results, document)
+    read = Reader(page.read_text(encoding="utf-8"))
     assert all(value.startswith("data:") for value in read.loaded)
     words = "".join(read.words)
     for shown in ("A & <b>", "2_2.tif: ", "broken", "side by side", "other compared with fake"):
         assert shown in words
-    assert "fake compared with fake" in words  # the baseline
+    assert "fake compared with the baseline" in words
     assert "McNemar's exact test: p = 1" in words
 
 
@@ -200,7 +181,8 @@ def test_a_page_closes_what_it_opens_loads_nothing_and_has_the_comparison(
 )
 def test_the_decisions_are_those_of_verify(report, name, rule):
     pytest.importorskip("matplotlib")
-    words = "".join(Reader(page_of(Report.of([replace(report, matcher=name)], bootstrap=0))).words)
+    renamed = [replace(report, matcher=name)]
+    words = "".join(Reader(page_of(renamed, report_document(renamed, bootstrap=0))).words)
     assert "95 % interval " not in words
     assert ("genuine pairs do not match" in words) == bool(rule)
     assert rule in words
@@ -209,9 +191,9 @@ def test_the_decisions_are_those_of_verify(report, name, rule):
 def test_a_database_of_genuine_pairs_alone(options, make_database):
     pytest.importorskip("matplotlib")
     alone = evaluate([make_database("db", 1, 3)], **options)
-    twice = Report.of([alone, alone], bootstrap=10)
-    assert twice.comparisons == ()
-    assert "No curves" in page_of(twice)
+    twice = report_document([alone, alone], bootstrap=10)
+    assert twice["against_first"] == []
+    assert "No curves" in page_of([alone, alone], twice)
 
 
 def test_the_worst_come_first_and_each_print_once(report):

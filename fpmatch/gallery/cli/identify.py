@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -88,6 +89,16 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     default=0.0,
     show_default=False,
     help="Omit candidates with a lower score, 0 to 100; this command ranks and does not decide.",
+)
+@click.option(
+    "--by-chance",
+    metavar="X",
+    type=click.FloatRange(min=0, min_open=True),
+    default=inf,
+    show_default=False,
+    hidden=True,
+    help="Omit candidates of which X others or more are expected by chance: with 0.01, about one "
+    "search in a hundred lists a wrong one.",
 )
 @click.option(
     "--transform",

@@ -49,6 +49,7 @@ def test_a_person_is_listed_once_or_with_all_fingers(run, prints, tmp_path):
 
     assert listed() == ("subjects", [(1, "left")])
     assert listed("--all") == ("fingers", [(1, "left"), (2, "right")])
+    assert listed("--all", "--by-chance", 0.01) == ("fingers", [(1, "left")])
 
 
 def test_a_candidate_that_is_the_same_image_is_named(run, gallery, prints, tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.append(str(Path(__file__).parents[2] / "pointset"))
+sys.path += [str(Path(__file__).parents[2] / "pointset"), str(Path(__file__).parent)]
 
 ROOMS = ("fpmatch.pointset", "fpmatch.lab.points")
 

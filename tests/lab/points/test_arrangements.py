@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arranged_sets import ARRANGEMENTS, UNIFORM, arranged_pair
 from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import grid_of, seeds, squared_distances
@@ -9,7 +10,6 @@ from pointset_strategies import grid_of, seeds, squared_distances
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.triangles import matcher as triangles
 from fpmatch.pointset.geometry import _grid_kernel as grid_kernel
-from research.arrangements import ARRANGEMENTS, UNIFORM, arranged_pair
 
 POINTS = 150
 AMBIGUOUS = {"lattice", "spiral", "circle"}  # many transforms map them onto themselves

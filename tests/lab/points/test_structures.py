@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from arranged_sets import COPIED, INDEPENDENT, copied_pair, independent_sets
 
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.triangles import _overlay_kernel
 from fpmatch.pointset.geometry.similarity import Similarity
-from research.arrangements import COPIED, INDEPENDENT, copied_pair, independent_sets
 
 COPIES, PAIRS = 4, 2
 

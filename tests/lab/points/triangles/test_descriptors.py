@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from arranged_sets import INDEPENDENT
 from hypothesis import given
 from hypothesis import strategies as st
 from pointset_strategies import crowded_pixels, in_columns, seeds
@@ -16,7 +17,6 @@ from fpmatch.lab.points.triangles.descriptors import (
     ring_triangles,
 )
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from research.arrangements import INDEPENDENT
 
 clouds = crowded_pixels | seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 9, (20, 2)))
 

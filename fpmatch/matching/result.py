@@ -158,7 +158,7 @@ class Matcher(ABC):
         """Compare two prepared templates."""
 
     def explain(self, probe: Any, reference: Any, comparison: Comparison) -> Comparison:
-        """Return a comparison under its best transform, with all reasons against one finger."""
+        """Return a comparison under its best transform, with the reason against one finger."""
         return comparison
 
     def compared(self, probe: Any, reference: Any, comparison: Comparison) -> Compared | None:

@@ -1,4 +1,4 @@
-"""`all_reasons`: the reasons of a non-match, each on prints made to have it."""
+"""`UnitCircleMatcher.explain`: what the prefilter rejects is aligned all the same."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,6 @@ from hypothesis import given, settings
 from matching_prints import (
     COMPILED,
     assert_mirrored,
-    jittered,
-    moved,
     seeds,
     spread_points,
     template_of,
@@ -15,57 +13,6 @@ from matching_prints import (
 from matching_weights import NEVER, scored_by, some_weights
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-
-
-def reason(probe, reference):
-    """Return the reason where the threshold is one that few pairs reach."""
-    sides = MATCHER.prepare(probe), MATCHER.prepare(reference)
-    with scored_by(some_weights()):
-        return MATCHER.explain(*sides, MATCHER.compare(*sides)).reason
-
-
-def parted(rng):
-    """Return a print, and one whose halves moved apart, as where a finger rolls."""
-    a = spread_points(rng, 24, 25.0, size=360.0)
-    left = a[0] < np.median(a[0])
-    b = np.where(left, moved(a, 0.3, 40j), moved(a, -0.6, 150 + 90j)).copy()
-    return template_of(a), template_of(b, size=500)
-
-
-def test_a_competing_transform_is_named():
-    probe, reference = parted(np.random.default_rng(14))
-    found = reason(probe, reference)
-    assert "; another, very different transform pairs 1" in found
-    assert found.endswith(": the alignment is ambiguous")
-    assert "another, very different transform" in reason(reference, probe)
-    rng = np.random.default_rng(1)
-    points = spread_points(rng, 12, size=200.0)
-    worn = template_of(jittered(rng, moved(points, 0.4, 5 + 3j), 2.0, 0.05))
-    assert "very different" not in reason(template_of(points), worn)
-
-
-@pytest.mark.parametrize("side", ["probe", "reference"])
-def test_poor_minutiae_are_named_with_their_side(rng, side):
-    one, other = spread_points(rng, 20), spread_points(rng, 20)
-    pair = [template_of(one, quality=np.full(20, 20)), template_of(other, quality=np.full(20, 80))]
-    found = reason(*(pair if side == "probe" else pair[::-1]))
-    assert found.endswith(f"; the minutiae of the {side} are poor (mean quality 20)")
-    assert found.count("poor") == 1
-    of_unknown_quality = reason(template_of(one), template_of(other))
-    assert of_unknown_quality
-    assert "poor" not in of_unknown_quality
-
-
-def test_a_comparison_has_the_main_reason_alone():
-    probe, reference = map(MATCHER.prepare, parted(np.random.default_rng(14)))
-    with scored_by(some_weights()):
-        found = MATCHER.compare(probe, reference)
-        explained = MATCHER.explain(probe, reference, found)
-    assert explained.reason.startswith(found.reason)
-    assert explained.reason != found.reason
-    assert explained.similarity == found.similarity
-    assert explained.transform == found.transform
-    assert explained.pairs.tolist() == found.pairs.tolist()
 
 
 @given(seeds)

@@ -1,5 +1,3 @@
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +9,6 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.pipeline.evidence import (
     AMOUNTS,
     FEATURES,
-    LIMITS,
     MODELS,
     RATES,
     STANDARD,
@@ -23,10 +20,9 @@ from fpmatch.matching.pipeline.evidence import (
 
 SHAPES = {
     "standard": (len(MODELS), len(STANDARD), len(FEATURES)),
-    "limits": (len(MODELS), len(LIMITS)),
+    "limits": (len(MODELS), 7),
     "quantiles": (len(MODELS), len(RATES), len(AMOUNTS)),
 }
-THRESHOLDS = ("prefilter", "relaxation_threshold", "refine_threshold", "confident_threshold")
 
 
 def some_json():
@@ -55,8 +51,7 @@ def test_weights_read_back_are_the_same(standard, limits, quantiles):
             assert found.flags.c_contiguous
             assert found.tolist() == given_.tolist()
     for model, other in zip(again.models, weights.models, strict=True):
-        for name in (*THRESHOLDS, "bias"):
-            assert getattr(model, name) == getattr(other, name)
+        assert model.limits.tolist() == other.limits.tolist()
     assert again.provenance == weights.provenance
     assert again.as_json() == weights.as_json()
 
@@ -80,30 +75,15 @@ def test_the_weights_of_the_package_are_as_they_were_written():
 @pytest.mark.parametrize(
     "text",
     [
-        *("", "[]", "{}", "3", '{"models": []}', '{"models": {}}'),
-        '{"models": {"with ridges": {"features": [{}]}}}',
-        '{"models": {"with ridges": {"features": "none"}}}',
+        *("", "[]", "{}", "3", '{"models": {}}'),
         *(
-            some_json().replace(f'"{name}"', '"other"')
-            for name in (*MODELS, *LIMITS, *STANDARD, *AMOUNTS, "models", "features", "provenance")
+            some_json().replace(f'"{name}"', '"other"', 1)
+            for name in (*MODELS, *FEATURES, "standard", "bias", "models", "features", "provenance")
         ),
-        *(some_json().replace("-1.25", value) for value in ('"shut"', "null", "[]")),
+        some_json().replace(f'"{FEATURES[0]}",', ""),
+        *(some_json().replace("-1.25", value) for value in ('"shut"', "{}", "[]")),
     ],
 )
 def test_text_that_is_no_weights_is_refused(text):
     with pytest.raises(MatcherError, match="weights of the score"):
         ScoreWeights.from_json(text)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_weights_of_other_fewer_or_swapped_features_are_refused(model):
-    def renamed(rows, k):
-        return [*rows[:k], {**rows[k], "name": "another feature"}, *rows[k + 1 :]]
-
-    features = json.loads(some_json())["models"][model]["features"]
-    others = [renamed(features, k) for k in range(len(FEATURES))]
-    for changed in (*others, features[:-1], features[::-1], []):
-        document = json.loads(some_json())
-        document["models"][model]["features"] = changed
-        with pytest.raises(MatcherError, match="other features"):
-            ScoreWeights.from_json(json.dumps(document))

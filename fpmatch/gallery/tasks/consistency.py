@@ -15,7 +15,7 @@ from fpmatch.gallery.listing.two_prints import find_doubts
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.tables import parts
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.decision import find_shortage
+from fpmatch.matching.decision import find_reachable, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -199,7 +199,8 @@ def _why_unmatched(gallery: Gallery, entry: Entry, kept: Sequence[Entry], finger
     matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
     sides = [gallery.template(one.id) for one in (entry, *kept[:MOST_IMPRESSIONS])]
     probe, *references = [(side, matcher.prepare(side)) for side in sides]
-    lacking = find_shortage(matcher, curve, probe, references, LINK_SCORE)
+    known = find_reachable(matcher, curve, probe, references)
+    lacking = find_shortage(matcher, curve, known, LINK_SCORE)
     others = f" or any other of {len(kept)} impressions of {finger}" if len(kept) > 1 else ""
     why = "another finger, or other skin of it" if lacking is None else lacking.message
     verb = "does not match" if lacking is None else "cannot be compared with"

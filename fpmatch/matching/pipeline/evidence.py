@@ -192,8 +192,9 @@ class ScoreWeights:
             for name in MODELS:
                 values = document["models"][name]
                 standard, *reached = (np.array(values[key], np.float64) for key in SHAPES)
-                bias, *sums = (float(values[key]) for key in NUMBERS)
+                bias, weak, refine, confident = (float(values[key]) for key in NUMBERS)
                 prefilter = tuple(map(float, values["prefilter"]))
+                sums = weak, refine, confident
                 models.append(ScoreModel(standard, bias, prefilter, *sums, *reached))
             provenance = document["provenance"]
         except (LookupError, TypeError, ValueError) as error:

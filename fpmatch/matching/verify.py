@@ -21,7 +21,6 @@ from fpmatch.matching.result import (
     call_matcher,
     check_repeats,
     compare_prepared,
-    prepare_print,
 )
 from fpmatch.matching.scale import find_scale, measure_scale
 from fpmatch.templates.bounds import have_same_minutiae
@@ -168,12 +167,12 @@ def verify(
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
     The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
-    A matcher that wants them is given the `images`. A score that decides is lowered by `allowance`,
-    for one of several tries. The resolutions of the sides `dpi_assumed` are not stated anywhere.
+    The `images`, where there are any, tell whether one is compared with itself. A score that
+    decides is lowered by `allowance`, for one of several tries. The resolutions of the sides
+    `dpi_assumed` are not stated anywhere.
     """
     rule = Rule.of(matcher, threshold, calibration)
-    sides = zip((probe, reference), images, strict=True)
-    ours, theirs = (prepare_print(rule.matcher, *side) for side in sides)
+    ours, theirs = (call_matcher(rule.matcher, "prepare", one) for one in (probe, reference))
     comparison = compare_prepared(rule.matcher, ours, theirs)
     check_repeats(rule.matcher, ours, theirs, comparison.similarity)
     score = rule.score(comparison.similarity)

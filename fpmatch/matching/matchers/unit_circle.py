@@ -78,7 +78,7 @@ class UnitCircleMatcher(Matcher):
     by_reference: ClassVar[bool] = not COMPILED
     parameters: MatchParameters = USUAL
 
-    def prepare(self, template: Template, *_: NDArray[np.uint8]) -> PreparedTemplate:
+    def prepare(self, template: Template) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         if self.by_reference:
             from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)

@@ -12,8 +12,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE, Comparer
 from fpmatch.gallery.engine.workers import Progress, no_progress, run_chunks
-from fpmatch.gallery.fingers.finger import Finger, refuse_images
-from fpmatch.lab.evaluation.databases.extraction import SetImages
+from fpmatch.gallery.fingers.finger import Finger
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.result import compare_prepared, named
 
@@ -50,7 +49,7 @@ OUTCOME: Final = np.dtype(
 class _ImpressionComparer(Comparer[tuple[int, int, int]]):
     """Compare impressions by side, database and number; `enrolled` as for `compare_sets`.
 
-    `images` are for a matcher that needs them; `names` are the names of the impressions.
+    `names` are the names of the impressions.
     """
 
     def __init__(
@@ -58,21 +57,16 @@ class _ImpressionComparer(Comparer[tuple[int, int, int]]):
         matcher: Matcher,
         sides: Sides,
         enrolled: Sequence[Enrolled] | None,
-        images: SetImages | None,
         names: Sequence[Sequence[str]],
     ) -> None:
         largest = max((sum(map(len, one)) for one in zip(*sides, strict=True)), default=0)
         super().__init__(matcher, capacity=largest)
-        self._sides, self._images = sides, images
-        self._enrolled, self._names = enrolled, names
+        self._sides, self._enrolled, self._names = sides, enrolled, names
         self._fingers: dict[tuple[int, int], Finger | None] = {}
 
     def template(self, key: tuple[int, int, int]) -> Template | None:
         side, database, number = key
         return self._sides[side][database][number]
-
-    def image(self, key: tuple[int, int, int]) -> NDArray[np.uint8] | None:
-        return None if self._images is None else self._images.pixels(*key[1:])
 
     def outcome(self, database: int, probe: int, reference: int) -> tuple[Any, ...]:
         """Return a row of `OUTCOME`."""
@@ -179,16 +173,8 @@ def compare_sets(
         progress("compare", done, total)
 
     progress("compare", 0, total)
-    images = None
-    if matcher.wants_image:
-        if probes is not None or enrolled is not None:
-            refuse_images(matcher, "not with squares of prints or enrolled fingers")
-        datasets = [one.dataset for one in sets]
-        if any(one.in_gallery for one in datasets):
-            refuse_images(matcher, "a gallery has templates alone")
-        images = SetImages.of(datasets)
     names = [[one.name for one in extracted.dataset.impressions] for extracted in sets]
-    comparer = _ImpressionComparer(matcher, sides, enrolled, images, names)
+    comparer = _ImpressionComparer(matcher, sides, enrolled, names)
     results = run_chunks(
         _compare_chunk, comparer, chunks, workers=workers, engine=engine, finished=finished
     )

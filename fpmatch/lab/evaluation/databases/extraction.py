@@ -29,8 +29,6 @@ from fpmatch.prints.reading import PrintReader, dpi_source
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from numpy.typing import NDArray
-
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
@@ -155,28 +153,6 @@ def dataset_reader(
     how: dict[str, Any] = {"polarity": polarity, "reader": reader, "each": each, "places": places}
     traits = find_traits(paths, **how)
     return FolderReader(reader, traits)
-
-
-@dataclass(frozen=True, slots=True)
-class SetImages:
-    """The images of some databases, for matchers that want them; read anew where they are used."""
-
-    paths: tuple[tuple[Path, ...], ...]
-    reader: FolderReader[GreyImage | TemplateRecord]
-
-    @classmethod
-    def of(cls, datasets: Sequence[Dataset]) -> SetImages:
-        """Return the images of databases, of which none is a gallery."""
-        paths = tuple(tuple(i.path for i in one.impressions) for one in datasets)
-        return cls(paths, dataset_reader(datasets))
-
-    def pixels(self, database: int, number: int) -> NDArray[np.uint8]:
-        """Return the pixels of an image; raise DatasetError where a print is a template."""
-        path = self.paths[database][number]
-        image = self.reader(path)
-        if isinstance(image, TemplateRecord):
-            raise DatasetError("is a template, and the matcher compares images", path=path)
-        return image.pixels
 
 
 def extract_datasets(

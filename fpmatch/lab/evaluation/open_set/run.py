@@ -9,7 +9,6 @@ import numpy as np
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.lab.evaluation.databases.protocol import finger_numbers
 from fpmatch.lab.evaluation.open_set.background import no_background
 from fpmatch.lab.evaluation.open_set.rates import FPIRS, OpenSetRates, open_set_rates
@@ -72,7 +71,6 @@ def evaluate_identification(
     calibrated; a `TemplateError` if a gallery cannot store a template.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    refuse_images(chosen, "searches are of templates alone")
     calibration = load_calibration(chosen.name)
     loaded = [load_subjects(one, test.fingers) for one in sets]
     sizes = [[len(shown) for shown in of_set] for of_set in loaded]

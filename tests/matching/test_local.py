@@ -6,18 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matching_prints import seeds, spread_points
+from matching_prints import seeds
 
-from fpmatch.matching.parameters import USUAL, MatchParameters
+from fpmatch.matching.parameters import MatchParameters
 from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.prints.prepared import Neighbourhoods
-from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
+from fpmatch.matching.reference.neighbourhood import local_similarity
 
-P = USUAL
 TOLERANCE = MatchParameters(tolerance_px=9.0, tolerance_per_px=0.08)
-MOST = 20
-"""Minutiae a side; the work of the kernel grows with their square."""
-
 NARROWEST_PX, WIDEST_PX = 7.5, 15.0
 
 
@@ -76,15 +72,6 @@ def test_kernel_agrees_with_its_definition(seed, reach, degrees, fewest):
     found = indexed_similarity(a, b, p, by_a=True)
     assert found == pytest.approx(expected, abs=1e-5)
     assert indexed_similarity(a, b, p, by_a=False).tolist() == found.tolist()
-
-
-@given(seeds)
-def test_a_neighbourhood_is_wholly_similar_to_itself(seed):
-    rng = np.random.default_rng(seed)
-    narrow = MatchParameters(tolerance_px=9.0, tolerance_per_px=0.02)  # 23 px at most
-    apart = neighbourhoods(spread_points(rng, MOST, spacing=40.0, size=500.0), narrow)
-    whole = apart.count / np.maximum(apart.count, P.fewest_neighbours)
-    assert local_similarity(apart, apart).diagonal() == pytest.approx(whole, abs=0.01)
 
 
 @pytest.mark.parametrize("lost", range(5))

@@ -10,10 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from kernel_cases import match, pipeline_for
 from matching_prints import (
-    any_points,
     doubled_prints,
     jittered,
-    moved,
     seeds,
     spread_points,
     template_of,
@@ -23,10 +21,7 @@ from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 from fpmatch.matching import reference
 from fpmatch.matching.matchers import unit_circle as own
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
 from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
-from fpmatch.matching.reference.alignment import grow, one_pair, seeded
 
 
 def impressions(seed, size):
@@ -61,24 +56,6 @@ def test_match_agrees_with_the_reference(seed, refine, confident, relaxation):
         assert complex(*move[:2]) == pytest.approx(aligned.linear, rel=1e-9)
         assert [*entries, pipeline.scorer.total] == pytest.approx(aligned.evidence[:-1], rel=1e-9)
         assert estimate == pytest.approx(aligned.evidence.minus_log_fmr, rel=1e-9)
-
-
-@given(seeds, st.sampled_from([3.0, 300.0, 1e7]), st.integers(1, 5))
-def test_growth_from_one_pair_agrees_with_the_reference(seed, size, rounds):
-    """However far minutiae lie; what the aligner held before leaves no trace."""
-    rng = np.random.default_rng(seed)
-    a = spread_points(rng, int(rng.integers(1, 30)), 0.0, size)
-    b = np.hstack([jittered(rng, moved(a, 0.3, 5 + 9j), 2.0, 0.1), any_points(seed + 1)])
-    n, aligner = a.shape[1], Aligner(40, 60, USUAL)
-    for side in (spread_points(rng, 40), a):
-        aligner.load(side, side.shape[1], b, b.shape[1])
-        aligner.start_from(0, 0, 0)
-    expected = grow(seeded(a, b, *one_pair(n, 0, 0)), USUAL.rounds)
-    assert np.asarray(aligner.kept_partner)[0, :n].tolist() == expected.partner.tolist()
-    weight = np.asarray(aligner.kept_weight)[0, :n]
-    assert weight == pytest.approx(expected.weight, abs=1e-6)
-    found = complex(*np.asarray(aligner.kept_transform)[0, :2])
-    assert found == pytest.approx(expected.move[0], abs=1e-9)
 
 
 @pytest.mark.parametrize("refine", [-1.0, 4.0])

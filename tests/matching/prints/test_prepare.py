@@ -15,7 +15,6 @@ from matching_prints import (
     spread_points,
     striped_field,
     template_of,
-    templates,
 )
 
 from fpmatch.matching.constants.prints import ORIENTATIONS
@@ -57,16 +56,6 @@ def test_qualities_that_are_none_or_of_few_minutiae_are_the_usual_one(seed, n):
     assert qualities(quality, 0.7).tolist() == expected.tolist()
 
 
-def test_of_too_many_minutiae_the_best_take_part_in_their_order():
-    quality = np.array([10, 90, 50, 90, 50, 70])
-    points = spread_points(np.random.default_rng(1), 6)
-    parameters = MatchParameters(max_minutiae=4, neighbours=3)
-    prepared = prepare(template_of(points, quality=quality), parameters)
-    assert prepared.index.tolist() == [1, 2, 3, 5]
-    assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
-    assert prepared.neighbourhoods.count.tolist() == [3] * 4
-
-
 def test_a_neighbour_stands_in_the_frame_of_its_minutia():
     x, y, angle = np.array([[10, 10, 90], [10, 40, 180], [-10, 10, 90]]).T
     minutiae = Minutiae(x=x, y=-y, angle=np.radians(angle))
@@ -95,22 +84,6 @@ def test_neighbourhoods_agree_with_the_reference(seed, size, second):
         codes, others = (root_weight_codes(of.frame[:, 5]).astype(int) for of in (made, expected))
         assert abs(codes - others).max(initial=0) <= 1
         assert (ROOT_WEIGHTS.astype(np.float32)[codes] == made.frame[:, 5]).all()
-
-
-def test_a_weight_beyond_all_codes_takes_the_last():
-    codes = root_weight_codes(np.array([0.0, 1.0, 2.55, 9.0], np.float32))
-    assert codes.tolist() == [0, 100, 255, 255]
-
-
-@given(templates())
-def test_any_template_can_be_prepared(template):
-    prepared = prepare(template)
-    ridges = None if template.field is None else template.field.ridges
-    assert (prepared.region.ridges is None) == (ridges is None)
-    assert len(prepared) == len(template.minutiae) == prepared.points.shape[1]
-    assert np.isfinite(prepared.points).all()
-    assert np.isfinite(prepared.neighbourhoods.frame).all()
-    assert prepared.region.has_flow == (template.field is not None)
 
 
 @given(seeds)

@@ -79,7 +79,7 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     both = [MATCHER.prepare(prints[k].template) for k in (p, q)]
     swapped = numbers["first"] == "q"
     first, second = both[::-1] if swapped else both
-    pairing, (*_, evidence, _) = reference.match(first, second)
+    pairing, (*_, evidence) = reference.match(first, second)
     pairs = [[row["p"], row["q"]] for row in numbers["pairs"]]
     assert pairs == oracle.pairs.tolist() == pair.verification.pairs.tolist()
     for name in ("pairs", "relaxed", "places", "weights", "total", "minus_log_fmr"):

@@ -161,11 +161,11 @@ def reachable_scores(
 
 
 class Reachable(NamedTuple):
-    """What two prints have to reach a score by: that of a probe and the best of its references."""
+    """What a probe and the best of its references have to reach a score by."""
 
     score: float  # infinite where nothing is estimated
-    best: int  # of the references
-    amounts: NDArray[np.float64]  # of evidence, of the probe and of that reference, shape (2, 5)
+    sides: tuple[Side, Side]  # the probe, and that reference
+    amounts: NDArray[np.float64]  # of evidence of both, shape (2, 5)
 
 
 def find_reachable(
@@ -179,24 +179,20 @@ def find_reachable(
     theirs = np.stack([evidence_in(matcher, *one) for one in references])
     reachable = reachable_scores(calibration, reachable_similarities(matcher, ours, theirs))
     best = int(np.argmax(reachable))
-    return Reachable(float(reachable[best]), best, np.stack([ours, theirs[best]]))
+    sides = probe, references[best]
+    return Reachable(float(reachable[best]), sides, np.stack([ours, theirs[best]]))
 
 
 def find_shortage(
-    matcher: Matcher,
-    calibration: Calibration | None,
-    probe: Side,
-    references: Sequence[Side],
-    threshold: float,
+    matcher: Matcher, calibration: Calibration | None, known: Reachable, threshold: float
 ) -> Shortage | None:
-    """Return what a probe and the best of the references lack for a decision; None where nothing.
+    """Return what prints of a `known` reachable score lack for a decision; None where nothing.
 
     `threshold` is the least score of a match, NaN without a calibration.
     """
-    known = find_reachable(matcher, calibration, probe, references)
     if known.score >= (0.0 if math.isnan(threshold) else threshold):
         return None
-    sides = {"probe": probe, "reference": references[known.best]}
+    sides = dict(zip(("probe", "reference"), known.sides, strict=True))
     why = {name: lacks_ridges(template) for name, (template, _) in sides.items()}
     code = NO_RIDGES if any(why.values()) else NO_FINGER
     for (name, (template, _)), amount in zip(sides.items(), known.amounts, strict=True):

@@ -1,4 +1,4 @@
-"""The parameters of the default matcher; each is an argument of the matcher.
+"""The parameters of the default matcher, and its other numbers, which are no arguments.
 
 Kernels and reference read them from here: a change of one compiles nothing. Weights and thresholds
 of the score are learned, see `fpmatch.matching.pipeline.evidence`.
@@ -17,93 +17,66 @@ from fpmatch.base.parameters import check_ranges, parameter
 class MatchParameters:
     """All of them, in the order of the steps; compared by identity, which costs nothing.
 
-    Each has its default, its meaning and its range; lengths are in pixels at 500 dpi.
+    Those with a meaning and a range are arguments of the matcher. Lengths are in pixels at 500 dpi.
 
     Raises
     ------
     MatcherError
-        If a value is out of range.
+        If an argument is out of range.
     """
 
     # Preparation; without a ridge field, the cells of the minutiae's hull stand for the print
-    max_minutiae: int = parameter(
-        200, "minutiae that take part; of more, the ones of best quality", 1, 256
-    )
-    hull_step_px: float = parameter(
-        16.0, "side of a cell of the hull, where a template has no ridge field", 4, 64
-    )
-    max_hull_cells: int = parameter(
-        512, "such cells along a side; larger ones where the minutiae reach farther", 16, 512
-    )
-    usual_quality: float = parameter(
-        0.7, "quality where a template gives none: all are 100, or all 0", 0, 1
-    )
+    max_minutiae: int = 200  # minutiae that take part; of more, the ones of best quality
+    # side of a cell of the hull, where a template has no ridge field
+    hull_step_px: float = 16.0
+    # number of such cells along a side; larger ones where the minutiae reach farther
+    max_hull_cells: int = 512
+    usual_quality: float = 0.7  # quality where a template gives none: all are 100, or all 0
 
     # Neighbourhoods of the minutiae, with the shape-preserving weights of eq. (4)
     neighbours: int = parameter(
         12, "neighbours of a minutia, nearest first, from its first and second ring", 1, 32
     )
-    tolerance_px: float = parameter(
-        9.0, "how far a neighbour may lie from its counterpart", 0.1, 100
-    )
-    tolerance_per_px: float = parameter(
-        0.08, "growth of this distance per px of the neighbour's distance", 0, 0.5
-    )
+    tolerance_px: float = 9.0  # how far a neighbour may lie from its counterpart
+    # growth of this distance per px of the neighbour's distance
+    tolerance_per_px: float = 0.08
     second_ring_weight: float = parameter(
         0.5, "weight of neighbours beyond the one-ring, the least in it; the mean is 1", 0, 1
     )
 
     # Prefilter: bit descriptors of minutiae, and pairs of them that agree in one transform; two
     # pairs d apart agree within sqrt(near_px² + (near_per_px·d)²)
-    cell_px: float = parameter(16.0, "side of the cells in which neighbours lie", 4, 64)
-    most_pairs: int = parameter(
-        16, "pairs compared with each other: those that share most words", 1, 64
-    )
-    near_px: float = parameter(12.0, "distance within which two pairs agree", 0, 100)
-    near_per_px: float = parameter(
-        0.1, "growth of this distance per px between them, added as squares", 0, 1
-    )
-    pair_turn_deg: float = parameter(
-        15.0, "largest difference of the rotations of two pairs", 0, 22.5
-    )
+    cell_px: float = 16.0  # side of the cells in which neighbours lie
+    most_pairs: int = 16  # pairs compared with each other: those that share most words
+    near_px: float = 12.0  # distance within which two pairs agree
+    near_per_px: float = 0.1  # growth of this distance per px between them, added as squares
+    pair_turn_deg: float = 15.0  # largest difference of the rotations of two pairs
 
     # Local match of the neighbourhoods
-    neighbour_turn_deg: float = parameter(
-        30.0, "largest difference in relative direction of a neighbour and its counterpart", 1, 90
-    )
-    fewest_neighbours: int = parameter(
-        4, "fewer neighbours count as this many, so that few do not agree easily", 1, 32
-    )
+
+    # largest difference in relative direction of a neighbour and its counterpart
+    neighbour_turn_deg: float = 30.0
+    # fewer neighbours count as this many, so that few do not agree easily
+    fewest_neighbours: int = 4
 
     # Relaxation of the local matches, the candidates. Two support each other if the distances
     # between their minutiae in the two prints differ by at most distance_px and distance_per_px of
     # the distance
-    candidates: int = parameter(
-        32, "local matches that take part, at most; each minutia is in one of them", 1, 256
-    )
+    # local matches that take part, at most; each minutia is in one of them
+    candidates: int = 32
     distance_px: float = parameter(
         6.0, "largest difference of the distances between the minutiae of two candidates", 0.1, 100
     )
-    distance_per_px: float = parameter(
-        0.08, "growth of this difference per px of the distance", 0, 1
-    )
-    max_rotation_deg: float = parameter(
-        25.0, "largest difference of the rotations of two candidates", 1, 180
-    )
-    max_angle_deg: float = parameter(
-        30.0, "largest difference of the directions from one minutia to the other", 1, 180
-    )
+    distance_per_px: float = 0.08  # growth of this difference per px of the distance
+    max_rotation_deg: float = 25.0  # largest difference of the rotations of two candidates
+    # largest difference of the directions from one minutia to the other
+    max_angle_deg: float = 30.0
     relaxation_rounds: int = parameter(5, "rounds in which candidates support each other", 0, 100)
-    inertia: float = parameter(0.5, "share of its value that a candidate keeps in a round", 0, 1)
-    least_seed_share: float = parameter(
-        0.5,
-        "least value of the seed of a hypothesis, as a share of the strongest candidate's",
-        0,
-        1,
-    )
-    least_share: float = parameter(
-        0.25, "least value of the other pairs of a hypothesis, as a share of its seed's", 0.01, 1
-    )
+    inertia: float = 0.5  # share of its value that a candidate keeps in a round
+    # least value of the seed of a hypothesis, as a share of the strongest candidate's
+    least_seed_share: float = 0.5
+    # least value of the other pairs of a hypothesis, as a share of its seed's
+    least_share: float = 0.25
 
     # Mesh of pairs, its unit circles and predictions, eq. (3) and (4)
     frame_margin_px: float = parameter(
@@ -112,82 +85,60 @@ class MatchParameters:
     place_tolerance: float = parameter(
         0.3, "standard deviation of places on the unit circle", 0.001, 10, "radians"
     )
-    residual_px: float = parameter(
-        3.0, "standard deviation of the distance from the prediction", 0.1, 100
-    )
-    residual_per_px: float = parameter(
-        0.08, "growth of this deviation per px of the mean radius of the ring", 0, 1
-    )
+    residual_px: float = 3.0  # standard deviation of the distance from the prediction
+    # growth of this deviation per px of the mean radius of the ring
+    residual_per_px: float = 0.08
 
     # Global match: pairs grow over their mesh; a minutia is paired within its reach of where it is
     # predicted
-    max_turn_deg: float = parameter(30.0, "largest difference in direction within a pair", 1, 90)
-    hypotheses: int = parameter(4, "hypotheses of the relaxed local matches, at most", 1, 32)
-    coarse_rounds: int = parameter(
-        1, "rounds in which pairs grow over their mesh before they are weighed first", 1, 20
-    )
+    max_turn_deg: float = 30.0  # largest difference in direction within a pair
+    hypotheses: int = 4  # hypotheses of the relaxed local matches, at most
+    # rounds in which pairs grow over their mesh before they are weighed first
+    coarse_rounds: int = 1
     rounds: int = parameter(3, "rounds in which pairs grow over their mesh, in all", 1, 20)
     reach_px: float = parameter(
         10.0, "distance from its prediction within which a minutia is paired", 0.1, 100
     )
-    reach_per_px: float = parameter(
-        0.12, "growth of this distance per px to the nearest other pair", 0, 1
-    )
-    reach_limit_px: float = parameter(24.0, "largest such distance", 1, 100)
+    reach_per_px: float = 0.12  # growth of this distance per px to the nearest other pair
+    reach_limit_px: float = 24.0  # largest such distance
 
     # Search for alignments by the ridges; the agreement of the orientation is the mean cosine of
     # twice the difference, -1 to 1
-    ridge_trials: int = parameter(
-        64, "pairs of minutiae whose ridges are compared, of a small print", 1, 128
-    )
-    ridge_starts: int = parameter(4, "pairs by which a small print is aligned", 1, 8)
+    ridge_trials: int = 64  # pairs of minutiae whose ridges are compared, of a small print
+    ridge_starts: int = 4  # pairs by which a small print is aligned
     ridge_candidates: int = parameter(
         3, "local matches whose ridges are compared, of larger prints", 1, 128
     )
-    candidate_flow: float = parameter(0.9, "least agreement of their orientation", -1, 1)
-    candidate_value: float = parameter(
-        3.0, "least surplus of their correlation, times the root of the cells", 0, 100
-    )
-    least_common: float = parameter(
-        0.25, "share of the smaller print that must lie in the larger", 0, 1
-    )
-    least_flow: float = parameter(
-        0.8, "least agreement of the orientation, for a small print", -1, 1
-    )
+    candidate_flow: float = 0.9  # least agreement of their orientation
+    # least surplus of their correlation, times the root of the cells
+    candidate_value: float = 3.0
+    least_common: float = 0.25  # share of the smaller print that must lie in the larger
+    least_flow: float = 0.8  # least agreement of the orientation, for a small print
     usual_correlation: float = parameter(
         0.2, "correlation of the ridges of different fingers, in search and score", -1, 1
     )
-    apart_px: float = parameter(
-        12.0, "distance between a print's middles under transforms that count as two", 0, 1000
-    )
-    apart_deg: float = parameter(12.0, "or the difference of their rotations", 0, 180)
+    # distance between a print's middles under transforms that count as two
+    apart_px: float = 12.0
+    apart_deg: float = 12.0  # or the difference of their rotations
 
     # Score: how evidence is turned into features; a print reaches farther than the hull of its
     # minutiae
     margin_px: float = parameter(
         20.0, "how far inside the other print a minutia lies that counts as unpaired", 0, 200
     )
-    hull_margin_px: float = parameter(
-        0.0, "the same where the convex hull of the minutiae stands for the print", 0, 200
-    )
+    # the same where the convex hull of the minutiae stands for the print
+    hull_margin_px: float = 0.0
     doubt_pairs: float = parameter(
         2.0, "added to the number of pairs, so that little evidence counts less", 0, 1000
     )
-    doubt_minutiae: float = parameter(5.0, "added to the number of minutiae", 0, 1000)
-    doubt_cells: float = parameter(10.0, "added to the number of cells of ridges", 0, 1000)
-    beyond_from: float = parameter(
-        2.0,
-        "rarity from which pairs are compared with those by chance",
-        0,
-        1000,
-        "decades of the FMR",
-    )
-    beyond_less: float = parameter(
-        1.0, "how much chance makes of the best transform", 0, 100, "decades of the FMR"
-    )
-    beyond_few: float = parameter(
-        0.4, "how much more where a print has few minutiae", 0, 100, "decades of the FMR"
-    )
+    doubt_minutiae: float = 5.0  # added to the number of minutiae
+    doubt_cells: float = 10.0  # added to the number of cells of ridges
+    # rarity from which pairs are compared with those by chance, in decades of the FMR
+    beyond_from: float = 2.0
+    # how much chance makes of the best transform, in decades of the FMR
+    beyond_less: float = 1.0
+    # how much more where a print has few minutiae, in decades of the FMR
+    beyond_few: float = 0.4
     beyond_share: float = parameter(
         0.8, "share of the rarity beyond chance that does not count", 0, 1
     )

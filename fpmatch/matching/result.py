@@ -118,9 +118,6 @@ class Matcher(ABC):
         Name of the matcher.
     parameters : dataclass or None
         The defaults, a frozen dataclass of `fpmatch.base.parameters.parameter`; None without any.
-    wants_image : bool
-        Whether `prepare` is called with the image as well: its pixels as uint8, in the frame of
-        the template, ridges dark.
     rho : float or None
         Where the similarity is the share of minutiae of the smaller template that are paired, and
         more than so many are a match if no threshold is given.
@@ -139,7 +136,6 @@ class Matcher(ABC):
 
     name: str
     parameters: Any = None
-    wants_image: bool = False
     rho: float | None = None
 
     def __init__(self, **given: float | str) -> None:
@@ -158,7 +154,7 @@ class Matcher(ABC):
         """Compare two prepared templates."""
 
     def explain(self, probe: Any, reference: Any, comparison: Comparison) -> Comparison:
-        """Return a comparison under its best transform, with all reasons against one finger."""
+        """Return a comparison under its best transform, with the reason against one finger."""
         return comparison
 
     def compared(self, probe: Any, reference: Any, comparison: Comparison) -> Compared | None:
@@ -185,15 +181,6 @@ class Matcher(ABC):
     def possible_scales(self, probe: Any, reference: Any, ratios: Sequence[float]) -> list[float]:
         """Return those of `ratios` by which the probe's lengths may be wrong."""
         return list(ratios)
-
-
-def prepare_print(matcher: Matcher, template: Template, image: NDArray[np.uint8] | None) -> Any:
-    """Return what a matcher prepares of a print, with its image where the matcher wants one."""
-    if not matcher.wants_image:
-        return call_matcher(matcher, "prepare", template)
-    if image is None:
-        raise MatcherError(f"matcher {matcher.name} compares images: a template is not enough")
-    return call_matcher(matcher, "prepare", template, image)
 
 
 def compare_prepared(matcher: Matcher, probe: Any, reference: Any) -> Comparison:

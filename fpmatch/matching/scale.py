@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.calibration import allowance
-from fpmatch.matching.result import call_matcher, compare_prepared, prepare_print
+from fpmatch.matching.result import call_matcher, compare_prepared
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI, MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -71,15 +71,15 @@ def find_scale(rule: Rule, probe: Side, reference: Side) -> ScaleMeasurement | N
     """Find the scale at which two prints match that do not match as they are; None without any.
 
     It is a reason for the no, never a yes. Where a share of pairs decided, which no scale changes,
-    none is tried; images are at one scale.
+    none is tried.
     """
-    if rule.rho is not None or rule.matcher.wants_image:
+    if rule.rho is not None:
         return None
     dpi = probe[0].dpi
     ratios = [ratio for ratio in CANDIDATE_RATIOS if MIN_DPI <= dpi / ratio <= MAX_DPI]
     best, pairs = rule.threshold + allowance(1.0, len(CANDIDATE_RATIOS)), None  # of so many tries
     for ratio in call_matcher(rule.matcher, "possible_scales", probe[1], reference[1], ratios):
-        scaled = prepare_print(rule.matcher, replace(probe[0], dpi=dpi / ratio), None)
+        scaled = call_matcher(rule.matcher, "prepare", replace(probe[0], dpi=dpi / ratio))
         # the reference, which is prepared for many comparisons, goes first: the score is the same
         comparison = compare_prepared(rule.matcher, reference[1], scaled)
         if (score := rule.score(comparison.similarity)) >= best:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.calibration import allowance as allowance_of
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.matching.decision import Rule, find_reachable, find_shortage
+from fpmatch.matching.decision import Reachable, Rule, find_reachable, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.matching.result import (
     INCONCLUSIVE,
@@ -22,7 +21,6 @@ from fpmatch.matching.result import (
     call_matcher,
     check_repeats,
     compare_prepared,
-    prepare_print,
 )
 from fpmatch.matching.scale import find_scale, measure_scale
 from fpmatch.templates.bounds import have_same_minutiae
@@ -33,18 +31,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.decision import Reachable
     from fpmatch.matching.reference.ridges import RidgeMap
     from fpmatch.matching.result import Compared, Comparison, Decision, Identity, Matcher, Side
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
-
-MIRRORED_SHARE: Final = 0.5  # of the false match rate, for the tries of a mirrored probe
-MIRRORED: Final = (
-    "mirrored, the probe matches, with a score of {:.1f}: is one of the images mirrored? "
-    "(--mirror flips the probe)"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,12 +167,12 @@ def verify(
     """Decide whether two templates come from the same finger; see `fpmatch.verify`.
 
     The one function that does so: `fpmatch.verify`, the commands and the web interface call it.
-    A matcher that wants them is given the `images`. A score that decides is lowered by `allowance`,
-    for one of several tries. The resolutions of the sides `dpi_assumed` are not stated anywhere.
+    The `images`, where there are any, tell whether one is compared with itself. A score that
+    decides is lowered by `allowance`, for one of several tries. The resolutions of the sides
+    `dpi_assumed` are not stated anywhere.
     """
     rule = Rule.of(matcher, threshold, calibration)
-    sides = zip((probe, reference), images, strict=True)
-    ours, theirs = (prepare_print(rule.matcher, *side) for side in sides)
+    ours, theirs = (call_matcher(rule.matcher, "prepare", one) for one in (probe, reference))
     comparison = compare_prepared(rule.matcher, ours, theirs)
     check_repeats(rule.matcher, ours, theirs, comparison.similarity)
     score = rule.score(comparison.similarity)
@@ -219,13 +210,15 @@ def decide(
     both = probe[1], reference[1]
     evidence = comparison if match else call_matcher(matcher, "explain", *both, comparison)
     compared = None if impressions else call_matcher(matcher, "compared", *both, evidence)
-    references = impressions or [reference]
+    reach = partial(find_reachable, matcher, curve, probe, impressions or [reference])
     shortage, reason = None, ""
     if match:
         scale = measure_scale(probe[0], reference[0], evidence.pairs)
     else:
         scale = find_scale(rule, probe, reference)
-        shortage = find_shortage(matcher, curve, probe, references, rule.threshold)
+        known = reach()
+        reach = partial(Reachable, *known)
+        shortage = find_shortage(matcher, curve, known, rule.threshold)
         if dpi_assumed and scale is not None:
             sides = " and ".join(f"the {side}" for side in dpi_assumed)
             message = f"the resolution of {sides} is unknown, and at another one the prints match"
@@ -234,8 +227,6 @@ def decide(
             "the score is below the threshold" if rule.rho is None else "too few minutiae agree"
         )
         reason = (evidence.reason or by_rule) if shortage is None else shortage.message
-        if (mirrored := _mirrored_score(rule, probe[0], references)) is not None:
-            reason += f"; {MIRRORED.format(mirrored)}"
     identical: Identity | None = None
     ours, theirs = images
     if ours is not None and theirs is not None and np.array_equal(ours, theirs):
@@ -266,16 +257,5 @@ def decide(
         identical=identical,
         images=tuple(images),
         map_ridges=partial(call_matcher, matcher, "ridge_map", *both, evidence),
-        find_reachable=partial(find_reachable, matcher, curve, probe, references),
+        find_reachable=reach,
     )
-
-
-def _mirrored_score(rule: Rule, probe: Template, references: Sequence[Side]) -> float | None:
-    """Return the score of the mirrored probe, less what its tries cost; None for no match."""
-    if rule.rho is not None or rule.matcher.wants_image:
-        return None
-    mirrored = prepare_print(rule.matcher, probe.mirrored(), None)
-    tried = [compare_prepared(rule.matcher, one, mirrored) for _, one in references]
-    most = max((one.similarity for one in tried if one.transform is not None), default=0.0)
-    score = rule.score(most) - allowance_of(MIRRORED_SHARE, len(tried))
-    return score if score >= rule.threshold else None

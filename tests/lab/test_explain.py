@@ -92,7 +92,7 @@ def test_the_numbers_are_those_of_the_reference_matcher(prints, p, q):
     both = [MATCHER.prepare(prints[k].template) for k in (p, q)]
     first = numbers["predictions"]["first"]
     a, b = both[::-1] if first == "Q" else both
-    pairing, (*_, evidence, competing) = reference.match(a, b)
+    pairing, (*_, evidence) = reference.match(a, b)
     assert numbers["mesh_of_pairs"]["pairs"] == pair.verification.pairs.tolist()
     shown = numbers["evidence"]
     for name in evidence._fields:

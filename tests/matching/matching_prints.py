@@ -10,11 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.reference import coarse_pairings
-from fpmatch.matching.reference.alignment import grow
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
-from fpmatch.matching.reference.relaxation import relax
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 EMPTY = Template(Minutiae.empty(), 300, 300)
@@ -237,20 +233,6 @@ def assert_mirrored(forth, back):
     if forth.transform:
         inverse = back.transform.inverse().matrix
         assert inverse == pytest.approx(forth.transform.matrix, rel=1e-6, abs=1e-6)
-
-
-def alignments(a, b, similarity, parameters=USUAL):
-    """Return the pairings of two prints by each hypothesis of their local matches."""
-    p, candidates = parameters, relax(a, b, similarity, parameters)
-    coarse = coarse_pairings(a, b, candidates, parameters)
-    grown = [grow(one, p.rounds - p.coarse_rounds, settled=True) for one in coarse]
-    return [one for one in grown if one.pairs]
-
-
-def heaviest(a, b, similarity, parameters=USUAL):
-    """Return the pairing whose pairs fit best, or None where nothing is paired."""
-    found = alignments(a, b, similarity, parameters)
-    return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)
 
 
 def fragment(template, minutiae):

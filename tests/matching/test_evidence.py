@@ -1,4 +1,4 @@
-"""Evidence and score of an alignment: the kernel against the reference, models, and bounds."""
+"""Evidence and score of an alignment: the kernel against the reference, bounds, and weights."""
 
 import math
 from dataclasses import replace
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from kernel_cases import overlay, pipeline_for
+from hypothesis.extra.numpy import arrays
+from kernel_cases import overlay
 from matching_prints import (
     even_field,
     jittered,
@@ -17,18 +18,27 @@ from matching_prints import (
     striped_field,
     template_of,
 )
-from matching_weights import REJECTING, all_with, scored_by, some_model, some_weights
+from matching_weights import OF_RIDGES, REJECTING, all_with, scored_by, some_weights
 from scipy.stats import poisson
 
-from fpmatch.matching.constants.comparison import SMALL_AREA_PX2
-from fpmatch.matching.matchers.unit_circle import view_of
-from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline.evidence import MODELS, Evidence, amount_terms, load_weights
+from fpmatch.errors import MatcherError
+from fpmatch.matching.pipeline.evidence import (
+    AMOUNTS,
+    FEATURES,
+    MODELS,
+    RATES,
+    STANDARD,
+    WEIGHTS_FILE,
+    Evidence,
+    ScoreModel,
+    ScoreWeights,
+    amount_terms,
+    load_weights,
+)
 from fpmatch.matching.prints.prepare import prepare
 from fpmatch.matching.reference.alignment import Pairing
 from fpmatch.matching.reference.evidence import (
     decades_beyond_chance,
-    features_of,
     most_decades,
     weigh,
 )
@@ -36,7 +46,6 @@ from fpmatch.matching.reference.neighbourhood import local_similarity
 from fpmatch.matching.reference.relaxation import relax
 
 SHOWN = striped_field(side=25)
-NOTHING = dict.fromkeys(Evidence._fields, 0.0)
 
 
 def with_itself(print_, unpaired=0):
@@ -90,31 +99,6 @@ def test_evidence_and_score_agree_with_the_reference(seed, bias, level):
     assert 0 <= found.chance <= most * (1 + 1e-12)
 
 
-def test_the_cases_that_are_drawn_are_of_every_kind():
-    """Otherwise the agreement with the reference would show little."""
-    found = [overlay(*some_case(seed)) for seed in range(40)]
-    kinds = [
-        (
-            *(one.cells > 0, one.cells == 0, one.unpaired > 0, one.chance > 3),
-            *(0 < one.overlap < 1, one.relaxed > 0),
-            *(one.common > 2 * one.pairs, 0 < one.places < one.pairs - 0.1),
-        )
-        for one in found
-    ]
-    assert np.sum(kinds, axis=0).min() > 5
-    assert any(one.pairs == 0 for one in found)
-
-
-@given(seeds)
-@settings(max_examples=20)
-def test_a_scorer_used_before_gives_the_same(seed):
-    """Whatever it scored before: a print of more minutiae, with or without ridges."""
-    cases = [some_case(seed + k) for k in (0, 1, 2, 0)]
-    used = pipeline_for(*(case[0] for case in cases))
-    for case in cases:
-        assert overlay(*case, pipeline=used) == overlay(*case)
-
-
 def test_a_print_aligned_with_itself_and_with_one_beside_it():
     points = spread_points(np.random.default_rng(6), 25, spacing=20.0)
     print_ = prepare(template_of(points, field=SHOWN))
@@ -145,22 +129,6 @@ def test_unpaired_minutiae_count_by_the_square_of_their_quality(quality, unpaire
     found = with_itself(print_, unpaired=4)
     assert found.unpaired == pytest.approx(2 * unpaired)
     assert (found.pairs, found.common) == (8, 24)
-
-
-@pytest.mark.parametrize(
-    ("side", "ridges", "model"), [(25, True, 0), (25, False, 1), (10, True, 2), (10, False, 1)]
-)
-def test_the_model_is_that_of_the_ridges_and_of_the_area(side, ridges, model):
-    points = spread_points(np.random.default_rng(6), 20)
-    field = striped_field(side=side)
-    fields = field, field if ridges else replace(field, ridges=None)
-    a, b = (prepare(template_of(points, field=one)) for one in fields)
-    assert (a.region.area <= SMALL_AREA_PX2) == (side == 10)
-    weights = some_weights(prefilter=REJECTING, apart=100.0)
-    scorer = pipeline_for(a, b, weights=weights).scorer
-    for pair in ((a, b), (b, a)):
-        assert scorer.choose_model(*map(view_of, pair)) == model
-        assert weights.model_of(*pair) is weights.models[model]
 
 
 @given(st.integers(0, 80), st.floats(0, 60), st.floats(-1, 1), st.integers(0, 900))
@@ -207,34 +175,67 @@ def test_the_same_sum_is_worth_less_where_less_was_compared(name):
     assert worth(60, 90000.0) == pytest.approx(worth(200, 120000.0), rel=0.02)
 
 
-def sum_of(**entries):
-    """Return the weighted sum of evidence of which all that is not given is 0."""
-    model = some_model()
-    return float(model.sums(features_of(model, NOTHING | entries, USUAL)))
-
-
-GENUINE = {
-    **{"pairs": 20, "local": 9.0, "unpaired": 6.0, "common": 52, "overlap": 0.7, "relaxed": 0.6},
-    **{"places": 18.0, "weights": 15.0, "fullness": 14.0},
-    **{"fewest": 30, "ridges": 0.45, "cells": 130},
+SHAPES = {
+    "standard": (len(MODELS), len(STANDARD), len(FEATURES)),
+    "limits": (len(MODELS), 7),
+    "quantiles": (len(MODELS), len(RATES), len(AMOUNTS)),
 }
 
 
-@given(
-    st.sampled_from(sorted({*GENUINE} - {"pairs", "common"})),
-    st.floats(0.01, 1),
-    st.floats(0.01, 1),
+def some_json():
+    return some_weights(-1.25, prefilter=REJECTING, confident=7.5, relaxation=0.375).as_json()
+
+
+def of_all(weights, name):
+    """Return an array of all models in one."""
+    return np.stack([getattr(model, name) for model in weights.models])
+
+
+@given(*(arrays(np.float64, shape, elements=st.floats(-1e6, 1e6)) for shape in SHAPES.values()))
+def test_weights_read_back_are_the_same(standard, limits, quantiles):
+    models = (
+        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident, reached)
+        for rows, (base, growth, most, relaxation, refine, confident, bias), reached in zip(
+            standard, limits.tolist(), quantiles, strict=True
+        )
+    )
+    weights = ScoreWeights(tuple(models), {"sets": ["one", "two"], "n": 3})
+    again = ScoreWeights.from_json(weights.as_json())
+    for name, given_ in (("standard", standard), ("limits", limits), ("quantiles", quantiles)):
+        for one in (weights, again):
+            found = of_all(one, name)  # as the kernel takes them
+            assert (found.shape, found.dtype) == (SHAPES[name], np.float64)
+            assert found.flags.c_contiguous
+            assert found.tolist() == given_.tolist()
+    for model, other in zip(again.models, weights.models, strict=True):
+        assert model.limits.tolist() == other.limits.tolist()
+    assert again.provenance == weights.provenance
+    assert again.as_json() == weights.as_json()
+
+
+def test_the_weights_of_the_package_are_as_they_were_written():
+    weights = load_weights()
+    assert weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")
+    standard = of_all(weights, "standard")
+    assert np.isfinite(standard).all()
+    assert np.isfinite(of_all(weights, "limits")).all()
+    assert (standard[:, 1] > 0).all()
+    assert all(model.confident_threshold > model.refine_threshold for model in weights.models)
+    assert not standard[1, 2, OF_RIDGES].any()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "[]", "{}", "3", '{"models": {}}'),
+        *(
+            some_json().replace(f'"{name}"', '"other"', 1)
+            for name in (*MODELS, *FEATURES, "standard", "bias", "models", "features", "provenance")
+        ),
+        some_json().replace(f'"{FEATURES[0]}",', ""),
+        *(some_json().replace("-1.25", value) for value in ('"shut"', "{}", "[]")),
+    ],
 )
-def test_what_agrees_raises_the_sum_and_what_does_not_lowers_it(name, low, more):
-    scale = 100 if name == "cells" else 1
-    less, greater = (sum_of(**GENUINE | {name: scale * value}) for value in (low, low + more))
-    assert (less > greater) if name in {"unpaired", "fewest"} else (less < greater)
-
-
-@given(st.floats(0.5, 1), st.floats(0, 1), st.integers(2, 40))
-def test_a_good_pair_that_is_lost_lowers_the_sum(each, quality, pairs):
-    sums = []
-    for n, unpaired in ((pairs, 3.0), (pairs - 1, 3.0 + 2 * quality**2)):
-        agreeing = dict.fromkeys(("local", "relaxed", "places", "weights", "fullness"), n * each)
-        sums.append(sum_of(pairs=n, unpaired=unpaired, overlap=0.7, **agreeing))
-    assert sums[1] < sums[0]
+def test_text_that_is_no_weights_is_refused(text):
+    with pytest.raises(MatcherError, match="weights of the score"):
+        ScoreWeights.from_json(text)

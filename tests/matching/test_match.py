@@ -1,4 +1,4 @@
-"""One-to-one comparison: which hypothesis is the result, whatever was in the pipeline before."""
+"""One-to-one comparison: local match, which hypothesis is the result, whatever came before."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -10,10 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from kernel_cases import match, pipeline_for
 from matching_prints import (
-    any_points,
     doubled_prints,
     jittered,
-    moved,
     seeds,
     spread_points,
     template_of,
@@ -23,10 +21,9 @@ from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 from fpmatch.matching import reference
 from fpmatch.matching.matchers import unit_circle as own
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.pipeline._kernels._alignment_kernel import Aligner
+from fpmatch.matching.parameters import MatchParameters
+from fpmatch.matching.pipeline._kernels import _local_kernel as kernel
 from fpmatch.matching.prints.prepare import prefilter_of, score_descriptors
-from fpmatch.matching.reference.alignment import grow, one_pair, seeded
 
 
 def impressions(seed, size):
@@ -57,29 +54,10 @@ def test_match_agrees_with_the_reference(seed, refine, confident, relaxation):
         pairing, aligned = expected
         partner = np.asarray(pipeline.aligner.kept_partner)[pipeline.best, : len(a)]
         assert partner.tolist() == pairing.partner.tolist()
-        *_, move, entries, competing = pipeline.result(a.index, b.index, 1.0, 1.0, False)
+        *_, move, entries = pipeline.result(a.index, b.index, 1.0, 1.0, False)
         assert complex(*move[:2]) == pytest.approx(aligned.linear, rel=1e-9)
         assert [*entries, pipeline.scorer.total] == pytest.approx(aligned.evidence[:-1], rel=1e-9)
         assert estimate == pytest.approx(aligned.evidence.minus_log_fmr, rel=1e-9)
-        assert competing == aligned.competing
-
-
-@given(seeds, st.sampled_from([3.0, 300.0, 1e7]), st.integers(1, 5))
-def test_growth_from_one_pair_agrees_with_the_reference(seed, size, rounds):
-    """However far minutiae lie; what the aligner held before leaves no trace."""
-    rng = np.random.default_rng(seed)
-    a = spread_points(rng, int(rng.integers(1, 30)), 0.0, size)
-    b = np.hstack([jittered(rng, moved(a, 0.3, 5 + 9j), 2.0, 0.1), any_points(seed + 1)])
-    n, aligner = a.shape[1], Aligner(40, 60, USUAL)
-    for side in (spread_points(rng, 40), a):
-        aligner.load(side, side.shape[1], b, b.shape[1])
-        aligner.start_from(0, 0, 0)
-    expected = grow(seeded(a, b, *one_pair(n, 0, 0)), USUAL.rounds)
-    assert np.asarray(aligner.kept_partner)[0, :n].tolist() == expected.partner.tolist()
-    weight = np.asarray(aligner.kept_weight)[0, :n]
-    assert weight == pytest.approx(expected.weight, abs=1e-6)
-    found = complex(*np.asarray(aligner.kept_transform)[0, :2])
-    assert found == pytest.approx(expected.move[0], abs=1e-9)
 
 
 @pytest.mark.parametrize("refine", [-1.0, 4.0])
@@ -124,3 +102,54 @@ def test_threads_compare_as_one_does():
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda pair: MATCHER.compare(*pair).similarity, pairs))
     assert found == expected
+
+
+NARROWEST_PX, WIDEST_PX = 7.5, 15.0
+
+
+def similarity_from_the_definition(count_a, frame_a, count_b, frame_b, min_cosine):
+    """Return what the kernel computes, a pair of minutiae at a time, all neighbours at once."""
+    similarity = np.zeros((len(count_a), len(count_b)))
+    for i, n in enumerate(count_a):
+        u, v, c, s, precision, weight = frame_a[i, :, :n, None].astype(float)
+        for j, m in enumerate(count_b):
+            u_b, v_b, c_b, s_b, _, weight_b = frame_b[j, :, None, :m].astype(float)
+            near = 1 - ((u - u_b) ** 2 + (v - v_b) ** 2) * precision
+            turn = (c * c_b + s * s_b - min_cosine) / (1 - min_cosine)
+            value = np.maximum(near, 0) * np.maximum(turn, 0) * weight_b
+            similarity[i, j] = (value.max(axis=1, initial=0) * weight[:, 0]).sum()
+    return similarity
+
+
+def some_frames(rng, n, size, reach):
+    """Return counts and frames of n minutiae whose neighbours lie within `reach` of them."""
+    angle = rng.uniform(0, 2 * np.pi, (n, size))
+    u, v = rng.uniform(-reach, reach, (2, n, size))
+    tolerance = rng.uniform(NARROWEST_PX, WIDEST_PX, (n, size))
+    columns = (u, v, np.cos(angle), np.sin(angle), tolerance**-2, rng.uniform(0, 2, (n, size)))
+    frame = np.ascontiguousarray(np.stack(columns, axis=1), np.float32)
+    return rng.integers(0, size + 1, n).astype(np.int32), frame
+
+
+def indexed_similarity(a, b, p, *, by_a):
+    """Return what the kernel finds by an index of A's neighbours, or of B's."""
+    similarity = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
+    index = kernel.NeighbourIndex(*(a if by_a else b), p)
+    other = b if by_a else a
+    index.to_prints(*other, len(other[0]), similarity, not by_a)
+    return similarity
+
+
+@given(seeds, st.sampled_from([5.0, 20.0, 200.0]), st.floats(1, 90), st.integers(1, 9))
+def test_kernel_agrees_with_its_definition(seed, reach, degrees, fewest):
+    """Whichever print is indexed, to the last bit; of which neighbours lie beyond the cells."""
+    rng = np.random.default_rng(seed)
+    # with the slack of this growth the widest tolerance suffices where the narrowest is indexed
+    p = MatchParameters(tolerance_per_px=0.5, neighbour_turn_deg=degrees, fewest_neighbours=fewest)
+    a, b = (some_frames(rng, int(rng.integers(0, 8)), 9, reach) for _ in range(2))
+    expected = similarity_from_the_definition(*a, *b, p.neighbour_cosine)
+    sizes = (np.maximum(side[0], fewest) for side in (a, b))
+    expected /= np.sqrt(np.multiply.outer(*sizes))
+    found = indexed_similarity(a, b, p, by_a=True)
+    assert found == pytest.approx(expected, abs=1e-5)
+    assert indexed_similarity(a, b, p, by_a=False).tolist() == found.tolist()

@@ -13,7 +13,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.image.extract import extract
 from fpmatch.matching.matchers.reference import ReferenceMatcher
 from fpmatch.matching.matchers.unit_circle import MATCHER, UnitCircleMatcher
-from fpmatch.matching.registry import OWN_MATCHERS, get_matcher, matcher_names
+from fpmatch.matching.registry import get_matcher
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 KNOWN = parameters_of(MATCHER.parameters)
@@ -94,9 +94,3 @@ def test_a_wrong_name_or_parameter_is_named(name):
 def test_an_argument_of_another_kind_is_refused(value):
     with pytest.raises(MatcherError, match="rounds is a whole number"):
         UnitCircleMatcher(rounds=value)
-
-
-def test_matchers_are_found_by_their_names():
-    names = matcher_names()
-    assert [get_matcher(name).name for name in names] == names == sorted(names)
-    assert set(OWN_MATCHERS) <= set(names)

@@ -8,8 +8,7 @@ from matching_prints import EMPTY, spread_points, template_of
 
 from fpmatch import extract, read_image
 from fpmatch.errors import MatcherError
-from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
-from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
+from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.registry import get_matcher, matcher_names
 from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.matching.verify import verify
@@ -91,31 +90,6 @@ def test_a_matcher_with_a_rule_of_its_own_needs_no_calibration():
     assert "a match needs more than 0.4 of them (rho)" in text
     assert "Score       none: the matcher is not calibrated" in text
     assert "FMR" not in text
-
-
-def test_a_calibration_of_ones_own_decides():
-    worthless = Calibration(((0.0, 0.0), (0.5, 1.0)), tail_scale=1e9)
-    found = verify(PROBE, PROBE, calibration=worthless)
-    assert not found.match
-    assert found.score == pytest.approx(1.0, abs=0.01)
-    assert found.smallest_measured_fmr == score_to_fmr(1.0)
-    few = Calibration(((0.0, 0.0), (50.0, 1.0)), tail_scale=1e9)
-    found = verify(PROBE, IMPOSTOR, calibration=few)
-    assert (found.decision, found.shortage.code) == ("inconclusive", "threshold too high")
-
-
-def test_only_a_no_is_explained():
-    explained = []
-
-    class Counting(UnitCircleMatcher):
-        def explain(self, probe, reference, found):
-            explained.append(found)
-            return super().explain(probe, reference, found)
-
-    assert verify(PROBE, IMPOSTOR, matcher=Counting()).reason
-    assert len(explained) == 1
-    assert verify(PROBE, PROBE, matcher=Counting(), threshold=1).compared is not None
-    assert len(explained) == 1
 
 
 @pytest.mark.parametrize("second", ["101_3", "101_2"])

@@ -1,15 +1,12 @@
 """Template formats of other packages: read and written wherever ours are."""
 
-import importlib.util
-
 import numpy as np
 import pytest
 from plugin_packages import ROOT, fpmatch, install, install_points, shown_commands, shown_package
 
 from fpmatch import load_template, save_template
 from fpmatch.base.plugins import FORMATS, forget_plugins
-from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
+from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, known_codecs
 from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.prints.reading import content_of
@@ -95,21 +92,6 @@ def test_every_command_takes_it(site, deg, run, tmp_path):
     wrong = run("convert", PRINTS[0], "a.json", "--format", "degrees")
     assert wrong.exit_code == 2
     assert "'deg'" in wrong.stderr
-
-
-def test_the_format_of_one_file_reads_what_it_writes_and_refuses_the_rest(template):
-    path = ROOT / "docs" / "how-to" / "one_file" / "tab_format.py"
-    spec = importlib.util.spec_from_file_location("tab_format", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    codec = module.CODEC
-    data = codec.encode(TemplateRecord("", (View(template),))).data
-    assert codec.recognises(data)
-    assert codec.decode(data, ReadingOptions()).single().template.minutiae == template.minutiae
-    head = b"#tab\t9\t9\t"
-    for broken in (b"", b"#tab\t1\n", head + b"x\n", head + b"500\n1\t2\t3\t4\n", b"\xff"):
-        with pytest.raises(FpmatchError):
-            codec.decode(broken, ReadingOptions())
 
 
 @pytest.mark.usefixtures("broken")

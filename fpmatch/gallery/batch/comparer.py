@@ -12,11 +12,11 @@ from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.matching.decision import NO_EVIDENCE, evidence_in, reachable_similarities
 from fpmatch.matching.result import (
+    call_matcher,
     check_repeats,
     compare_prepared,
     is_own,
     named,
-    prepare_print,
 )
 
 if TYPE_CHECKING:
@@ -46,10 +46,6 @@ class Comparer(Generic[Key]):
         """Return the template of a key; None where extraction failed."""
         raise NotImplementedError
 
-    def image(self, key: Key) -> NDArray[np.uint8] | None:
-        """Return the image of a key, for a matcher that wants it; None where there is none."""
-        return None
-
     def prepare(self, key: Key) -> Any:
         """Return what the matcher's `prepare` makes of a template; None where there is none."""
         return self._print(key)[0]
@@ -67,8 +63,7 @@ class Comparer(Generic[Key]):
         template = self.template(key)
         prepared, evidence = None, np.array(NO_EVIDENCE)
         if template is not None:
-            image = self.image(key) if self.matcher.wants_image else None
-            prepared = prepare_print(self.matcher, template, image)
+            prepared = call_matcher(self.matcher, "prepare", template)
             evidence = evidence_in(self.matcher, template, prepared)
         self._prepared[key] = prepared, evidence
         if len(self._prepared) > self._capacity:

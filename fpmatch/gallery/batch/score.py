@@ -21,7 +21,6 @@ from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.batch.store import Store
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
@@ -128,7 +127,6 @@ def score(
     target = Path(output)
     check_format(target)
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    refuse_images(chosen, "score keeps templates alone; evaluate takes such a matcher")
     calibration = calibration or calibration_of(chosen.name)
     _check_threshold(threshold, calibration, chosen.name)
     other, one = _opened(references, dpi), _opened(probes, dpi)

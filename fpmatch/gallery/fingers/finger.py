@@ -26,7 +26,7 @@ from fpmatch.gallery.fingers.consolidate import consolidate, link_impressions
 from fpmatch.matching.calibration import MAX_SCORE, score_to_fmr
 from fpmatch.matching.decision import DEFAULT_THRESHOLD, Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER
-from fpmatch.matching.result import check_repeats, compare_prepared, prepare_print
+from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared
 from fpmatch.matching.verify import decide
 
 if TYPE_CHECKING:
@@ -89,12 +89,11 @@ class Finger:
 
         Raises MatcherError if there is no impression.
         """
-        refuse_images(matcher, "fingers are compared by templates alone")
         if not templates:
             raise MatcherError("a finger without impressions cannot be compared")
         chosen = choose_impressions(templates, most)
         shown = [templates[k] for k in chosen]
-        prepared = tuple(prepare_print(matcher, template, None) for template in shown)
+        prepared = tuple(call_matcher(matcher, "prepare", template) for template in shown)
         together = consolidate(shown, link_impressions(prepared, matcher, calibration))
         shares = [CONSOLIDATED_SHARE * len(one.poses) / len(shown) for one in together]
         alone = np.full(len(shown), (1.0 - sum(shares)) / len(shown))
@@ -103,7 +102,7 @@ class Finger:
             calibration=calibration,
             chosen=tuple(chosen),
             impressions=prepared,
-            consolidated=tuple(prepare_print(matcher, one.template, None) for one in together),
+            consolidated=tuple(call_matcher(matcher, "prepare", one.template) for one in together),
             weights=np.concatenate([alone, shares]),
         )
 
@@ -183,7 +182,7 @@ def verify_finger(
     rule = Rule.of(matcher, threshold, calibration)
     assert rule.calibration is not None  # a threshold is a score
     finger = Finger.of(references, rule.matcher, rule.calibration)
-    prepared = prepare_print(rule.matcher, probe, None)
+    prepared = call_matcher(rule.matcher, "prepare", probe)
     fused = finger.compare(prepared)
     most_similar = finger.impressions[fused.best]
     check_repeats(rule.matcher, prepared, most_similar, fused.comparison.similarity)
@@ -241,9 +240,3 @@ def fused_scores(
     relative += np.bincount(finger, 10.0 ** ((scores - best[finger]) / 10.0), len(count))
     fused: NDArray[np.float64] = np.clip(best + 10.0 * np.log10(relative / count), 0.0, MAX_SCORE)
     return fused
-
-
-def refuse_images(matcher: Matcher, where: str) -> None:
-    """Raise MatcherError if a matcher wants images, `where` there are none."""
-    if matcher.wants_image:
-        raise MatcherError(f"matcher {matcher.name} compares images: {where}")

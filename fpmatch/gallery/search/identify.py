@@ -20,7 +20,7 @@ from fpmatch.gallery.search.identification import (
 )
 from fpmatch.gallery.search.search import USUAL
 from fpmatch.matching.calibration import score_to_fmr
-from fpmatch.matching.result import compare_prepared, prepare_print
+from fpmatch.matching.result import call_matcher, compare_prepared
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -106,7 +106,7 @@ def compare_probe(
 
     After a pre-selection, further impressions of the fingers that rank first are compared, too.
     """
-    prepared = prepare_print(search.matcher, probe, None)
+    prepared = call_matcher(search.matcher, "prepare", probe)
     with Threads(workers if packs(search.matcher) else 1) as threads:
         compared = search.compare(prepared, options, threads)
         numbers = compared.numbers.tolist()

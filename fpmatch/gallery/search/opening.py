@@ -9,14 +9,13 @@ import numpy as np
 
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.fingers.finger import refuse_images
 from fpmatch.gallery.index.prints.compare import packs
 from fpmatch.gallery.search.subjects import GallerySubjects
 from fpmatch.gallery.search.whole import ENTRY, WholeSearch
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import named, prepare_print
+from fpmatch.matching.result import call_matcher, named
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,7 +51,6 @@ def open_search(
     MatcherError if the matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    refuse_images(chosen, "a gallery has templates alone")
     say = note or _warn
     indexed = COMPILED and packs(chosen) and chosen.name == DEFAULT_MATCHER
     if not (indexed and gallery.has_over(EXHAUSTIVE_UP_TO)):
@@ -111,7 +109,7 @@ def _whole(
             gallery.damaged[number] = str(error)
             continue
         try:
-            prints.append(prepare_print(matcher, template, None))
+            prints.append(call_matcher(matcher, "prepare", template))
         except MatcherError as error:
             raise named(error, f"{ENTRY}{number}") from error
         numbers.append(number)

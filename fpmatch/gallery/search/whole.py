@@ -12,7 +12,7 @@ from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.search.search import Compared, Search
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
-from fpmatch.matching.result import check_repeats, compare_prepared, named, prepare_print
+from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -71,7 +71,7 @@ class WholeSearch(Search):
         first = int(self.numbers[-1]) + 1 if len(self) else 1
         numbers = range(first, first + len(templates))
         stored = [unpack_template(pack_template(one)) for one in templates]
-        prints = [prepare_print(self.matcher, one, None) for one in stored]
+        prints = [call_matcher(self.matcher, "prepare", one) for one in stored]
         subjects = Unlabelled(len(self) + len(prints))
         return WholeSearch(self.matcher, numbers, prints, subjects, self.damaged, self)
 

@@ -11,7 +11,7 @@ from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
 from fpmatch.gallery.tasks.consistency import LINK_SCORE
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.decision import find_shortage
+from fpmatch.matching.decision import find_reachable, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -150,7 +150,8 @@ def find_unmatched(
     for reference in references:
         if curve.score(matcher.compare(probe[1], reference[1]).similarity) >= LINK_SCORE:
             return None
-    lacking = find_shortage(matcher, curve, probe, references, LINK_SCORE)
+    known = find_reachable(matcher, curve, probe, references)
+    lacking = find_shortage(matcher, curve, known, LINK_SCORE)
     why = "another finger, or other skin of it" if lacking is None else lacking.message
     verb = "does not match" if lacking is None else "cannot be compared with"
     more = f" or {len(others) - 1} other impressions" if len(others) > 1 else ""

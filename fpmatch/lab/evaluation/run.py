@@ -199,8 +199,6 @@ def _scored(
     file, beside = folder / f"{name}.csv", folder / f"{name}.json"
     if file.exists() and beside.exists():
         return file, json.loads(beside.read_text(encoding="utf-8"))
-    if matcher.wants_image:
-        matcher = source.with_images(matcher, engine)
     place = cast("Engine", nullcontext(engine))
     how: dict[str, Any] = {"matcher": matcher, "engine": place, "progress": progress}
     done = score(source, source, file, pairs=plan, **how)

@@ -24,7 +24,6 @@ FEWEST_FOR_SCALE: Final = 4
 # neither skin nor a wrong resolution reaches, the pairs are too close together.
 MIN_PAIRS_FOR_SCALE: Final = 6
 MAX_STRETCH: Final = 1.25
-COMPETING_APART_PX: Final = 30.0  # mean distance of images under very different transforms
 
 # Mesh of pairs
 FRAME: Final = 8  # frame points: the first vertices

@@ -87,7 +87,7 @@ class PaperMatcher(Matcher):
         super().__init__(**given)
         self.rho = self.parameters.rho
 
-    def prepare(self, template: Template, *_: Floats) -> PreparedPositions:
+    def prepare(self, template: Template) -> PreparedPositions:
         """Triangulate the minutiae of `template` and map their one-rings to the unit circle."""
         xy = template.minutiae.xy.astype(np.float64) * (STANDARD_DPI / template.dpi)
         return PreparedPositions(prepare_points(xy), template.dpi)

@@ -22,7 +22,6 @@ from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import (
     Alignment,
     Evidence,
-    all_reasons,
     amount_terms,
     as_similarity,
     main_reason,
@@ -79,7 +78,7 @@ class UnitCircleMatcher(Matcher):
     by_reference: ClassVar[bool] = not COMPILED
     parameters: MatchParameters = USUAL
 
-    def prepare(self, template: Template, *_: NDArray[np.uint8]) -> PreparedTemplate:
+    def prepare(self, template: Template) -> PreparedTemplate:
         """Triangulate the minutiae of a template and describe their neighbourhoods."""
         if self.by_reference:
             from fpmatch.matching import reference as method  # noqa: PLC0415  (else not needed)
@@ -110,11 +109,11 @@ class UnitCircleMatcher(Matcher):
         result = None
         if pipeline.best >= 0:
             zooms = a.to_500dpi, b.to_500dpi
-            pairs, fitted, (c, s, x, y), entries, competing = pipeline.result(
+            pairs, fitted, (c, s, x, y), entries = pipeline.result(
                 a.index, b.index, *zooms, swapped
             )
             evidence = Evidence._make([*entries, pipeline.scorer.total, estimate])
-            alignment = Alignment(complex(c, s), complex(x, y), evidence, competing)
+            alignment = Alignment(complex(c, s), complex(x, y), evidence)
             result = _result(Similarity(*fitted[:4]), pairs, fitted[4], alignment)
         if same and not (result and _is_identity(probe, result)):
             # of two equal prints neither comes first: only the identity is its own inverse
@@ -147,18 +146,17 @@ class UnitCircleMatcher(Matcher):
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
     ) -> Comparison:
-        """Match two prints in any case, and give all reasons against one finger.
+        """Match two prints in any case, also those that the prefilter rejected.
 
         The result has the similarity of `comparison`, which `compare` returned, and the best
-        transform there is; competing transforms are among the reasons.
+        transform there is.
         """
-        whole = comparison
-        if comparison.detail is None:
-            whole = self.compare(probe, reference, in_any_case=True)
+        if comparison.detail is not None:
+            return comparison
+        whole = self.compare(probe, reference, in_any_case=True)
         if whole.detail is None:
             return comparison
-        reason = all_reasons(probe, reference, whole.detail)
-        return replace(whole, similarity=comparison.similarity, reason=reason)
+        return replace(whole, similarity=comparison.similarity)
 
     def compared(
         self, probe: PreparedTemplate, reference: PreparedTemplate, comparison: Comparison
@@ -225,16 +223,16 @@ class UnitCircleMatcher(Matcher):
 
         The probe's lengths are multiplied by each.
         """
-        from fpmatch.matching.reference import prefilter as method  # noqa: PLC0415  (else not needed)
-
         p, ours = self.parameters, reference.bit_descriptors
         if self.by_reference:
+            from fpmatch.matching.reference import prefilter as method  # noqa: PLC0415  (else not needed)
+
             rescaled = (method.rescaled(probe, ratio, p) for ratio in ratios)
             scores = [method.descriptor_similarity(ours, bits, p) for bits in rescaled]
         else:
-            rescaled = (method.rescaled(probe, ratio, p, encode) for ratio in ratios)
+            known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
             tables = prefilter_of(ours, p)
-            scores = [score_descriptors(tables, bits) for bits in rescaled]
+            scores = [score_descriptors(tables, encode(*known, ratio)) for ratio in ratios]
         return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 

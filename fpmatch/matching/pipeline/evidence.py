@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -55,17 +55,6 @@ FEATURES: Final = (
 
 RIDGE_FEATURES: Final = FEATURES[-3:]  # that minutiae alone do not have
 STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")  # rows of `ScoreModel.standard`
-LIMITS: Final = (
-    "prefilter_base",
-    "prefilter_growth",
-    "prefilter_limit",
-    "relaxation_threshold",
-    "refine_threshold",
-    "confident_threshold",
-    "bias",
-)
-"""The numbers of a model beside its features, in the order in which the kernel has them."""
-
 AMOUNTS: Final = (
     "1",
     "1 / (n + 1)",
@@ -76,6 +65,15 @@ AMOUNTS: Final = (
 """The terms of the amount of evidence, in the order in which the kernel has them."""
 
 RATES: Final = (0.01, 0.001)  # shares of the impostor comparisons whose least sums a model has
+
+SHAPES: Final = {
+    "standard": (len(STANDARD), len(FEATURES)),
+    "quantiles": (len(RATES), len(AMOUNTS)),
+    "genuine_median": (len(AMOUNTS),),
+}
+"""The arrays of a model, and their shapes."""
+
+NUMBERS: Final = ("bias", "relaxation_threshold", "refine_threshold", "confident_threshold")
 
 MODELS: Final = ("with ridges", "minutiae alone", "small with ridges")
 """The models, in the order in which the kernel has them."""
@@ -96,7 +94,7 @@ class ScoreModel:
 
     standard: NDArray[np.float64]  # (4, 11): a row for each of `STANDARD`
     bias: float  # added to the sum
-    prefilter: tuple[float, float, float]  # base, growth, limit
+    prefilter: tuple[float, ...]  # base, growth, limit
     relaxation_threshold: float  # of the local matches' strength: above, more hypotheses are tried
     refine_threshold: float  # of the sum: above, prints are refined, and their ridges compared
     confident_threshold: float  # of the sum: above, a hypothesis is refined alone
@@ -105,38 +103,9 @@ class ScoreModel:
 
     @property
     def limits(self) -> NDArray[np.float64]:
-        """The numbers of `LIMITS`."""
+        """Prefilter, thresholds and bias, in the order in which the kernel has them."""
         sums = self.relaxation_threshold, self.refine_threshold, self.confident_threshold
         return np.array([*self.prefilter, *sums, self.bias])
-
-    def as_document(self) -> dict[str, Any]:
-        """Return the model as what JSON can hold."""
-        columns = self.standard.T.tolist()
-        reached = [dict(zip(AMOUNTS, row, strict=True)) for row in self.quantiles.tolist()]
-        return {
-            **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
-            "impostor_quantiles": dict(zip(map(str, RATES), reached, strict=True)),
-            "genuine_median": dict(zip(AMOUNTS, self.genuine_median.tolist(), strict=True)),
-            "features": [
-                {"name": name, **dict(zip(STANDARD, column, strict=True))}
-                for name, column in zip(FEATURES, columns, strict=True)
-            ],
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> ScoreModel:
-        """Return the model that `as_document` wrote; of other features, raise MatcherError."""
-        rows = document["features"]
-        if tuple(row["name"] for row in rows) != FEATURES:
-            raise MatcherError("weights of the score: of other features than this version has")
-        standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
-        base, growth, most, *sums, bias = (float(document[name]) for name in LIMITS)
-        relaxation, refine, confident = sums
-        reached = (document["impostor_quantiles"][str(rate)] for rate in RATES)
-        amounts = [[float(row[name]) for name in AMOUNTS] for row in reached]
-        median = [float(document["genuine_median"][name]) for name in AMOUNTS]
-        limits = (base, growth, most), relaxation, refine, confident
-        return cls(standard, bias, *limits, np.array(amounts), np.array(median))
 
     def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the weighted sums of features, shape (..., 11), as the kernel makes them."""
@@ -206,9 +175,12 @@ class ScoreWeights:
         return np.asarray(np.where(both & (area <= SMALL_AREA_PX2), small, typical))
 
     def as_json(self) -> str:
-        """Return the weights as the text of a JSON file."""
-        models = {n: model.as_document() for n, model in zip(MODELS, self.models, strict=True)}
-        document = {"provenance": self.provenance, "models": models}
+        """Return the weights as the text of a JSON file, a list for each array of a model."""
+        models = {
+            name: {key: np.asarray(value).tolist() for key, value in asdict(model).items()}
+            for name, model in zip(MODELS, self.models, strict=True)
+        }
+        document = {"provenance": self.provenance, "features": FEATURES, "models": models}
         return f"{json.dumps(document, indent=1)}\n"
 
     @classmethod
@@ -216,10 +188,21 @@ class ScoreWeights:
         """Read what `as_json` wrote; of another text or other features, raise MatcherError."""
         try:
             document = parse_json(text)
-            models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
-            return cls(tuple(models), document["provenance"])
+            features, models = tuple(document["features"]), []
+            for name in MODELS:
+                values = document["models"][name]
+                standard, *reached = (np.array(values[key], np.float64) for key in SHAPES)
+                bias, weak, refine, confident = (float(values[key]) for key in NUMBERS)
+                prefilter = tuple(map(float, values["prefilter"]))
+                sums = weak, refine, confident
+                models.append(ScoreModel(standard, bias, prefilter, *sums, *reached))
+            provenance = document["provenance"]
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
+        shapes = [{key: getattr(one, key).shape for key in SHAPES} for one in models]
+        if features != FEATURES or shapes != [SHAPES] * len(MODELS):
+            raise MatcherError("weights of the score: of other features than this version has")
+        return cls(tuple(models), provenance)
 
 
 class Evidence(NamedTuple):
@@ -262,14 +245,11 @@ class Alignment(NamedTuple):
     linear: complex  # q = shift + linear·p maps A onto B, at 500 dpi with y pointing up
     shift: complex
     evidence: Evidence
-    competing: int  # most pairs of a tried transform that maps A to a very different place
 
 
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
 POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
 MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired
-POOR_MINUTIAE: Final = 0.4  # mean quality of a print's minutiae, 0 to 1
-COMPETING_SHARE: Final = 0.75  # of the pairs of the best transform, that a competing one has
 
 
 @cache
@@ -290,19 +270,3 @@ def main_reason(evidence: Evidence) -> str:
         few = "half of the minutiae or more are paired, but they are too few, or agree too poorly"
         return f"{few}: {share}"
     return f"too few minutiae agree under the best transform: {share}"
-
-
-def all_reasons(probe: PreparedTemplate, reference: PreparedTemplate, aligned: Alignment) -> str:
-    """Return the reasons against one finger in one line, the main one first."""
-    competing = aligned.competing
-    parts = [main_reason(aligned.evidence)]
-    if 0 < COMPETING_SHARE * aligned.evidence.pairs <= competing:
-        parts.append(
-            f"another, very different transform pairs {count(competing, 'minutia', 'minutiae')}: "
-            "the alignment is ambiguous"
-        )
-    for name, side in (("probe", probe), ("reference", reference)):
-        mean = float(side.quality.mean())
-        if mean < POOR_MINUTIAE:
-            parts.append(f"the minutiae of the {name} are poor (mean quality {100 * mean:.0f})")
-    return "; ".join(parts)

@@ -68,22 +68,26 @@ def encode(
     neighbours: Neighbourhoods,
     region: PrintArea,
     parameters: MatchParameters,
+    ratio: float = 1.0,
 ) -> BitDescriptors:
-    """Encode the minutiae (4, N) of a print, or those of best quality where there are many."""
+    """Encode the minutiae (4, N) of a print, or those of best quality where there are many.
+
+    The descriptors are those of the print with all its lengths multiplied by `ratio`.
+    """
     r, n, count, frame = region, len(quality), neighbours.count, neighbours.frame
     coded = np.ones(n, np.uint8)
     if n > MAX_ENCODED:
         coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
     angle = np.arctan2(frame[:, 3], frame[:, 2])
     neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
-    encode_neighbours(count, frame, angle, coded, 1.0 / parameters.cell_px, neighbour_bits)
+    encode_neighbours(count, frame, angle, coded, ratio / parameters.cell_px, neighbour_bits)
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     direction_bin = turn.astype(np.uint8)  # 256 steps are a turn
     orientation_bins = np.full((n, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8)
     if r.has_flow:
         place = r.code, r.first_row, r.first_column, r.step
-        encode_orientations(points, direction_bin, *place, FLOW_PLACES, orientation_bins)
-    xy = np.ascontiguousarray(points[:2].T, np.float32)
+        encode_orientations(points, direction_bin, *place, FLOW_PLACES / ratio, orientation_bins)
+    xy = np.ascontiguousarray(ratio * points[:2].T, np.float32)
     return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, r.has_flow)
 
 

@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching.constants.comparison import (
-    COMPETING_APART_PX,
     MAX_STRETCH,
     MIN_PAIRS_FOR_SCALE,
     REJECTED,
@@ -100,7 +99,7 @@ def match(
         every = np.arange(len(a))
         identity = Pairing(a.points, b.points, every, np.ones(len(a)), parameters=parameters)
         pairing, evidence = weighed(identity, ridges_from=model.refine_threshold)
-        return pairing, Alignment(*pairing.move, evidence, 0)
+        return pairing, Alignment(*pairing.move, evidence)
 
     tried = []
     for pairing in coarse_pairings(a.points, b.points, candidates, parameters):
@@ -112,14 +111,9 @@ def match(
     best = _greatest(tried)
     alone = best is not None and best[1].total > model.confident_threshold
     if best and best[1].total > model.refine_threshold:
-        kept, grown = [], []
-        for each in tried:
-            if each[1].total > model.refine_threshold and (each is best or not alone):
-                pairing = grow(each[0], p.rounds - p.coarse_rounds, settled=True)
-                grown += [weighed(pairing)] if pairing.pairs else []
-            else:
-                kept.append(each)
-        best, tried = _greatest(grown), kept + grown
+        chosen = [best] if alone else [t for t in tried if t[1].total > model.refine_threshold]
+        grown = [grow(one, p.rounds - p.coarse_rounds, settled=True) for one, _ in chosen]
+        best = _greatest([weighed(one) for one in grown if one.pairs])
     shown = a.region.ridges is not None and b.region.ridges is not None
     if shown and not alone and not (best and best[1].total > model.confident_threshold):
         small = load_weights().is_small(a, b)
@@ -127,21 +121,11 @@ def match(
         pairs = search_by_ridges(a, b, proposed, parameters)
         by_ridges = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
         found = [weighed(each) for each in by_ridges if each.pairs]
-        best, tried = _greatest([best, *found] if best else found), tried + found
+        best = _greatest([best, *found] if best else found)
     if best is None:
         return None
     pairing, evidence = best
-    return pairing, Alignment(*pairing.move, evidence, _competing(pairing, tried))
-
-
-def _competing(best: Pairing, tried: Iterable[tuple[Pairing, Evidence]]) -> int:
-    """Return the most pairs of a tried pairing that maps print A to a very different place."""
-    most = 0
-    for pairing, _ in tried:
-        linear, shift = (x - y for x, y in zip(pairing.move, best.move, strict=True))
-        if abs(linear * best.places[0] + shift).mean() > COMPETING_APART_PX:
-            most = max(most, pairing.pairs)
-    return most
+    return pairing, Alignment(*pairing.move, evidence)
 
 
 def coarse_pairings(

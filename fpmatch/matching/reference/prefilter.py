@@ -17,8 +17,6 @@ from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.prints.prepared import BitDescriptors, codes_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepared import Neighbourhoods, PreparedTemplate, PrintArea
@@ -48,21 +46,15 @@ def encode(
 
 
 def rescaled(
-    prepared: PreparedTemplate,
-    ratio: float,
-    p: MatchParameters = USUAL,
-    encoded: Callable[..., BitDescriptors] = encode,
+    prepared: PreparedTemplate, ratio: float, p: MatchParameters = USUAL
 ) -> BitDescriptors:
-    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`.
-
-    `encoded` is `encode`, or what does the same.
-    """
+    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
     points, frame = prepared.points.copy(), prepared.neighbourhoods.frame.copy()
     points[:2] *= ratio
     frame[:, :2] *= ratio
     neighbours = replace(prepared.neighbourhoods, frame=frame)
     region = replace(prepared.region, step=prepared.region.step * ratio)
-    return encoded(points, prepared.quality, neighbours, region, p)
+    return encode(points, prepared.quality, neighbours, region, p)
 
 
 def _neighbour_bits(

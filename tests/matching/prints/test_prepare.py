@@ -1,6 +1,7 @@
-"""Prepared prints: points, qualities, neighbourhoods, areas, and the key of their content."""
+"""Prepared prints: points, qualities, neighbourhoods, areas, key and bit descriptors."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -16,11 +17,12 @@ from matching_prints import (
     striped_field,
     template_of,
     templates,
+    two_impressions,
 )
 
-from fpmatch.matching.constants.prints import ORIENTATIONS
+from fpmatch.matching.constants.prints import MAX_ENCODED, NOWHERE, ORIENTATIONS
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.prepare import prepare
+from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
 from fpmatch.matching.prints.prepared import (
     ROOT_WEIGHTS,
     codes_at,
@@ -29,6 +31,7 @@ from fpmatch.matching.prints.prepared import (
     root_weight_codes,
 )
 from fpmatch.matching.reference.neighbourhood import neighbourhoods
+from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 from fpmatch.templates.plausibility import FEW_MINUTIAE, LEAST_EVEN, LEAST_EVEN_OF_FEW
 
@@ -55,16 +58,6 @@ def test_qualities_that_are_none_or_of_few_minutiae_are_the_usual_one(seed, n):
     even = some and np.minimum(squares, squares.mean()).mean() >= least * squares.mean()
     expected = quality / 100 if even else np.full(n, 0.7)
     assert qualities(quality, 0.7).tolist() == expected.tolist()
-
-
-def test_of_too_many_minutiae_the_best_take_part_in_their_order():
-    quality = np.array([10, 90, 50, 90, 50, 70])
-    points = spread_points(np.random.default_rng(1), 6)
-    parameters = MatchParameters(max_minutiae=4, neighbours=3)
-    prepared = prepare(template_of(points, quality=quality), parameters)
-    assert prepared.index.tolist() == [1, 2, 3, 5]
-    assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
-    assert prepared.neighbourhoods.count.tolist() == [3] * 4
 
 
 def test_a_neighbour_stands_in_the_frame_of_its_minutia():
@@ -95,22 +88,6 @@ def test_neighbourhoods_agree_with_the_reference(seed, size, second):
         codes, others = (root_weight_codes(of.frame[:, 5]).astype(int) for of in (made, expected))
         assert abs(codes - others).max(initial=0) <= 1
         assert (ROOT_WEIGHTS.astype(np.float32)[codes] == made.frame[:, 5]).all()
-
-
-def test_a_weight_beyond_all_codes_takes_the_last():
-    codes = root_weight_codes(np.array([0.0, 1.0, 2.55, 9.0], np.float32))
-    assert codes.tolist() == [0, 100, 255, 255]
-
-
-@given(templates())
-def test_any_template_can_be_prepared(template):
-    prepared = prepare(template)
-    ridges = None if template.field is None else template.field.ridges
-    assert (prepared.region.ridges is None) == (ridges is None)
-    assert len(prepared) == len(template.minutiae) == prepared.points.shape[1]
-    assert np.isfinite(prepared.points).all()
-    assert np.isfinite(prepared.neighbourhoods.frame).all()
-    assert prepared.region.has_flow == (template.field is not None)
 
 
 @given(seeds)
@@ -188,3 +165,50 @@ def test_key_differs_where_anything_that_is_compared_does():
     keys = [prepare(template).key for template in others]
     assert len(set(keys)) == len(others)
     assert prepare(template_of(points)).key == keys[0]
+
+
+def impressions(seed):
+    """Return impressions of one finger and of others, with and without ridges."""
+    sides = [
+        *two_impressions(seed),
+        any_points(seed + 1),
+        # a cell has one word however many neighbours are in it; those far away have none
+        np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float),
+        np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]]),
+    ]
+    flows = (striped_field(orientation=0.3), striped_field(orientation=1.9), None)
+    return [template_of(side, field=flows[k % 3]) for k, side in enumerate(sides)]
+
+
+def assert_same_both_ways(a, b):
+    """Hold the scores of two prints equal, whichever is in the tables, and to the reference."""
+    expected = descriptor_similarity(a, b)
+    assert score_descriptors(prefilter_of(a), b) == expected
+    tables = prefilter_of(a)
+    tables.load(b.xy, b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow)
+    arrays = a.xy, a.direction_bin, a.neighbour_bits, a.orientation_bins, a.has_flow
+    assert tables.score(0, len(a.xy), *arrays, True) == expected
+
+
+@given(seeds, templates())
+def test_prints_have_in_common_what_the_reference_finds(seed, any_template):
+    """Whichever print is in the tables, and whatever was in them before."""
+    prints = [prepare(one).bit_descriptors for one in (*impressions(seed), any_template)]
+    for a, b in product(prints, prints):
+        assert_same_both_ways(a, b)
+
+
+@pytest.mark.parametrize("n", [0, 1, 65, 130])
+def test_crowds_are_compared_by_their_best(n):
+    rng = np.random.default_rng(n)
+    quality = rng.integers(1, 100, n)
+    points = spread_points(rng, n, 9.0, 400.0)
+    crowd = prepare(template_of(points, size=500, quality=quality)).bit_descriptors
+    coded = (crowd.neighbour_bits != NOWHERE).any(axis=1)
+    assert coded.sum() <= MAX_ENCODED
+    if n > MAX_ENCODED:
+        assert quality[coded].min() >= np.sort(quality)[-MAX_ENCODED]
+        assert score_descriptors(prefilter_of(crowd), crowd) > 100
+    few = prepare(template_of(spread_points(rng, 30), size=500)).bit_descriptors
+    assert_same_both_ways(crowd, few)
+    assert_same_both_ways(crowd, crowd)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from fpmatch.errors import DatasetError, MatcherError, without_path
+from fpmatch.errors import DatasetError, without_path
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.batch.sources import GallerySource, StoredTemplate, pack, unpack
 from fpmatch.gallery.engine.engine import processes, serial
@@ -18,11 +18,10 @@ from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.image.quality.print_quality import why_no_minutiae
-from fpmatch.matching.result import Comparison, Matcher, call_matcher, compare_prepared
 from fpmatch.prints.reading import PrintReader, dpi_source
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -166,20 +165,6 @@ class DatasetSource:
             return template, ridge_picture(template)
         return template, content
 
-    def with_images(self, matcher: Matcher, engine: Engine) -> Matcher:
-        """Return a matcher of templates that gives the images of these prints to `matcher`."""
-        if self._gallery is not None:
-            raise MatcherError(
-                f"matcher {matcher.name} compares images: a gallery has templates alone"
-            )
-        made = self.templates(engine, range(len(self.names)))
-        paths = {
-            one.digest: file.path
-            for one, file in zip(made, self._files, strict=True)
-            if one.data is not None
-        }
-        return _OnImages(matcher, paths, self._reader(engine))
-
     def _reader(self, engine: Engine | None = None) -> FolderReader[GreyImage | TemplateRecord]:
         """Return the reader of the images, which reads those of a folder with one polarity."""
         if self._open is None:
@@ -190,25 +175,6 @@ class DatasetSource:
     def _extractor(self, engine: Engine) -> Extractor:
         how = {"enhance": self._how.enhance, "graded": self._how.graded}
         return partial(extract_image, reader=self._reader(engine), **cast("Any", how))
-
-
-class _OnImages(Matcher):
-    """A matcher of templates that reads their images for a matcher that wants these."""
-
-    def __init__(self, matcher: Matcher, paths: Mapping[bytes, Path], reader: ImageReader) -> None:
-        super().__init__()
-        self.name, self.rho = matcher.name, matcher.rho
-        self._matcher, self._paths, self._reader = matcher, paths, reader
-
-    def prepare(self, template: Template) -> Any:
-        path = self._paths[minutiae_digest(template)]
-        image = self._reader(path)
-        if isinstance(image, TemplateRecord):
-            raise DatasetError("is a template, and the matcher compares images", path=path)
-        return call_matcher(self._matcher, "prepare", template, image.pixels)
-
-    def compare(self, probe: Any, reference: Any) -> Comparison:
-        return compare_prepared(self._matcher, probe, reference)
 
 
 def extract_image(

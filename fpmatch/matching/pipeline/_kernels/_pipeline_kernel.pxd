@@ -35,7 +35,6 @@ cdef class Pipeline:
         self, TemplateView a, TemplateView b, Py_ssize_t h, bint ridges, Py_ssize_t best
     ) noexcept nogil
     cdef bint _is_confident(self, Py_ssize_t h) noexcept nogil
-    cdef int _competing(self) noexcept nogil
     cpdef tuple result(
         self, const int[::1] index_a, const int[::1] index_b, double to_500dpi_a,
         double to_500dpi_b, bint swapped,

@@ -18,7 +18,6 @@ from fpmatch.matching.prints._kernels._prefilter_kernel import Prefilter
 UNPAIRED = cython.declare(cython.double, float("-inf"))  # the sum where nothing is paired
 REJECTED = cython.declare(cython.double, comparison.REJECTED)
 SHORTFALL = cython.declare(cython.double, comparison.SHORTFALL)
-APART_PX = cython.declare(cython.double, comparison.COMPETING_APART_PX)
 MIN_PAIRS_FOR_SCALE = cython.declare(cython.int, comparison.MIN_PAIRS_FOR_SCALE)
 MAX_STRETCH = cython.declare(cython.double, comparison.MAX_STRETCH)
 
@@ -169,34 +168,16 @@ class Pipeline:
         """Return whether no other hypothesis than h need be tried; h may be -1."""
         return h >= 0 and self.total[h] > self.scorer.confident
 
-    def _competing(self):
-        """Return the most pairs of a hypothesis that maps print A to a very different place."""
-        most: cython.int = 0
-        best: cython.Py_ssize_t = self.best
-        move, a, n = self.aligner.kept_transform, self.aligner.a, self.aligner.size_a
-        for h in range(self.aligner.rows):
-            if self.total[h] > UNPAIRED and self.aligner.kept_pairs[h] > most and h != best:
-                c, s = move[h, 0] - move[best, 0], move[h, 1] - move[best, 1]
-                apart = 0.0
-                for i in range(n):
-                    x = c * a[0, i] - s * a[1, i] + move[h, 2] - move[best, 2]
-                    y = s * a[0, i] + c * a[1, i] + move[h, 3] - move[best, 3]
-                    apart += sqrt(x * x + y * y)
-                if apart > APART_PX * n:
-                    most = self.aligner.kept_pairs[h]
-        return most
-
     @cython.locals(i=cython.Py_ssize_t, px=cython.double, py=cython.double)
     def result(self, index_a, index_b, to_500dpi_a, to_500dpi_b, swapped):
-        """Return the pairs (K, 2), their transform, that of the match, the evidence, and a number.
+        """Return the pairs (K, 2), their transform, that of the match, and the evidence.
 
         The minutiae of A and B have the numbers `index_a` and `index_b` in the templates, and lie
         at 500 dpi, to which their pixels are scaled by `to_500dpi_a` and `to_500dpi_b`. The
         transform is the least-squares one of the weighted pairs, if there are enough and its scale
         is about that of the resolutions; else that scale and the rotation of the match are taken.
         It is scale, rotation, shift and the root of the mean square distance, in pixels with y
-        pointing down, from B to A where `swapped`; pairs are sorted accordingly. The last number is
-        that of the pairs of the best very different transform.
+        pointing down, from B to A where `swapped`; pairs are sorted accordingly.
         """
         best: cython.Py_ssize_t = self.best
         aligner, a, b = self.aligner, self.aligner.a, self.aligner.b
@@ -267,4 +248,4 @@ class Pipeline:
             px, py = -cosine * px - sine * py, sine * px - cosine * py
             scale, turn, rms = 1.0 / scale, -turn, rms / scale
         evidence = [self.scorer.evidence[e] for e in range(self.evidence.shape[1])]
-        return listed, (scale, turn, px, py, rms), move, evidence, self._competing()
+        return listed, (scale, turn, px, py, rms), move, evidence

@@ -171,16 +171,16 @@ def explain_prints(
         made.append(Step("ridges", _overlay(pair, "ridges")))
     made.append(_evidence(m, alignment, pair))
     if pair is not None and pair.verification.transform is not None:
-        return [*made, transform_step(pair, alignment.competing)]
+        return [*made, transform_step(pair)]
     (linear, shift), z = pairing.move, m.sides[0].z
     moved = (z - shift) / linear if m.swapped else linear * z + shift
     picture = draw.superposed(m.sides, moved, m.as_pq(*m.paired))
-    return [*made, Step("transform", picture, {"reason": "", "competing": alignment.competing})]
+    return [*made, Step("transform", picture, {"reason": ""})]
 
 
-def transform_step(pair: ComparedPair, competing: int = 0) -> Step:
+def transform_step(pair: ComparedPair) -> Step:
     """Show the transform of the probe over the reference, as ``verify --overlay`` does."""
-    numbers = {"reason": pair.verification.reason, "competing": competing}
+    numbers = {"reason": pair.verification.reason}
     return Step("transform", _overlay(pair, "superposed"), numbers)
 
 

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index._descriptor_kernel import score_prints
-from fpmatch.gallery.index.prints.print_arrays import (
+from fpmatch.gallery.index.prints.prepared_prints import (
     MAX_MINUTIAE,
     PRINT,
     START,
     PrintArrays,
     of_each,
 )
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
-from fpmatch.matching.prints.prepare import prefilter_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,6 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepared import PreparedTemplate
+
+if COMPILED:
+    from fpmatch.gallery.index._descriptor_kernel import score_prints
+    from fpmatch.matching.prints.prepare import prefilter_of
 
 MINUTIA: Final = "minutiae_start"  # dimension: one entry a minutia that has a word
 NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid

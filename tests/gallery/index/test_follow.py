@@ -18,7 +18,7 @@ from made_prints import DAMAGES, changed, entry_of, scattered
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index import files as index_files
+from fpmatch.gallery.index import follow as index_files
 from fpmatch.gallery.index.follow import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.tasks.space import free_space
@@ -57,7 +57,7 @@ def contents(index, gallery):
 def afresh(gallery):
     """Return the same of an index that is built from nothing, in another folder."""
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.gallery.index.files.kept_folders", lambda _: [Path(folder)])
+        patch.setattr("fpmatch.gallery.index.follow.kept_folders", lambda _: [Path(folder)])
         made = contents(index_of(gallery, notes=[]), gallery)
     assert [number for number, _ in made] == gallery.digests()[0].tolist()
     return made
@@ -107,10 +107,10 @@ def test_two_open_indexes_see_the_changes_of_each_other(filled):
 def test_only_what_is_new_is_built(filled, monkeypatch):
     index, built = index_of(filled), []
     index.follow(filled)
-    build = GalleryIndex._segment_of
+    build = GalleryIndex._built
     monkeypatch.setattr(
         GalleryIndex,
-        "_segment_of",
+        "_built",
         lambda self, gallery, rows, *_: built.append(len(rows)) or build(self, gallery, rows, *_),
     )
     filled.add([new_entry(number) for number in (20, 21, 22)])

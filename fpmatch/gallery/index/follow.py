@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.engine.workers import Progress
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.gallery.store.sealing import Sealing
     from fpmatch.matching.result import Matcher
 
@@ -91,7 +91,7 @@ class GalleryIndex:
         """The segments of the index, as it followed the gallery last."""
         return [*self._segments.values()]
 
-    def follow(self, gallery: GalleryReader) -> None:
+    def follow(self, gallery: Gallery) -> None:
         """Let the index have all entries that are in the gallery now.
 
         If it has not changed, that takes one short query. Raises GalleryError where the gallery
@@ -129,7 +129,7 @@ class GalleryIndex:
             self._note(text)
         self._noted = True
 
-    def _update(self, gallery: GalleryReader, folder: IndexFolder | None) -> None:
+    def _update(self, gallery: Gallery, folder: IndexFolder | None) -> None:
         """List what is enrolled, add what is new, mask what is gone, and write what changed."""
         numbers, digests = gallery.digests()
         before, segments, damaged = self._segments, self._segments, self._damaged
@@ -184,7 +184,7 @@ class GalleryIndex:
 
     def _built(
         self,
-        gallery: GalleryReader,
+        gallery: Gallery,
         numbers: NDArray[np.int64],
         digests: NDArray[np.int64],
         done: int,
@@ -334,13 +334,11 @@ class IndexFolder:
     def _write(
         self, path: Path, arrays: dict[str, NDArray[Any]], columns: dict[str, Column]
     ) -> None:
-        sealed = self.sealing is not None and self.sealing.encrypts
-        seal = self.sealing.seal_file if self.sealing is not None and sealed else None
+        seal = None if self.sealing is None else self.sealing.seal_file
         write_arrays(path, arrays, columns, self._about(path), seal=seal)
 
     def _read(self, path: Path, columns: dict[str, Column]) -> dict[str, NDArray[Any]]:
-        sealed = self.sealing is not None and self.sealing.encrypts
-        unseal = self.sealing.unseal_file if self.sealing is not None and sealed else None
+        unseal = None if self.sealing is None else self.sealing.unseal_file
         return read_arrays(path, columns, self._about(path), unseal=unseal)
 
 
@@ -348,7 +346,7 @@ def _span(segment: Segment) -> tuple[int, int]:
     return int(segment.number.min()), int(segment.number.max())
 
 
-def erase_removed(gallery: GalleryReader, numbers: Collection[int] | None = None) -> None:
+def erase_removed(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
     """Write the segments that have removed prints anew, in all folders.
 
     Only segments that may have entries of some `numbers` are read (default: all). An index that is

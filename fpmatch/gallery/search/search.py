@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
@@ -144,7 +144,7 @@ class Search(ABC):
 class GallerySubjects:
     """The subjects of an open gallery, as of one revision of it."""
 
-    def __init__(self, gallery: GalleryReader) -> None:
+    def __init__(self, gallery: Gallery) -> None:
         self.gallery = gallery
 
     def __len__(self) -> int:

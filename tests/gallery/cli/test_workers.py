@@ -26,7 +26,7 @@ main(prog_name="fpmatch")
 """
 
 
-@pytest.mark.parametrize("name", ["gallery.cli.enrol", "lab.cli.evaluate"])
+@pytest.mark.parametrize("name", ["gallery.cli.enrol"])
 def test_workers_import_what_they_need_and_no_database(name):
     needed = import_module(f"fpmatch.{name}")._WORKERS_NEED
     code = f"import sys, {', '.join(needed)}; print(*sys.modules)"

@@ -31,6 +31,7 @@ if COMPILED:
 
 MINUTIA: Final = "minutiae_start"  # dimension: one entry a minutia that has a word
 NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
+WORDS: Final = 8  # of the neighbours of a minutia; all 12 find no more mates
 _SHORT: Final = np.iinfo(np.int16)
 
 
@@ -39,14 +40,15 @@ class StoredDescriptors(PrintArrays):
     """The bit descriptors of prints in flat arrays.
 
     Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``: those with a
-    neighbour. Positions are rounded to whole pixels at 500 dpi, y pointing up, as galleries contain
-    them. Where `has_flow` is 0, the orientation is not known.
+    neighbour, each with the words of up to 8 neighbours. Positions are rounded to whole pixels at
+    500 dpi, y pointing up, as galleries contain them. Where `has_flow` is 0, the orientation is not
+    known.
     """
 
     minutiae_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
     xy: NDArray[np.int16] = field(metadata=of_each(MINUTIA, "<i2", 2))
     direction_bin: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1"))
-    neighbour_bits: NDArray[np.uint16] = field(metadata=of_each(MINUTIA, "<u2", NEIGHBOUR_WORDS))
+    neighbour_bits: NDArray[np.uint16] = field(metadata=of_each(MINUTIA, "<u2", WORDS))
     orientation_bins: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", ORIENTATION_WORDS))
     has_flow: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
 
@@ -54,19 +56,25 @@ class StoredDescriptors(PrintArrays):
     def pack(cls, prints: Sequence[PreparedTemplate]) -> StoredDescriptors:
         """Return the bit descriptors of prepared prints."""
         given = [print_.bit_descriptors for print_ in prints]
-        kept = [((one.neighbour_bits & NO_WORD) != NO_WORD).any(axis=1) for one in given]
+        kept = [
+            np.flatnonzero(((one.neighbour_bits[:, :WORDS] & NO_WORD) != NO_WORD).any(axis=1))
+            for one in given
+        ]
         columns: dict[str, Any] = {
             name: np.concatenate(
                 [
                     np.empty((0, *map(int, column.shape[1:]))),
-                    *(getattr(one, name)[some] for one, some in zip(given, kept, strict=True)),
+                    *(
+                        getattr(one, name)[(some, *map(slice, column.shape[1:]))]
+                        for one, some in zip(given, kept, strict=True)
+                    ),
                 ]
             )
             for name, column in COLUMNS.items()
             if column.shape[0] == MINUTIA
         }
         columns["xy"] = np.clip(np.rint(columns["xy"]), _SHORT.min, _SHORT.max)
-        columns["minutiae_start"] = np.cumsum([0, *(int(some.sum()) for some in kept)])
+        columns["minutiae_start"] = np.cumsum([0, *map(len, kept)])
         columns["has_flow"] = np.array([one.has_flow for one in given])
         return cls(**{name: columns[name].astype(c.dtype) for name, c in COLUMNS.items()})
 
@@ -100,9 +108,13 @@ class StoredDescriptors(PrintArrays):
         numbers, scores = np.ascontiguousarray(which, np.int64), np.empty(len(which), np.int32)
         if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
             raise IndexError(f"a print outside of {len(self)}")
-        room = np.empty((MAX_MINUTIAE, 2), np.float32)
-        tables, arrays = prefilter_of(probe.bit_descriptors), self.arrays().values()
-        score_prints(tables, *arrays, numbers, room, scores)
+        chosen, room = self.take(numbers), np.empty((MAX_MINUTIAE, 2), np.float32)
+        arrays = chosen.arrays()
+        words = np.full((len(chosen.xy), NEIGHBOUR_WORDS), NO_WORD, np.uint16)
+        words[:, :WORDS] = chosen.neighbour_bits
+        arrays["neighbour_bits"] = words
+        tables, every = prefilter_of(probe.bit_descriptors), np.arange(len(numbers))
+        score_prints(tables, *arrays.values(), every, room, scores)
         return scores
 
 

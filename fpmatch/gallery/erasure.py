@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_folders
-from fpmatch.matching.compiled import COMPILED
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -34,16 +33,12 @@ def erase_traces(gallery: Gallery, numbers: Collection[int]) -> None:
 def delete_outdated(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
     """Write the index anew where it has removed prints, all or some, and delete empty folders.
 
-    Files of prepared prints, which version 0.2 made, are deleted; where kernels are not compiled,
-    which an index needs, the index is.
+    Files of prepared prints, which version 0.2 made, are deleted.
     """
-    if COMPILED:
-        from fpmatch.gallery.index.follow import erase_removed  # noqa: PLC0415  (imports kernels)
+    from fpmatch.gallery.index.follow import erase_removed  # noqa: PLC0415  (imports an index)
 
-        erase_removed(gallery, numbers)
-        delete_files(gallery, PREPARED)
-    else:
-        delete_files(gallery)
+    erase_removed(gallery, numbers)
+    delete_files(gallery, PREPARED)
     for folder in kept_folders(gallery):
         with suppress(OSError):
             folder.rmdir()

@@ -13,9 +13,6 @@ cdef int _count_votes(
     const unsigned short[:, ::1] shift, const unsigned short[::1] factor, unsigned int[::1] cursor,
     unsigned int[::1] table, unsigned short[::1] votes,
 ) noexcept nogil
-cpdef bint lists_ascend(
-    const unsigned int[::1] start, const unsigned int[::1] posting, unsigned int prints,
-) noexcept nogil
 cpdef int add_similarity(
     const signed char[:, ::1] embedding, const short[::1] probe, unsigned short[::1] votes,
 ) noexcept

@@ -92,16 +92,3 @@ def add_similarity(embedding, probe, votes):
             total: cython.int = votes[p] + (product >> PRODUCT_BITS if product > 0 else 0)
             votes[p] = total if total < MOST_VOTES else MOST_VOTES
     return 0
-
-
-@cython.locals(k=cython.Py_ssize_t)
-def lists_ascend(start, posting, prints):
-    """Return whether the prints of each list ascend, and are among so many; `start` ascends."""
-    for t in range(start.shape[0] - 1):
-        before: cython.uint = 0
-        for k in range(start[t], start[t + 1]):
-            p: cython.uint = posting[k] >> 16
-            if p < before or p >= prints:
-                return False
-            before = p
-    return True

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index._descriptor_kernel import score_prints
-from fpmatch.gallery.index.prints.print_arrays import (
+from fpmatch.gallery.index.prints.prepared_prints import (
     MAX_MINUTIAE,
     PRINT,
     START,
     PrintArrays,
     of_each,
 )
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS, UNKNOWN_BIN
-from fpmatch.matching.prints.prepare import prefilter_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,6 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.prints.prepared import PreparedTemplate
+
+if COMPILED:
+    from fpmatch.gallery.index._descriptor_kernel import score_prints
+    from fpmatch.matching.prints.prepare import prefilter_of
 
 MINUTIA: Final = "minutiae_start"  # dimension: one entry a minutia that has a word
 NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
@@ -54,27 +57,26 @@ class StoredDescriptors(PrintArrays):
     def pack(cls, prints: Sequence[PreparedTemplate]) -> StoredDescriptors:
         """Return the bit descriptors of prepared prints."""
         whole = [print_.bit_descriptors for print_ in prints]
-        given = [
-            replace(
-                one,
-                neighbour_bits=one.neighbour_bits[:, :NEIGHBOURS],
-                orientation_bins=one.orientation_bins[:, PLACES],
-            )
-            for one in whole
+        given = [replace(one, orientation_bins=one.orientation_bins[:, PLACES]) for one in whole]
+        kept = [
+            np.flatnonzero(((one.neighbour_bits[:, :NEIGHBOURS] & NO_WORD) != NO_WORD).any(axis=1))
+            for one in given
         ]
-        kept = [((one.neighbour_bits & NO_WORD) != NO_WORD).any(axis=1) for one in given]
         columns: dict[str, Any] = {
             name: np.concatenate(
                 [
                     np.empty((0, *map(int, column.shape[1:]))),
-                    *(getattr(one, name)[some] for one, some in zip(given, kept, strict=True)),
+                    *(
+                        getattr(one, name)[(some, *map(slice, column.shape[1:]))]
+                        for one, some in zip(given, kept, strict=True)
+                    ),
                 ]
             )
             for name, column in COLUMNS.items()
             if column.shape[0] == MINUTIA
         }
         columns["xy"] = np.clip(np.rint(columns["xy"]), _SHORT.min, _SHORT.max)
-        columns["minutiae_start"] = np.cumsum([0, *(int(some.sum()) for some in kept)])
+        columns["minutiae_start"] = np.cumsum([0, *map(len, kept)])
         columns["has_flow"] = np.array([one.has_flow for one in given])
         return cls(**{name: columns[name].astype(c.dtype) for name, c in COLUMNS.items()})
 

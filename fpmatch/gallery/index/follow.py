@@ -1,45 +1,57 @@
 """The index of a large gallery: it follows the database as entries are added and removed.
 
 The database is the only truth. Where its state has changed, by this program or any other, the
-index compares the numbers and digests of all entries with its own: it masks what was removed, and
-adds what is new. Where they do not fit, or a file is damaged, the index, or the damaged segment, is
-built again, with a note. Files are read and written while their folder is locked; where that is
-impossible, the index is kept in memory.
+numbers and digests of its entries are listed; what is new is added to the index, what was removed
+is masked, and what changed is written. An index is a list of segments, which never change, in a
+folder. A killed process leaves the list of before or the one of after; segments that are not on it
+are deleted by the next one that writes. Files are read and written while their folder is locked;
+those that are damaged are made again, with a note.
 """
 
 from __future__ import annotations
 
+import secrets
 from contextlib import closing, suppress
-from dataclasses import replace
-from itertools import islice, takewhile
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.base.folders import make_folder
+from fpmatch._version import __version__
+from fpmatch.base.folders import make_folder, remove_unfinished
 from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError, GalleryError, OutputError
 from fpmatch.gallery.engine.engine import processes, serial
 from fpmatch.gallery.engine.folder_lock import folder_lock
 from fpmatch.gallery.engine.workers import no_progress
-from fpmatch.gallery.index.files import IndexFolder, IndexList, Listed, index_folders
-from fpmatch.gallery.index.segment import MOST_PRINTS, Segment
-from fpmatch.gallery.store.kept_files import FAULTS, INDEX, SEGMENT, kept_folders
+from fpmatch.gallery.index.segment import COLUMNS, MOST_PRINTS, Segment, parameters
+from fpmatch.gallery.store.array_file import Column, read_arrays, write_arrays
+from fpmatch.gallery.store.kept_files import FAULTS, INDEX, SEGMENT, STALE_S, kept_folders
 from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
+    from collections.abc import Callable, Collection, Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.gallery.store.gallery import Gallery
+    from fpmatch.gallery.store.sealing import Sealing
     from fpmatch.matching.result import Matcher
 
+    Segments = dict[str, Segment]  # by the names of their files
+
 PRINTS_PER_CHUNK: Final = 256
-_NO_NUMBERS: Final = np.empty(0, np.int64)
 FEW: Final = 512  # prints that this process adds alone
+NAME_BYTES: Final = 8
+LIST_COLUMNS: Final = {
+    "name": Column("|u1", ("segment", NAME_BYTES)),
+    "span": Column("<i8", ("segment", 2)),  # the least and the greatest number of an entry
+    "damaged": Column("<i8", ("damaged",)),
+}
+_NO_NUMBERS: Final = np.empty(0, np.int64)
 
 
 class GalleryIndex:
@@ -60,24 +72,24 @@ class GalleryIndex:
         self.matcher = matcher
         self._engine, self._progress, self._note = engine, progress, note
         self._noted = False  # whether a note states where the files are
-        self._list = IndexList()
-        self._read: dict[str, Segment] = {}
-        self._digests = _NO_NUMBERS, _NO_NUMBERS
+        self._state = ""
+        self._segments: Segments = {}
+        self._damaged = _NO_NUMBERS
         self.stored = np.empty(0, np.intp)
         """The places, in all segments, of the prints that are in the gallery."""
         self.numbers = _NO_NUMBERS
-        """The numbers of the entries of these prints, ascending."""
+        """The numbers of the entries of these prints."""
 
     @property
     def damaged(self) -> list[int]:
         """The numbers of the entries that are damaged."""
-        damaged: list[int] = self._list.damaged.tolist()
+        damaged: list[int] = self._damaged.tolist()
         return damaged
 
     @property
     def segments(self) -> list[Segment]:
         """The segments of the index, as it followed the gallery last."""
-        return [self._read[one.name] for one in self._list.segments]
+        return [*self._segments.values()]
 
     def follow(self, gallery: Gallery) -> None:
         """Let the index have all entries that are in the gallery now.
@@ -85,25 +97,28 @@ class GalleryIndex:
         If it has not changed, that takes one short query. Raises GalleryError where the gallery
         cannot be read.
         """
-        if self._list.state == gallery.content_hash():
+        state = gallery.content_hash()
+        if self._state == state:
             return
         gallery.check_keys()
-        folders, why = index_folders(gallery, self.matcher.name), ""
-        for folder in folders:
+        why = ""
+        for path in kept_folders(gallery):
+            folder = IndexFolder(path, self.matcher.name, gallery.sealing())
             try:
-                make_folder(folder.path, narrow=True)
-                with folder_lock(folder.path):
-                    self._update(gallery, folder, write=True)
+                make_folder(path, narrow=True)
+                with folder_lock(path):
+                    self._update(gallery, folder)
                 if why:
-                    self._say_once(f"the index of {gallery.name} is kept in {folder.path}: {why}")
+                    self._say_once(f"the index of {gallery.name} is kept in {path}: {why}")
                 break
             except OutputError as error:
                 why = why or error.detail or str(error)
             except OSError as error:
                 why = why or reason(error)
         else:
-            self._update(gallery, folders[0], write=False)
+            self._update(gallery, None)
             self._say_once(f"the index of {gallery.name} is kept in memory: {why}")
+        self._state = state
         for number in self.damaged:
             if number not in gallery.damaged:
                 with suppress(GalleryError):
@@ -114,183 +129,107 @@ class GalleryIndex:
             self._note(text)
         self._noted = True
 
-    def _update(self, gallery: Gallery, folder: IndexFolder, *, write: bool) -> None:
-        """Take the index in a folder, mask what was removed since, and add what was enrolled."""
-        state, (numbers, digests) = gallery.content_hash(), gallery.digests()
-        self._digests = numbers, digests
-        listed = self._with_segments_read(gallery, folder, self._known(folder, gallery), write)
-        own, of_own = self._entries(listed)
-        at = np.searchsorted(numbers, own)
-        there = np.append(numbers, -1)[at] == own
-        new = np.setdiff1d(numbers, np.append(own, listed.damaged))
-        if (np.append(digests, 0)[at][there] != of_own[there]).any() or (new <= listed.last).any():
-            self._say_built_again(f"files of the index of {gallery.name}", "other")
-            listed, there, new = IndexList(), there[:0], numbers
-        done, total = int(there.sum()), len(numbers)
-        last, after = int(numbers[-1]) if total else 0, listed.last
-        for segment, end in self._built(gallery, after, last, done, total):
-            listed = self._with_segment(listed, segment)
-            listed = replace(listed, state="", last=end)
-            if write:
-                self._write(listed, folder)
-        known = np.append(listed.damaged, [k for k in gallery.damaged if after < k <= last])
-        damaged = np.intersect1d(known, numbers).astype(np.int64)
-        self._list = replace(listed, state=state, last=max(last, listed.last), damaged=damaged)
-        self._read = {one.name: self._read[one.name] for one in listed.segments}
-        own, _ = self._entries(self._list)
-        self.stored = np.flatnonzero(np.isin(own, numbers))
-        self.numbers = own[self.stored]
-        if write and len(new):
-            self._write(self._list, folder)
+    def _update(self, gallery: Gallery, folder: IndexFolder | None) -> None:
+        """List what is enrolled, add what is new, mask what is gone, and write what changed."""
+        numbers, digests = gallery.digests()
+        before, segments, damaged = self._segments, self._segments, self._damaged
+        if folder is not None:
+            segments, damaged = self._kept(folder, gallery.name)
+        kept = {k: one for k, one in segments.items() if _enrolled(one, numbers, digests).any()}
+        changed = len(kept) < len(segments)
+        segments, damaged = kept, np.intersect1d(damaged, numbers)
+        indexed = [one.number[_enrolled(one, numbers, digests)] for one in segments.values()]
+        new = np.setdiff1d(numbers, np.concatenate([damaged, *indexed]))
+        for one in before.values():  # what only this process has, where it could not be written
+            lacks = np.isin(one.number, new) & _enrolled(one, numbers, digests)
+            if lacks.any():
+                segments = _with_segment(segments, one.take(np.flatnonzero(lacks)))
+                new, changed = np.setdiff1d(new, one.number[lacks]), True
+        for first in range(0, len(new), MOST_PRINTS):
+            some = new[first : first + MOST_PRINTS]
+            given = digests[np.searchsorted(numbers, some)]
+            made = self._built(gallery, some, given, first, len(new))
+            if made is not None:
+                segments = _with_segment(segments, made)
+            damaged = np.union1d(damaged, some if made is None else np.setdiff1d(some, made.number))
+            self._segments = segments
+            if folder is not None:
+                folder.write(segments, damaged)
+            changed = False
+        if changed and folder is not None:
+            folder.write(segments, damaged)
+        self._segments, self._damaged = segments, damaged
+        every = [_NO_NUMBERS, *(one.number for one in segments.values())]
+        there = [np.empty(0, bool), *(_enrolled(one, numbers, digests) for one in self.segments)]
+        self.stored = np.flatnonzero(np.concatenate(there))
+        self.numbers = np.concatenate(every)[self.stored]
 
-    def _entries(self, listed: IndexList) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return numbers and digests of the entries in the segments of a list."""
-        read = [self._read[one.name] for one in listed.segments]
-        numbers = np.concatenate([_NO_NUMBERS, *(segment.number for segment in read)])
-        return numbers, np.concatenate([_NO_NUMBERS, *(segment.digest for segment in read)])
-
-    def _known(self, folder: IndexFolder, gallery: Gallery) -> IndexList:
-        """Return the newer list of that in a folder and that in memory."""
-        listed = IndexList()
+    def _kept(self, folder: IndexFolder, name: str) -> tuple[Segments, NDArray[np.int64]]:
+        """Return the segments in a folder, those that are whole, and the damaged entries."""
+        segments: Segments = {}
         try:
-            listed = folder.read_list()
+            listed, damaged = folder.read_list()
         except FpmatchError as error:
             if error.code != "missing":
-                self._say_built_again(f"files of the index of {gallery.name}", error.code)
-        return self._list if self._list.last > listed.last else listed
-
-    def _with_segments_read(
-        self, gallery: Gallery, folder: IndexFolder, listed: IndexList, write: bool
-    ) -> IndexList:
-        """Return the list with segments that are read, and those that are damaged built again."""
-        segments: list[Listed] = []
-        for one in listed.segments:
+                fault = FAULTS.get(error.code, FAULTS["damaged"])
+                self._note(f"files of the index of {name} {fault}: built again")
+            return segments, _NO_NUMBERS
+        for one in listed:
             try:
-                if one.name not in self._read:
-                    self._read[one.name] = folder.read_segment(one)
-                segments.append(one)
+                segments[one] = self._segments.get(one) or folder.read_segment(one)
             except FpmatchError as error:
-                self._say_built_again(f"segments of the index of {gallery.name}", error.code)
-                for segment, _ in self._built(gallery, one.first - 1, one.last):
-                    segments.append(self._kept(segment))
-        if segments == [*listed.segments]:
-            return listed
-        now = replace(listed, segments=tuple(segments))
-        if write:
-            self._write(now, folder)
-        return now
+                fault = FAULTS.get(error.code, FAULTS["damaged"])
+                self._note(f"segments of the index of {name} {fault}: built again")
+        return segments, damaged
 
     def _built(
-        self, gallery: Gallery, after: int, last: int, done: int = 0, total: int = 0
-    ) -> Iterator[tuple[Segment, int]]:
-        """Yield segments of the entries between two numbers, and up to which number they are."""
-        rows = gallery.packed_templates(after=after) if after < last else iter(())
-        wanted = takewhile(lambda row: row[0] <= last, rows)
-        while some := list(islice(wanted, MOST_PRINTS)):
-            segment = self._segment_of(gallery, some, done, total)
-            done += len(some)
-            if segment is not None:
-                yield segment, some[-1][0] if len(some) == MOST_PRINTS else last
-
-    def _segment_of(
-        self, gallery: Gallery, rows: Sequence[tuple[int, bytes]], done: int, total: int
+        self,
+        gallery: Gallery,
+        numbers: NDArray[np.int64],
+        digests: NDArray[np.int64],
+        done: int,
+        total: int,
     ) -> Segment | None:
-        """Return a segment of those packed templates that are sound; None where none is."""
-        enrolled, digests = self._digests
-        at = np.searchsorted(enrolled, [number for number, _ in rows])
-        of_rows = np.append(digests, -1)[at].tolist()
-        given = [(*row, digest) for row, digest in zip(rows, of_rows, strict=True)]
-        chunks = [given[k : k + PRINTS_PER_CHUNK] for k in range(0, len(rows), PRINTS_PER_CHUNK)]
-        engine = serial() if len(rows) <= FEW else self._engine or processes()
+        """Return a segment of those entries that are sound; None where none is."""
+        rows = dict(gallery.packed_templates(of=numbers.tolist()))
+        of_number = zip(numbers.tolist(), digests.tolist(), strict=True)
+        given = [(number, rows[number], digest) for number, digest in of_number if number in rows]
+        chunks = [given[k : k + PRINTS_PER_CHUNK] for k in range(0, len(given), PRINTS_PER_CHUNK)]
+        engine = serial() if len(given) <= FEW else self._engine or processes()
         parts: list[Segment] = []
         with engine, closing(engine.map(_build, self.matcher, chunks)) as results:
             for chunk, (part, failed) in zip(chunks, results, strict=True):
                 gallery.damaged |= failed
                 parts += [part] if len(part) else []
                 done += len(chunk)
-                if len(rows) > FEW:
+                if len(given) > FEW:
                     self._progress("prepare", min(done, total), total)
         return Segment.concatenate(parts) if parts else None
 
-    def _kept(self, segment: Segment) -> Listed:
-        """Return how a new segment is listed."""
-        listed = Listed.of(segment)
-        self._read[listed.name] = segment
-        return listed
 
-    def _with_segment(self, listed: IndexList, segment: Segment) -> IndexList:
-        """Return a list with another segment, merged with those before that are not much larger.
-
-        So a print is copied a few times only where prints are added one by one.
-        """
-        segments = [*listed.segments]
-        while segments:
-            before = segments[-1]
-            if (
-                before.prints > max(2 * len(segment), 1)
-                or before.prints + len(segment) > MOST_PRINTS
-            ):
-                break
-            segment = Segment.concatenate([self._read[before.name], segment])
-            segments.pop()
-        return replace(listed, segments=(*segments, self._kept(segment)))
-
-    def _write(self, listed: IndexList, folder: IndexFolder) -> None:
-        """Write the list, and the segments that are in no file; raise OutputError."""
-        there = {path.name for path in folder.path.iterdir()}
-        for one in listed.segments:
-            if not any(one.name in name for name in there):
-                folder.write_segment(one, self._read[one.name])
-                self._read[one.name] = folder.read_segment(one)
-        folder.write_list(listed)
-
-    def _say_built_again(self, what: str, fault: str) -> None:
-        self._note(f"{what} {FAULTS.get(fault, FAULTS['damaged'])}: built again")
+def _enrolled(
+    segment: Segment, numbers: NDArray[np.int64], digests: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Return which prints of a segment are those of a gallery's entries, numbers ascending."""
+    at = np.searchsorted(numbers, segment.number)
+    there = np.append(numbers, -1)[at] == segment.number
+    return np.asarray(there & (np.append(digests, 0)[at] == segment.digest))
 
 
-def erase_removed(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
-    """Write the segments that have removed prints anew, in all folders.
+def _with_segment(segments: Segments, segment: Segment) -> Segments:
+    """Return segments and another one, merged with those before that are not much larger.
 
-    Only segments that may have entries of some `numbers` are read (default: all). An index that is
-    damaged, or cannot be written, is deleted. Raises FpmatchError if a file cannot be.
+    So a print is copied a few times only where prints are added one by one.
     """
-    enrolled, _ = gallery.digests()
-    gone = None if numbers is None else np.array(sorted(numbers), np.int64)
-    for path in kept_folders(gallery):
-        files = [*path.glob(f"*{INDEX}"), *path.glob(f"*{SEGMENT}")]
-        for name in sorted({one.name.partition(".")[0] for one in files}):
-            folder = IndexFolder(path, name, gallery.sealing())
-            with folder_lock(path):
-                try:
-                    listed = folder.read_list()
-                    kept = tuple(_erased(folder, listed, enrolled, gone))
-                    folder.write_list(replace(listed, state="", segments=kept))
-                except FpmatchError:  # the next search makes it again
-                    folder.delete()
-                else:
-                    folder.delete_others(kept, strict=True)
-
-
-def _erased(
-    folder: IndexFolder,
-    listed: IndexList,
-    enrolled: NDArray[np.int64],
-    gone: NDArray[np.int64] | None,
-) -> Iterator[Listed]:
-    """Yield the segments of a list, those that had removed prints written without them."""
-    for one in listed.segments:
-        if gone is not None and not ((gone >= one.first) & (gone <= one.last)).any():
-            yield one
-            continue
-        segment = folder.read_segment(one)
-        left = np.flatnonzero(np.isin(segment.number, enrolled))
-        if len(left) == len(segment):
-            yield one
-        elif len(left):
-            segment = segment.take(left)
-            written = Listed.of(segment)
-            folder.write_segment(written, segment)
-            yield written
+    left = [*segments.items()]
+    while left:
+        _, before = left[-1]
+        size = len(before) + len(segment)
+        if len(before) > max(2 * len(segment), 1) or size > MOST_PRINTS:
+            break
+        segment = Segment.concatenate([before, segment])
+        left.pop()
+    return dict(left) | {secrets.token_hex(NAME_BYTES): segment}
 
 
 def _build(
@@ -306,3 +245,134 @@ def _build(
             damaged[number] = str(error)
     numbers, digests = zip(*entries, strict=True) if entries else ((), ())
     return Segment.build(numbers, digests, prints), damaged
+
+
+@dataclass(frozen=True, slots=True)
+class IndexFolder:
+    """Read and write the files of the index of a gallery, for a matcher, in one folder."""
+
+    path: Path
+    matcher: str
+    sealing: Sealing | None = None
+
+    def read_list(self) -> tuple[dict[str, tuple[int, int]], NDArray[np.int64]]:
+        """Return the spans of segments by their names, and the numbers of damaged entries.
+
+        Raises FpmatchError with the codes of `read_arrays`.
+        """
+        arrays = self._read(self._list, LIST_COLUMNS)
+        names = [name.tobytes().hex() for name in arrays["name"]]
+        spans = [(first, last) for first, last in arrays["span"].tolist()]
+        return dict(zip(names, spans, strict=True)), arrays["damaged"]
+
+    def read_segment(self, name: str) -> Segment:
+        """Return a segment, mapped; raise FpmatchError with the codes of `read_arrays`."""
+        path = self._segment(name)
+        try:
+            return Segment.of_arrays(self._read(path, COLUMNS))
+        except FpmatchError as error:
+            raise FpmatchError(error.detail, path=path, code=error.code or "damaged") from error
+
+    def write(self, segments: Segments, damaged: NDArray[np.int64]) -> None:
+        """Write segments that are in no file, and map them, then replace the list.
+
+        Raises OutputError if that is impossible.
+        """
+        for name, segment in segments.items():
+            if not self._segment(name).exists():
+                self.write_segment(name, segment)
+                segments[name] = self.read_segment(name)
+        self.write_list({name: _span(one) for name, one in segments.items()}, damaged)
+
+    def write_segment(self, name: str, segment: Segment) -> tuple[int, int]:
+        """Write a segment and return its span; raise OutputError if that is impossible."""
+        self._write(self._segment(name), segment.arrays(), COLUMNS)
+        return _span(segment)
+
+    def write_list(
+        self, spans: dict[str, tuple[int, int]], damaged: NDArray[np.int64], *, strict: bool = False
+    ) -> None:
+        """Replace the list, and delete segments that are not on it, and old unfinished files.
+
+        Raises OutputError if the list cannot be written; with `strict`, FpmatchError if a segment
+        cannot be deleted.
+        """
+        names = np.array([list(bytes.fromhex(name)) for name in spans], np.uint8)
+        arrays: dict[str, NDArray[Any]] = {
+            "name": names.reshape(-1, NAME_BYTES),
+            "span": np.array([*spans.values()], np.int64).reshape(-1, 2),
+            "damaged": damaged,
+        }
+        self._write(self._list, arrays, LIST_COLUMNS)
+        with suppress(OSError):
+            remove_unfinished(self.path, older_than_s=STALE_S)
+        self.delete({self._segment(name) for name in spans} | {self._list}, strict=strict)
+
+    def delete(self, kept: Collection[Path] = (), *, strict: bool = True) -> None:
+        """Delete the files of the index but those that are kept.
+
+        With `strict`, raise FpmatchError if one cannot be deleted.
+        """
+        for path in {self._list, *self.path.glob(self._segment("*").name)}.difference(kept):
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as error:
+                if strict:
+                    why = f"cannot be deleted: {reason(error)}"
+                    raise FpmatchError(f"{path.name}: {why}") from error
+
+    @property
+    def _list(self) -> Path:
+        return self.path / f"{self.matcher}{INDEX}"
+
+    def _segment(self, name: str) -> Path:
+        return self.path / f"{self.matcher}.{name}{SEGMENT}"
+
+    def _about(self, path: Path) -> dict[str, str]:
+        return {"name": path.name, "index": parameters(), "version": __version__}
+
+    def _write(
+        self, path: Path, arrays: dict[str, NDArray[Any]], columns: dict[str, Column]
+    ) -> None:
+        seal = None if self.sealing is None else self.sealing.seal_file
+        write_arrays(path, arrays, columns, self._about(path), seal=seal)
+
+    def _read(self, path: Path, columns: dict[str, Column]) -> dict[str, NDArray[Any]]:
+        unseal = None if self.sealing is None else self.sealing.unseal_file
+        return read_arrays(path, columns, self._about(path), unseal=unseal)
+
+
+def _span(segment: Segment) -> tuple[int, int]:
+    return int(segment.number.min()), int(segment.number.max())
+
+
+def erase_removed(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
+    """Write the segments that have removed prints anew, in all folders.
+
+    Only segments that may have entries of some `numbers` are read (default: all). An index that is
+    damaged, or cannot be written, is deleted. Raises FpmatchError if a file cannot be.
+    """
+    enrolled, digests = gallery.digests()
+    gone = None if numbers is None else np.array(sorted(numbers), np.int64)
+    for path in kept_folders(gallery):
+        files = [*path.glob(f"*{INDEX}"), *path.glob(f"*{SEGMENT}")]
+        for name in sorted({one.name.partition(".")[0] for one in files}):
+            folder = IndexFolder(path, name, gallery.sealing())
+            with folder_lock(path):
+                try:
+                    spans, damaged = folder.read_list()
+                    kept: dict[str, tuple[int, int]] = {}
+                    for one, (first, last) in spans.items():
+                        if gone is not None and not ((gone >= first) & (gone <= last)).any():
+                            kept[one] = first, last
+                            continue
+                        segment = folder.read_segment(one)
+                        left = np.flatnonzero(_enrolled(segment, enrolled, digests))
+                        if len(left) == len(segment):
+                            kept[one] = first, last
+                        elif len(left):
+                            written = secrets.token_hex(NAME_BYTES)
+                            kept[written] = folder.write_segment(written, segment.take(left))
+                    folder.write_list(kept, np.intersect1d(damaged, enrolled), strict=True)
+                except FpmatchError:  # the next search makes it again
+                    folder.delete()

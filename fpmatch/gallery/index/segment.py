@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
-from fpmatch.gallery.index.descriptors import StoredDescriptors
+from fpmatch.gallery.index.descriptors import WORDS, StoredDescriptors
 from fpmatch.gallery.index.embedding import LENGTH, NETWORK_SHA256, embeddings
 from fpmatch.gallery.index.model import CURVATURES, TERMS, index_model
-from fpmatch.gallery.index.prints.print_arrays import PRINT
-from fpmatch.gallery.index.terms import print_terms
+from fpmatch.gallery.index.prints.prepared_prints import PRINT
 from fpmatch.gallery.store.array_file import Column
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.parameters import USUAL
 
 if TYPE_CHECKING:
@@ -30,6 +29,10 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.index.terms import ProbeTerms
     from fpmatch.matching.prints.prepared import PreparedTemplate
+
+if COMPILED:  # where it is not, removed prints are erased from an index that others use
+    from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes
+    from fpmatch.gallery.index.terms import print_terms
 
 MOST_PRINTS: Final = 4096
 """Prints of a segment of a gallery: a removal writes the whole segment anew."""
@@ -55,12 +58,12 @@ def _of(dtype: str, *shape: str | int) -> dict[str, Column]:
 class Segment:
     """The index of up to 65,536 prints.
 
-    Prints are in the order of their entries' numbers. The postings of term t are those from
+    The postings of term t are those from
     ``term_start[t]`` to ``term_start[t + 1]``, in the order of the prints: the print's number
     within the segment in the upper 16 bits, the pose in the lower ones.
     """
 
-    number: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry, ascending
+    number: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry
     digest: NDArray[np.int64] = field(metadata=_of("<i8", PRINT))  # of the entry
     size: NDArray[np.uint8] = field(metadata=_of("|u1", PRINT))  # minutiae, 255 at most
     term_start: NDArray[np.uint32] = field(metadata=_of("<u4", TERMS + 1))
@@ -72,13 +75,8 @@ class Segment:
     def build(
         cls, numbers: Sequence[int], digests: Sequence[int], prints: Sequence[PreparedTemplate]
     ) -> Segment:
-        """Return the segment of prints with numbers, ascending, and digests of their entries.
-
-        Raises MatcherError if there are more than 65,536 prints, or the numbers do not ascend.
-        """
+        """Return the segment of at most 65,536 prints with numbers and digests of their entries."""
         given = np.array(numbers, np.int64)
-        if len(given) > MAX_PRINTS or (np.diff(given) <= 0).any():
-            raise MatcherError(f"a segment has up to {MAX_PRINTS} prints, of ascending numbers")
         edges = [print_terms(print_) for print_ in prints]
         of = np.repeat(np.arange(len(edges), dtype=np.uint32), [len(term) for term, _ in edges])
         pose = np.concatenate([*(pose for _, pose in edges), np.empty(0, np.uint16)])
@@ -89,13 +87,8 @@ class Segment:
 
     @classmethod
     def concatenate(cls, parts: Sequence[Segment]) -> Segment:
-        """Return the segment of the prints of all `parts`, one at least, whose numbers ascend.
-
-        Raises MatcherError if there are more than 65,536 prints.
-        """
+        """Return the segment of the prints of all `parts`, one at least."""
         first = np.cumsum([0, *map(len, parts)])
-        if first[-1] > MAX_PRINTS:
-            raise MatcherError(f"{first[-1]} prints; a segment has up to {MAX_PRINTS}")
         term = [np.repeat(_TERM, np.diff(part.term_start)) for part in parts]
         moved = [
             part.posting + np.uint32(k << _NUMBER_BITS)
@@ -174,7 +167,7 @@ COLUMNS: Final = OWN_COLUMNS | StoredDescriptors.columns()
 
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{USUAL!r}; {TERMS} terms; network {NETWORK_SHA256[:16]}"
+    return f"{USUAL!r}; {TERMS} terms; {WORDS} words; network {NETWORK_SHA256[:16]}"
 
 
 def unoriented_share(segments: Sequence[Segment]) -> float:
@@ -202,8 +195,7 @@ def _by_term(
 
 def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
     """Return whether every number in the arrays of a segment leads to where there is something."""
-    number, start, posting = (arrays[name] for name in ("number", "term_start", "posting"))
-    prints = len(number)
+    start, posting, prints = arrays["term_start"], arrays["posting"], len(arrays["number"])
     if {len(arrays[name]) for name in ("digest", "size", "embedding", "has_flow")} != {prints}:
         return False
     if not 0 < prints <= MAX_PRINTS:
@@ -212,4 +204,6 @@ def _is_sound(arrays: Mapping[str, NDArray[Any]]) -> bool:
         return False
     if len(posting) >= MAX_POSTINGS or (start[1:] < start[:-1]).any():
         return False
-    return bool((number[1:] > number[:-1]).all() and lists_ascend(start, posting, prints))
+    print_ = posting >> np.uint32(_NUMBER_BITS)
+    begins = np.flatnonzero(print_[1:] < print_[:-1]) + 1  # where another list begins
+    return bool((print_ < prints).all() and np.isin(begins, start).all())

@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from fpmatch.errors import GalleryError, MatcherError
+from fpmatch.errors import MatcherError
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
@@ -56,15 +56,14 @@ def identify_entries(
     search = open_search(gallery, search.matcher, before=search)
     given = replace(options, **changes).checked(search.matcher)
     one = compare_probe(search, probe, given, workers=workers)
-    cached = _Entries(gallery)
+    removed = set[int]()
     while True:
-        skipped = cached.skipped()
-        fingers = count_fingers(one, skipped=skipped)
-        result = find_candidates(one, given, fingers, skipped=skipped)
-        cached.read(result.numbers)
-        entries = [cached.entry(number) for number in result.numbers]
-        if cached.skipped() == skipped:
-            return result, [entry for entry in entries if entry is not None]
+        skipped = removed | gallery.damaged.keys()
+        result = find_candidates(one, given, count_fingers(one, skipped=skipped), skipped=skipped)
+        entries = {entry.id: entry for entry in gallery.entries_of(result.numbers)}
+        if entries.keys() == {*result.numbers}:
+            return result, [entries[number] for number in result.numbers]
+        removed |= {*result.numbers} - entries.keys()
 
 
 def identify_given(
@@ -178,39 +177,6 @@ def _identify_batch(
     return outcomes, dict(gallery.damaged)
 
 
-class _Entries:
-    """Entries of an open gallery, and which of those that are searched cannot be read."""
-
-    def __init__(self, gallery: Gallery) -> None:
-        self._gallery = gallery
-        self._removed: set[int] = set()
-        self._read: dict[int, Entry | None] = {}
-
-    def read(self, numbers: Sequence[int]) -> None:
-        """Read entries that are likely to be needed together; `entry` reads what is missing."""
-        unread = [number for number in numbers if number not in self._read]
-        self._read |= {entry.id: entry for entry in self._gallery.entries_of(unread)}
-
-    def entry(self, number: int) -> Entry | None:
-        """Return an entry, read once; None for one that was removed or is damaged."""
-        if number not in self._read:
-            self._read[number] = self._find(number)
-        return self._read[number]
-
-    def _find(self, number: int) -> Entry | None:
-        try:
-            return self._gallery.find_entry(number)
-        except GalleryError as error:
-            if error.code != "unknown":
-                raise
-            self._removed.add(number)
-            return None
-
-    def skipped(self) -> set[int]:
-        """Return the numbers of entries that were removed or are damaged."""
-        return self._removed | self._gallery.damaged.keys()
-
-
 def identify_entries_fused(
     gallery: Gallery, search: Search, probes: Sequence[Template], **options: Any
 ) -> tuple[FusedIdentification, dict[int, Entry]]:
@@ -219,12 +185,12 @@ def identify_entries_fused(
     Damaged entries are treated, and errors raised, as by `identify_entries`.
     """
     search = open_search(gallery, search.matcher, before=search)
-    cached = _Entries(gallery)
+    removed = set[int]()
     while True:
-        skipped = cached.skipped()
+        skipped = removed | gallery.damaged.keys()
         result = identify_fused(search, probes, skipped=skipped, **options)
-        numbers = {f.number for one in result.candidates for f in one.fingers}
-        cached.read(sorted(numbers))
-        entries = {number: cached.entry(number) for number in sorted(numbers)}
-        if cached.skipped() == skipped:
-            return result, {n: entry for n, entry in entries.items() if entry is not None}
+        numbers = {*result.numbers}
+        entries = {entry.id: entry for entry in gallery.entries_of(sorted(numbers))}
+        if entries.keys() == numbers:
+            return result, entries
+        removed |= numbers - entries.keys()

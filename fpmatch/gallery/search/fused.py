@@ -8,9 +8,9 @@ their fingers, and the scores of a subject's fingers are fused
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -32,11 +32,8 @@ from fpmatch.matching.calibration import score_to_fmr
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from numpy.typing import NDArray
-
-    from fpmatch.gallery.search.identification import Identification
+    from fpmatch.gallery.search.identify import ComparedProbe
     from fpmatch.gallery.search.search import Search, Subjects
-    from fpmatch.matching.calibration import Calibration
     from fpmatch.templates.minutiae import Template
 
 MOST_PROBES: Final = 10  # fingers of a subject
@@ -88,26 +85,29 @@ def identify_fused(
     each = SearchOptions(
         count=max(given.count, CONSIDERED), calibration=given.calibration, effort=given.effort
     ).checked(search.matcher)
-    assert each.calibration is not None
     of = subjects or search.subjects
     compared = [compare_probe(search, one, each, subjects=of, workers=workers) for one in probes]
     searched = count_fingers(compared[0], of, skipped)
     alone = [find_candidates(one, each, searched, skipped=skipped) for one in compared]
-    considered = sorted({candidate.number for one in alone for candidate in one.candidates})
-    fingers = _Fingers.of(search, of.fingers_of(considered), skipped)
-    may = fingers.may_be(named)
+    numbers = sorted({candidate.number for one in alone for candidate in one.candidates})
+    fingers = _fingers(search, of.fingers_of(numbers), skipped)
     with Threads(workers if packs(search.matcher) else 1) as threads:
-        similar = [
-            fingers.compare(search, one.probe, some, known, threads)
-            for one, some, known in zip(compared, may, alone, strict=True)
+        scored = [
+            _scored(one, fingers, position, each, threads)
+            for one, position in zip(compared, named, strict=True)
         ]
-    ranked = _ranked(fingers, may, [fingers.scored(one, each.calibration) for one in similar])
     total = len(of)
+    ranked = _ranked(fingers, scored)
+    expected = expected_by_chance([score for _, score, _ in ranked], total).tolist()
+    candidates = [
+        SubjectCandidate(rank + 1, subject, score, score_to_fmr(score), expected[rank], pairs)
+        for rank, (subject, score, pairs) in enumerate(ranked[: given.count])
+    ]
     return FusedIdentification(
         enrolled=alone[0].enrolled,
         compared=max(one.compared for one in alone),
         subjects=total,
-        candidates=tuple(filter(given.allow, _candidates(ranked, total)[: given.count])),
+        candidates=tuple(filter(given.allow, candidates)),
         matcher=search.matcher.name,
         smallest_measured_fmr=alone[0].smallest_measured_fmr,
         effort=alone[0].effort,
@@ -128,122 +128,75 @@ def _checked_positions(probes: Sequence[Template], positions: Sequence[str]) -> 
     return named
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Fingers:
-    """The fingers of some subjects, each of some `sizes` of impressions, and their prints.
+def _fingers(
+    search: Search,
+    subjects: Mapping[str, Mapping[str, Sequence[int]]],
+    skipped: Collection[int],
+) -> dict[tuple[str, str], list[int]]:
+    """Return the entries, ascending, of the fingers of subjects that are searched and not skipped.
 
-    Fingers are ordered by subject; `names` are subject and position of each. For each print, in the
-    order of the `numbers` of entries, `finger` is which of these it is of.
+    Fingers, each its subject and position, are in the order of the subjects.
     """
-
-    names: list[tuple[str, str]]
-    sizes: NDArray[np.intp]
-    numbers: NDArray[np.int64]
-    finger: NDArray[np.intp]
-
-    @classmethod
-    def of(
-        cls,
-        search: Search,
-        subjects: Mapping[str, Mapping[str, Sequence[int]]],
-        skipped: Collection[int],
-    ) -> _Fingers:
-        """Return the fingers of subjects that have a print in a search that is not skipped."""
-        names = [(s, p) for s, fingers in subjects.items() for p in fingers]
-        rows = [
-            (n, k) for k, (s, p) in enumerate(names) for n in subjects[s][p] if n not in skipped
-        ]
-        numbers, finger = np.array(sorted(rows), np.int64).reshape(-1, 2).T
-        there = np.isin(numbers, search.numbers)
-        kept, finger, sizes = np.unique(finger[there], return_inverse=True, return_counts=True)
-        return cls([names[k] for k in kept.tolist()], sizes, numbers[there], finger.ravel())
-
-    def may_be(self, positions: Sequence[str]) -> NDArray[np.bool_]:
-        """Return whether each probe, of some position or none, may be of each finger."""
-        may = [[not (p and of) or p == of for _, of in self.names] for p in positions]
-        return np.array(may, np.bool_).reshape(len(positions), len(self.names))
-
-    def compare(
-        self,
-        search: Search,
-        probe: Any,
-        may: NDArray[np.bool_],
-        alone: Identification,
-        threads: Threads,
-    ) -> NDArray[np.float64]:
-        """Return the similarities of a prepared probe to the prints of fingers that it may be of.
-
-        To others, and to prints that are gone, they are infinitely low. The similarities of the
-        candidates of the search for this probe `alone` are known.
-        """
-        known = {candidate.number: candidate.similarity for candidate in alone.candidates}
-        compared = may[self.finger]
-        similarities = np.array([known.get(number, np.nan) for number in self.numbers.tolist()])
-        similarities[~compared] = -np.inf
-        left = np.isnan(similarities)
-        more = search.compare_some(probe, self.numbers[left], threads)
-        similarities[left] = -np.inf
-        similarities[np.isin(self.numbers, more.numbers)] = more.similarities
-        return similarities
-
-    def scored(
-        self, similarities: NDArray[np.float64], calibration: Calibration
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Return the score of each finger, and the entry of its most similar print."""
-        compared = np.isfinite(similarities)
-        singles = calibration.scores(similarities[compared])
-        scores = fused_scores(singles, self.finger[compared], self.sizes)
-        order = np.lexsort((self.numbers, -similarities, self.finger))
-        first_of_each = np.cumsum(self.sizes) - self.sizes
-        return scores, self.numbers[order[first_of_each]]
+    every = [
+        n for of_finger in subjects.values() for numbers in of_finger.values() for n in numbers
+    ]
+    there = {*np.intersect1d(search.numbers, every).tolist()}.difference(skipped)
+    fingers = {
+        (subject, position): sorted(there.intersection(numbers))
+        for subject, of_subject in subjects.items()
+        for position, numbers in of_subject.items()
+    }
+    return {finger: numbers for finger, numbers in fingers.items() if numbers}
 
 
-class _Row(NamedTuple):
-    """A subject, the fused score of its fingers, and these."""
-
-    subject: str
-    score: float
-    compared: tuple[ComparedFinger, ...]
-
-    def order(self) -> tuple[float, float, int, str]:
-        """Return what comes first; see `FusedIdentification`."""
-        sum_of_scores = math.fsum(one.score for one in self.compared)
-        first = min(one.number for one in self.compared)
-        return -self.score, -sum_of_scores, first, self.subject
+def _scored(
+    one: ComparedProbe,
+    fingers: Mapping[tuple[str, str], Sequence[int]],
+    position: str,
+    options: SearchOptions,
+    threads: Threads,
+) -> dict[tuple[str, str], tuple[float, int]]:
+    """Return score and most similar print of the fingers that a probe may be of."""
+    assert options.calibration is not None
+    may = [key for key in fingers if not position or not key[1] or key[1] == position]
+    rows = [(number, k) for k, key in enumerate(may) for number in fingers[key]]
+    left = sorted({number for number, _ in rows} - one.similarity.keys())
+    similarity = one.similarity | one.search.compare_some(one.probe, left, threads)
+    there = [(similarity[number], number, k) for number, k in rows if number in similarity]
+    finger = np.array([k for _, _, k in there], np.intp)
+    singles = options.calibration.scores(np.array([value for value, _, _ in there]))
+    scores = fused_scores(singles, finger, [len(fingers[key]) for key in may]).tolist()
+    best = [
+        min(fingers[key], key=lambda number: (-similarity.get(number, -math.inf), number))
+        for key in may
+    ]
+    return dict(zip(may, zip(scores, best, strict=True), strict=True))
 
 
 def _ranked(
-    fingers: _Fingers,
-    may: NDArray[np.bool_],
-    scored: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
-) -> list[_Row]:
-    """Return the subjects of which any finger was compared, best first."""
-    scores, best = (np.array(of_probes) for of_probes in zip(*scored, strict=True))
+    fingers: Mapping[tuple[str, str], Sequence[int]],
+    scored: Sequence[Mapping[tuple[str, str], tuple[float, int]]],
+) -> list[tuple[str, float, tuple[ComparedFinger, ...]]]:
+    """Return the subjects of which any finger was compared, their scores and fingers, best first.
+
+    See `FusedIdentification` for the order.
+    """
     rows = []
-    for subject, group in groupby(range(len(fingers.names)), lambda k: fingers.names[k][0]):
-        which = list(group)
-        score, pairs = assign_fingers(scores[:, which], may[:, which])
-        if not pairs:
-            continue
-        compared = tuple(
-            ComparedFinger(
-                probe,
-                int(best[probe, which[f]]),
-                float(scores[probe, which[f]]),
-                int(fingers.sizes[which[f]]),
-            )
-            for probe, f in pairs
-        )
-        rows.append(_Row(subject, score, compared))
-    return sorted(rows, key=_Row.order)
+    for subject, group in groupby(fingers, key=lambda finger: finger[0]):
+        keys = list(group)
+        may = np.array([[key in of_probe for key in keys] for of_probe in scored])
+        scores = np.array([[of_probe.get(key, (0.0, 0))[0] for key in keys] for of_probe in scored])
+        score, pairs = assign_fingers(scores, may)
+        compared = []
+        for probe, f in pairs:
+            of_finger, number = scored[probe][keys[f]]
+            compared.append(ComparedFinger(probe, number, of_finger, len(fingers[keys[f]])))
+        if compared:
+            rows.append((subject, score, tuple(compared)))
 
+    def order(row: tuple[str, float, tuple[ComparedFinger, ...]]) -> tuple[Any, ...]:
+        subject, score, compared = row
+        total = math.fsum(one.score for one in compared)
+        return -score, -total, min(one.number for one in compared), subject
 
-def _candidates(ranked: Sequence[_Row], total: int) -> list[SubjectCandidate]:
-    """Return ranked subjects, of `total`, as candidates."""
-    expected = expected_by_chance([row.score for row in ranked], total).tolist()
-    return [
-        SubjectCandidate(rank, subject, score, score_to_fmr(score), chance, compared)
-        for rank, ((subject, score, compared), chance) in enumerate(
-            zip(ranked, expected, strict=True), start=1
-        )
-    ]
+    return sorted(rows, key=order)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
-from itertools import islice
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,11 +22,10 @@ from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.matching.result import call_matcher, compare_prepared
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection
 
-    from numpy.typing import NDArray
-
-    from fpmatch.gallery.search.search import Compared, Search, SearchOptions, Subjects
+    from fpmatch.gallery.search.search import Search, SearchOptions, Subjects
+    from fpmatch.matching.result import Comparison
     from fpmatch.templates.minutiae import Template
 
 
@@ -80,18 +78,22 @@ def count_fingers(
     """Return how many fingers are enrolled: by their labels, where all prints were compared."""
     if one.search.preselected:
         return (subjects or one.search.subjects).fingers()
-    compared = one.compared.numbers.tolist()
-    return len({one.labels[n] for n in compared if n in one.labels and n not in skipped})
+    compared = one.similarity.keys() - {*skipped}
+    return len({one.labels[number] for number in compared if number in one.labels})
 
 
 class ComparedProbe(NamedTuple):
-    """A probe, prepared by the matcher of a search, and the prints that it was compared with."""
+    """A probe, prepared by the matcher of a search, and the prints that it was compared with.
+
+    By number, `similarity` has these prints in the order of their entries, and `labels` subject and
+    finger of all entries of their subjects. Stages of a pre-selection have `passed_on` so many.
+    """
 
     search: Search
     probe: Any
-    compared: Compared
+    similarity: dict[int, float]
     labels: dict[int, tuple[str, str]]
-    """Subject and finger, by number, of all entries of the subjects of the compared prints."""
+    passed_on: tuple[int, ...]
 
 
 def compare_probe(
@@ -108,21 +110,20 @@ def compare_probe(
     """
     prepared = call_matcher(search.matcher, "prepare", probe)
     with Threads(workers if packs(search.matcher) else 1) as threads:
-        compared = search.compare(prepared, options, threads)
-        numbers = compared.numbers.tolist()
+        similarity, passed_on = search.compare(prepared, options, threads)
         labels = {
             number: (subject, finger)
-            for subject, fingers in (subjects or search.subjects).fingers_of(numbers).items()
+            for subject, fingers in (subjects or search.subjects).fingers_of([*similarity]).items()
             for finger, of_finger in fingers.items()
             for number in of_finger
             if number not in search.damaged
         }
         if search.preselected:
-            best = {labels.get(n) for n in compared.most_similar(options.count).tolist()}
-            others = {n for n, label in labels.items() if label in best}.difference(numbers)
-            more = np.array(sorted(others), np.int64)
-            compared = compared.and_also(search.compare_some(prepared, more, threads))
-    return ComparedProbe(search, prepared, compared, labels)
+            first = sorted(similarity, key=lambda n: (-similarity[n], n))[: options.count]
+            best = {labels.get(number) for number in first}
+            others = {n for n, label in labels.items() if label in best} - similarity.keys()
+            similarity |= search.compare_some(prepared, sorted(others), threads)
+    return ComparedProbe(search, prepared, dict(sorted(similarity.items())), labels, passed_on)
 
 
 def find_candidates(
@@ -132,116 +133,65 @@ def find_candidates(
 
     So many `fingers` are enrolled.
     """
-    scored = _Scored.of(one, options, skipped)
-    best = scored.ranked()
-    if options.listed == "subjects":
-        best = _once_a_subject(best, scored.numbers, one.labels)
-    ranked = list(islice(best, min(max(options.count, RIVALS + 1), len(one.search))))
-    candidates = [
-        _candidate(rank, k, one, scored, options)
-        for rank, k in enumerate(ranked[: options.count], start=1)
-    ]
-    if options.listed != "impressions":  # whose rivals may be of the same finger
-        expected = expected_by_chance(scored.scores[ranked], fingers)[: len(candidates)].tolist()
-        candidates = [
-            replace(candidate, expected_false=chance)
-            for candidate, chance in zip(candidates, expected, strict=True)
-        ]
     assert options.calibration is not None
+    labels = {n: label for n, label in one.labels.items() if n not in skipped}
+    scored = [(n, value) for n, value in one.similarity.items() if n in labels]
+    numbers = np.array([n for n, _ in scored], np.int64)
+    similarities = np.array([value for _, value in scored], np.float64)
+    keys: list[Any] = numbers.tolist()  # what is listed, of each print
+    sizes: Counter[Any] = Counter(keys)
+    if options.listed != "impressions":
+        keys, sizes = [labels[number] for number in keys], Counter(labels.values())
+    place = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+    finger = np.array([place[key] for key in keys], np.intp)
+    impressions = np.array([sizes[key] for key in place], np.intp)
+    singles = options.calibration.scores(similarities)
+    scores = fused_scores(singles, finger, impressions)[finger]
+    order = np.lexsort((numbers, -similarities, -scores))
+    once: dict[Any, int] = {}  # the best print of each subject, finger or impression
+    for k in order.tolist():
+        key = keys[k] if options.listed != "subjects" else labels[int(numbers[k])][0]
+        once.setdefault(key, k)
+    ranked = [*once.values()][: max(options.count, RIVALS + 1)]
+    enrolled = len(one.search)
+    if skipped:
+        enrolled -= int(np.isin(one.search.numbers, [*skipped]).sum())
+    fmr = [score_to_fmr(float(score)) for score in scores[ranked]]
+    if options.listed == "impressions":  # whose rivals may be of the same finger
+        expected = [rate * enrolled for rate in fmr]
+    else:
+        expected = expected_by_chance(scores[ranked], fingers).tolist()
+    candidates = [
+        Candidate(
+            rank=rank + 1,
+            number=int(numbers[k]),
+            similarity=float(similarities[k]),
+            score=float(scores[k]),
+            fmr=fmr[rank],
+            expected_false=expected[rank],
+            impressions=int(impressions[finger[k]]),
+            impression_score=float(singles[k]),
+        )
+        for rank, k in enumerate(ranked[: options.count])
+    ]
+    candidates = list(filter(options.allow, candidates))
+    if options.transforms:
+        candidates = [replace(c, comparison=_comparison(one, c.number)) for c in candidates]
     return Identification(
-        enrolled=scored.enrolled,
-        compared=len(scored.numbers),
-        candidates=tuple(candidate for candidate in candidates if options.allow(candidate)),
+        enrolled=enrolled,
+        compared=len(numbers),
+        candidates=tuple(candidates),
         matcher=one.search.matcher.name,
         smallest_measured_fmr=score_to_fmr(options.calibration.largest_measured_score),
         fingers=fingers,
         effort=options.effort if one.search.preselected else None,
-        passed_on=one.compared.passed_on,
+        passed_on=one.passed_on,
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Scored:
-    """The prints that were compared with a probe and are not skipped, and their scores.
-
-    For each print, `finger` is what is listed, a finger or an impression, `scores` has its score,
-    and `impressions` how many it has; `singles` are the scores of single impressions. So many
-    entries are `enrolled`.
-    """
-
-    numbers: NDArray[np.int64]
-    similarities: NDArray[np.float64]
-    singles: NDArray[np.float64]
-    finger: NDArray[np.intp]
-    scores: NDArray[np.float64]
-    impressions: NDArray[np.intp]
-    enrolled: int
-
-    @classmethod
-    def of(cls, one: ComparedProbe, options: SearchOptions, skipped: Collection[int]) -> _Scored:
-        """Score prints, and fingers by all their impressions."""
-        labels = {n: label for n, label in one.labels.items() if n not in skipped}
-        compared = one.compared
-        left = np.array([n in labels for n in compared.numbers.tolist()], np.bool_)
-        numbers, similarities = compared.numbers[left], compared.similarities[left]
-        keys: list[Any] = numbers.tolist()
-        sizes: Counter[Any] = Counter(keys)
-        if options.listed != "impressions":
-            keys, sizes = [labels[number] for number in keys], Counter(labels.values())
-        place = {key: k for k, key in enumerate(dict.fromkeys(keys))}
-        finger = np.array([place[key] for key in keys], np.intp)
-        of_listed = np.array([sizes[key] for key in place], np.intp)
-        assert options.calibration is not None
-        singles = options.calibration.scores(similarities)
-        gone = np.isin(one.search.numbers, [*skipped]).sum() if skipped else 0
-        return cls(
-            numbers=numbers,
-            similarities=similarities,
-            singles=singles,
-            finger=finger,
-            scores=fused_scores(singles, finger, of_listed)[finger],
-            impressions=of_listed[finger],
-            enrolled=len(one.search) - int(gone),
-        )
-
-    def ranked(self) -> Iterator[int]:
-        """Yield the most similar impression of each finger, those of highest score first."""
-        order = np.lexsort((self.numbers, -self.similarities, -self.scores))
-        _, first = np.unique(self.finger[order], return_index=True)
-        for place in np.sort(first):
-            yield int(order[place])
-
-
-def _candidate(
-    rank: int, k: int, one: ComparedProbe, scored: _Scored, options: SearchOptions
-) -> Candidate:
-    """Return print k as the candidate of a rank, with its comparison if that is wanted."""
-    score, number, comparison = float(scored.scores[k]), int(scored.numbers[k]), None
-    if options.transforms and score >= options.threshold:
-        reference = one.search.print_of(number)
-        if reference is not None:
-            comparison = compare_prepared(one.search.matcher, one.probe, reference)
-    fmr = score_to_fmr(score)
-    return Candidate(
-        rank=rank,
-        number=number,
-        similarity=float(scored.similarities[k]),
-        score=score,
-        fmr=fmr,
-        expected_false=fmr * scored.enrolled,
-        comparison=comparison,
-        impressions=int(scored.impressions[k]),
-        impression_score=float(scored.singles[k]),
-    )
-
-
-def _once_a_subject(
-    ranked: Iterator[int], numbers: NDArray[np.int64], labels: dict[int, tuple[str, str]]
-) -> Iterator[int]:
-    """Yield the first impression of each subject."""
-    seen = set()
-    for place in ranked:
-        subject, _ = labels[int(numbers[place])]
-        if subject not in seen:
-            seen.add(subject)
-            yield place
+def _comparison(one: ComparedProbe, number: int) -> Comparison | None:
+    """Return the comparison of a probe with a print; None where that is gone."""
+    reference = one.search.print_of(number)
+    if reference is None:
+        return None
+    return compare_prepared(one.search.matcher, one.probe, reference)

@@ -16,8 +16,7 @@ from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.index.segment import unoriented_share
 from fpmatch.gallery.index.size_normalization import size_normalized
 from fpmatch.gallery.index.terms import probe_terms
-from fpmatch.gallery.search.search import Compared, Search
-from fpmatch.gallery.search.subjects import GallerySubjects
+from fpmatch.gallery.search.search import GallerySubjects, Search
 from fpmatch.gallery.store.stored_template import unpack_template
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.follow import GalleryIndex
     from fpmatch.gallery.index.segment import Segment
     from fpmatch.gallery.index.terms import ProbeTerms
-    from fpmatch.gallery.search.search import SearchOptions
+    from fpmatch.gallery.search.search import SearchOptions, Similarity
     from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
@@ -62,7 +61,9 @@ class IndexedSearch(Search):
         """Read from the same gallery, as it was opened again."""
         self.gallery = self.subjects.gallery = gallery
 
-    def compare(self, probe: Any, options: SearchOptions, threads: Threads) -> Compared:
+    def compare(
+        self, probe: Any, options: SearchOptions, threads: Threads
+    ) -> tuple[Similarity, tuple[int, ...]]:
         """Compare a probe with the prints that terms, embedding and descriptors choose."""
         by_terms = options.effort * max(LEAST_BY_TERMS, round(SHARE_BY_TERMS * len(self)))
         by_descriptors = max(options.effort * BY_DESCRIPTORS, options.count)
@@ -70,32 +71,27 @@ class IndexedSearch(Search):
         votes = np.concatenate([*threads.map(_votes, terms, self._segments)])[self._stored]
         first = most_voted(votes, max(by_terms, by_descriptors))
         places = self._stored[first]
-        scores = self._descriptor_scores(probe, places, threads)
-        combined = combined_scores(scores, self._size[places], votes[first], len(probe))
-        second = first[np.argsort(-combined, kind="stable")[:by_descriptors]]
-        compared = self.compare_some(probe, np.sort(self.numbers[second]), threads)
-        passed_on = len(first), len(second)
-        return Compared(compared.numbers, compared.similarities, passed_on)
-
-    def _descriptor_scores(
-        self, probe: PreparedTemplate, stored: NDArray[np.intp], threads: Threads
-    ) -> NDArray[np.int32]:
-        """Return the scores of the bit descriptors of prints, ascending by their places."""
-        bounds = np.searchsorted(stored, self._start)
+        bounds = np.searchsorted(places, self._start)
         parts = [
-            (segment, stored[bounds[k] : bounds[k + 1]] - self._start[k])
+            (segment, places[bounds[k] : bounds[k + 1]] - self._start[k])
             for k, segment in enumerate(self._segments)
         ]
-        return np.concatenate([*threads.map(_scores, probe, parts)])
+        scores = np.concatenate([*threads.map(_scores, probe, parts)])
+        # Either finds mates that the other loses: votes need a mesh that both prints have,
+        # descriptors the ridges around the minutiae.
+        combined = size_normalized(scores, self._size[places], len(probe))
+        combined += VOTE_WEIGHT * votes[first]
+        second = first[np.argsort(-combined, kind="stable")[:by_descriptors]]
+        similarity = self.compare_some(probe, np.sort(self.numbers[second]).tolist(), threads)
+        return similarity, (len(first), len(second))
 
-    def compare_some(self, probe: Any, numbers: NDArray[np.int64], threads: Threads) -> Compared:
+    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
-        packed = dict(self.gallery.packed_templates(of=numbers.tolist()))
-        there = np.array(sorted(packed), np.int64)
-        rows = [packed[number] for number in there.tolist()]
+        rows = sorted(self.gallery.packed_templates(of=numbers))
         chunks = [rows[k : k + PREPARED_AT_ONCE] for k in range(0, len(rows), PREPARED_AT_ONCE)]
         parts = threads.map(partial(_similarities, self.matcher), probe, chunks)
-        return Compared(there, np.concatenate([np.empty(0), *parts]))
+        compared = np.concatenate([np.empty(0), *parts]).tolist()
+        return dict(zip((number for number, _ in rows), compared, strict=True))
 
     def print_of(self, number: int) -> Any:
         """Return a print as the matcher prepares it; None where it is gone."""
@@ -119,23 +115,6 @@ def most_voted(votes: NDArray[np.uint16], most: int) -> NDArray[np.intp]:
     return np.flatnonzero(chosen)
 
 
-def combined_scores(
-    descriptors: NDArray[np.integer],
-    sizes: NDArray[np.integer],
-    votes: NDArray[np.uint16],
-    probe_size: int,
-) -> NDArray[np.float64]:
-    """Return the scores of the second stage: those of the bit descriptors, normalized, and votes.
-
-    Either finds mates that the other loses: votes need a mesh that both prints have, descriptors
-    the ridges around the minutiae. `sizes` are those of the prints, in minutiae: all that the first
-    stage passed on, to which scores are normalized.
-    """
-    combined: NDArray[np.float64] = size_normalized(descriptors, sizes, probe_size)
-    combined += VOTE_WEIGHT * votes
-    return combined
-
-
 def _votes(terms: ProbeTerms, segment: Segment) -> NDArray[np.uint16]:
     return segment.votes(terms)
 
@@ -146,8 +125,8 @@ def _scores(probe: PreparedTemplate, part: tuple[Segment, NDArray[np.intp]]) -> 
 
 
 def _similarities(
-    matcher: Matcher, probe: PreparedTemplate, rows: Sequence[bytes]
+    matcher: Matcher, probe: PreparedTemplate, rows: Sequence[tuple[int, bytes]]
 ) -> NDArray[np.float64]:
     """Return the similarities of a probe to packed templates."""
-    prints = [matcher.prepare(unpack_template(data)) for data in rows]
+    prints = [matcher.prepare(unpack_template(data)) for _, data in rows]
     return similarities(matcher, probe, PreparedPrints.pack(prints))

@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.index.prints.compare import packs
-from fpmatch.gallery.search.subjects import GallerySubjects
+from fpmatch.gallery.search.search import GallerySubjects
 from fpmatch.gallery.search.whole import ENTRY, WholeSearch
 from fpmatch.gallery.store.stored_template import unpack_template
 from fpmatch.matching.compiled import COMPILED
@@ -19,8 +19,6 @@ from fpmatch.matching.result import call_matcher, named
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.search.search import Search
@@ -70,52 +68,40 @@ def open_search(
     return IndexedSearch(gallery, index)
 
 
-class _GallerySearch(WholeSearch):
-    """Search of the prints of a gallery in some state, with the digests of their entries."""
-
-    state: str
-    digests: NDArray[np.int64]
-
-
 def _whole(
-    gallery: Gallery,
-    matcher: Matcher,
-    progress: Progress,
-    before: Search | None,
+    gallery: Gallery, matcher: Matcher, progress: Progress, before: Search | None
 ) -> WholeSearch:
     """Return the search of all prints; those that are in the search `before` are not read again."""
     gallery.check_keys()
     state, (enrolled, digests) = gallery.content_hash(), gallery.digests()
-    known: WholeSearch | None = None
-    new = enrolled.tolist()
-    if isinstance(before, _GallerySearch):
+    subjects = GallerySubjects(gallery)
+    of_number = dict(zip(enrolled.tolist(), digests.tolist(), strict=True))
+    new, places = enrolled.tolist(), np.empty(0, np.intp)
+    if isinstance(before, WholeSearch):
         if before.state == state:
-            before.subjects = GallerySubjects(gallery)
+            before.subjects = subjects
             return before
-        of_number = dict(zip(new, digests.tolist(), strict=True))
         entries = zip(before.numbers.tolist(), before.digests.tolist(), strict=True)
-        same = [of_number.get(number) == digest for number, digest in entries]
-        known = before.take(np.flatnonzero(same))
-        new = sorted({*new}.difference(known.numbers.tolist()))
-        if len(known) and new and new[0] < known.numbers[-1]:  # their order would be another
-            known, new = None, enrolled.tolist()
+        places = np.flatnonzero([of_number.get(number) == digest for number, digest in entries])
+        known = before.numbers[places].tolist()
+        new = sorted(of_number.keys() - known)
+        if known and new and new[0] < known[-1]:  # their order would be another
+            new, places = enrolled.tolist(), places[:0]
     numbers, prints = [], []
     progress("prepare", 0, len(new))
-    of = None if known is None else new
-    for done, (number, data) in enumerate(gallery.packed_templates(of=of), start=1):
+    for number, data in gallery.packed_templates(of=new if len(places) else None):
         try:
-            template = unpack_template(data)
+            prints.append(call_matcher(matcher, "prepare", unpack_template(data)))
+        except MatcherError as error:
+            raise named(error, f"{ENTRY}{number}") from error
         except FpmatchError as error:
             gallery.damaged[number] = str(error)
             continue
-        try:
-            prints.append(call_matcher(matcher, "prepare", template))
-        except MatcherError as error:
-            raise named(error, f"{ENTRY}{number}") from error
         numbers.append(number)
-        progress("prepare", min(done, len(new)), len(new))
-    subjects = GallerySubjects(gallery)
-    search = _GallerySearch(matcher, numbers, prints, subjects, dict(gallery.damaged), known)
+        progress("prepare", min(len(numbers), len(new)), len(new))
+    search = WholeSearch(matcher, numbers, prints, subjects, dict(gallery.damaged))
+    if isinstance(before, WholeSearch) and len(places):
+        search = search.after(before, places)
     search.state = state
     search.digests = digests[np.isin(enrolled, search.numbers)]
     return search

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
-
-import numpy as np
 
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration
@@ -15,10 +14,12 @@ from fpmatch.matching.calibration import MAX_SCORE, load_calibration
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.search.identification import Candidate, SubjectCandidate
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
@@ -84,32 +85,8 @@ class SearchOptions:
 USUAL: Final = SearchOptions()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Compared:
-    """The prints that were compared with a probe, by the numbers of their entries, ascending.
-
-    After a pre-selection, its stages have `passed_on` so many prints.
-    """
-
-    numbers: NDArray[np.int64]
-    similarities: NDArray[np.float64]
-    passed_on: tuple[int, ...] = ()
-
-    def most_similar(self, count: int) -> NDArray[np.int64]:
-        """Return the numbers of the most similar prints, best first; of equals, the first."""
-        return self.numbers[np.argsort(-self.similarities, kind="stable")[:count]]
-
-    def without(self, gone: Sequence[int]) -> Compared:
-        """Return the comparisons without the prints of some numbers."""
-        left = ~np.isin(self.numbers, gone)
-        return replace(self, numbers=self.numbers[left], similarities=self.similarities[left])
-
-    def and_also(self, other: Compared) -> Compared:
-        """Return the prints, and others that were compared with the same probe."""
-        numbers = np.concatenate([self.numbers, other.numbers])
-        similarities = np.concatenate([self.similarities, other.similarities])
-        order = np.argsort(numbers)
-        return replace(self, numbers=numbers[order], similarities=similarities[order])
+Similarity = dict[int, float]
+"""Of the prints that were compared with a probe, by number."""
 
 
 class Subjects(Protocol):
@@ -147,13 +124,43 @@ class Search(ABC):
         return len(self.numbers)
 
     @abstractmethod
-    def compare(self, probe: Any, options: SearchOptions, threads: Threads) -> Compared:
-        """Compare a probe, which the matcher prepared, with the prints that may be its mates."""
+    def compare(
+        self, probe: Any, options: SearchOptions, threads: Threads
+    ) -> tuple[Similarity, tuple[int, ...]]:
+        """Compare a probe, which the matcher prepared, with the prints that may be its mates.
+
+        Also return how many prints each stage of a pre-selection has passed on.
+        """
 
     @abstractmethod
-    def compare_some(self, probe: Any, numbers: NDArray[np.int64], threads: Threads) -> Compared:
+    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
         """Compare a probe with the prints of some entries; those that are gone are left out."""
 
     @abstractmethod
     def print_of(self, number: int) -> Any:
         """Return a print as the matcher prepares it; None where it is gone."""
+
+
+class GallerySubjects:
+    """The subjects of an open gallery, as of one revision of it."""
+
+    def __init__(self, gallery: Gallery) -> None:
+        self.gallery = gallery
+
+    def __len__(self) -> int:
+        return self.gallery.subjects()
+
+    def fingers(self) -> int:
+        """Return how many fingers there are."""
+        return self._fingers
+
+    @cached_property
+    def _fingers(self) -> int:
+        return self.gallery.count_fingers()
+
+    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
+        """Return the subjects of the entries of some numbers, with all their fingers."""
+        subjects: dict[str, dict[str, list[int]]] = {}
+        for number, subject, finger in self.gallery.impressions_of_subjects(numbers):
+            subjects.setdefault(subject, {}).setdefault(finger, []).append(number)
+        return subjects

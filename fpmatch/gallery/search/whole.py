@@ -10,7 +10,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.gallery.search.search import Compared, Search
+from fpmatch.gallery.search.search import Search
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.in_threads import Threads
-    from fpmatch.gallery.search.search import SearchOptions, Subjects
+    from fpmatch.gallery.search.search import SearchOptions, Similarity, Subjects
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
 
@@ -31,8 +31,11 @@ COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes
 class WholeSearch(Search):
     """Search of prepared prints, packed where the matcher can pack them.
 
-    `state` is that of the gallery that they are from.
+    `state` is that of the gallery that they are from, `digests` are those of the entries.
     """
+
+    state = ""
+    digests: NDArray[np.int64]
 
     def __init__(
         self,
@@ -41,22 +44,11 @@ class WholeSearch(Search):
         prints: Sequence[Any],
         subjects: Subjects,
         damaged: Mapping[int, str] | None = None,
-        before: WholeSearch | None = None,
     ) -> None:
-        """Take prints of ascending numbers, which follow those of the search `before`, if any."""
+        """Take prints of ascending numbers."""
         self.matcher, self.subjects, self.damaged = matcher, subjects, damaged or {}
-        given = np.array(numbers, np.int64)
-        made: Any = PreparedPrints.pack(prints) if packs(matcher) else list(prints)
-        if before is not None:
-            given = np.concatenate([before.numbers, given])
-            known: Any = before.prints
-            made = (
-                PreparedPrints.concatenate([known, made])
-                if isinstance(known, PreparedPrints)
-                else [*known, *made]
-            )
-        self.numbers = given
-        self.prints: Any = made
+        self.numbers = np.array(numbers, np.int64)
+        self.prints: Any = PreparedPrints.pack(prints) if packs(matcher) else list(prints)
 
     @classmethod
     def of(cls, templates: Sequence[Template], matcher: Matcher) -> WholeSearch:
@@ -69,55 +61,55 @@ class WholeSearch(Search):
     def with_prints(self, templates: Sequence[Template]) -> WholeSearch:
         """Return a search of some templates, too, whose numbers follow those of the others."""
         first = int(self.numbers[-1]) + 1 if len(self) else 1
-        numbers = range(first, first + len(templates))
         stored = [unpack_template(pack_template(one)) for one in templates]
         prints = [call_matcher(self.matcher, "prepare", one) for one in stored]
-        subjects = Unlabelled(len(self) + len(prints))
-        return WholeSearch(self.matcher, numbers, prints, subjects, self.damaged, self)
+        numbers, subjects = range(first, first + len(prints)), Unlabelled(len(self) + len(prints))
+        added = WholeSearch(self.matcher, numbers, prints, subjects, self.damaged)
+        return added.after(self, np.arange(len(self)))
 
-    def take(self, places: NDArray[np.intp]) -> WholeSearch:
-        """Return the search of some of the prints, by their places, ascending."""
-        kept = WholeSearch(self.matcher, [], [], self.subjects, self.damaged)
-        kept.numbers, prints = self.numbers[places], self.prints
-        if isinstance(prints, PreparedPrints):
-            kept.prints = prints.take(places)
-        else:
-            kept.prints = [prints[k] for k in places.tolist()]
-        return kept
-
-    def compare(self, probe: Any, options: SearchOptions, threads: Threads) -> Compared:
-        """Compare a probe with all prints."""
-        if not isinstance(self.prints, PreparedPrints):
-            return Compared(self.numbers, self._one_by_one(probe, range(len(self))))
-        spans = range(0, len(self), COMPARED_AT_ONCE)
-        some = partial(_similarities, self.matcher, probe)
-        parts = threads.map(some, self.prints, spans)
-        return Compared(self.numbers, np.concatenate([np.empty(0), *parts]))
-
-    def compare_some(self, probe: Any, numbers: NDArray[np.int64], threads: Threads) -> Compared:
-        """Compare a probe with the prints of some entries; those that are gone are left out."""
-        places = np.flatnonzero(np.isin(self.numbers, numbers))
+    def after(self, before: WholeSearch, places: NDArray[np.intp]) -> WholeSearch:
+        """Put prints of a search before, by their places, before these; return this search."""
+        self.numbers = np.concatenate([before.numbers[places], self.numbers])
         if isinstance(self.prints, PreparedPrints):
-            similar = similarities(self.matcher, probe, self.prints.take(places))
+            kept = before.prints.take(places)
+            self.prints = PreparedPrints.concatenate([kept, self.prints])
         else:
-            similar = self._one_by_one(probe, places.tolist())
-        return Compared(self.numbers[places], similar)
+            self.prints = [*(before.prints[k] for k in places.tolist()), *self.prints]
+        return self
+
+    def compare(
+        self, probe: Any, options: SearchOptions, threads: Threads
+    ) -> tuple[Similarity, tuple[int, ...]]:
+        """Compare a probe with all prints."""
+        return self._compared(probe, np.arange(len(self)), threads), ()
+
+    def compare_some(self, probe: Any, numbers: Sequence[int], threads: Threads) -> Similarity:
+        """Compare a probe with the prints of some entries; those that are gone are left out."""
+        return self._compared(probe, np.flatnonzero(np.isin(self.numbers, numbers)), threads)
 
     def print_of(self, number: int) -> Any:
         """Return a print as the matcher prepares it; None where it is gone."""
         places = np.flatnonzero(self.numbers == number).tolist()
         return self.prints[places[0]] if places else None
 
-    def _one_by_one(self, probe: Any, places: Sequence[int]) -> NDArray[np.float64]:
-        """Return the similarities of a probe to prints that are not packed."""
-        similarity, k = np.zeros(len(places)), 0
+    def _compared(self, probe: Any, places: NDArray[np.intp], threads: Threads) -> Similarity:
+        """Compare a probe with the prints at some places."""
+        numbers = self.numbers[places].tolist()
+        if isinstance(self.prints, PreparedPrints):
+            prints = self.prints if len(places) == len(self) else self.prints.take(places)
+            some = partial(_similarities, self.matcher, probe)
+            parts = threads.map(some, prints, range(0, len(places), COMPARED_AT_ONCE))
+            return dict(zip(numbers, np.concatenate([np.empty(0), *parts]).tolist(), strict=True))
+        similarity: Similarity = {}
+        number = 0
         try:
-            for place, k in enumerate(places):
-                similarity[place] = compare_prepared(self.matcher, probe, self.prints[k]).similarity
-            if len(places):
-                check_repeats(self.matcher, probe, self.prints[k], similarity[-1])
+            for number, k in zip(numbers, places.tolist(), strict=True):
+                compared = compare_prepared(self.matcher, probe, self.prints[k])
+                similarity[number] = compared.similarity
+            if numbers:
+                check_repeats(self.matcher, probe, self.prints[k], similarity[number])
         except MatcherError as error:
-            raise named(error, f"{ENTRY}{self.numbers[k]}") from error
+            raise named(error, f"{ENTRY}{number}") from error
         return similarity
 
 

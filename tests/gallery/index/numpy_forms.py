@@ -131,13 +131,6 @@ def add_similarity(embedding: Any, probe: Any, votes: Any) -> int:
     return 0
 
 
-def lists_ascend(start: Any, posting: Any, prints: int) -> bool:
-    """Return whether the prints of each list ascend, and are among so many, as the kernel does."""
-    of = np.asarray(posting) >> 16
-    falls = np.flatnonzero(of[1:] < of[:-1]) + 1  # only where another list begins
-    return bool((of < prints).all() and np.isin(falls, start).all())
-
-
 def _sector(angle: Any, count: int) -> Any:
     share = angle / TURN
     share -= np.floor(share)

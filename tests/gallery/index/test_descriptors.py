@@ -1,4 +1,4 @@
-"""Stored bit descriptors: the scores of the prefilter, whatever the prints."""
+"""Stored bit descriptors: the scores of the prefilter for what is kept of the prints."""
 
 from dataclasses import replace
 

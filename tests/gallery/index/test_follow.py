@@ -18,7 +18,7 @@ from made_prints import DAMAGES, changed, entry_of, scattered
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index import files as index_files
+from fpmatch.gallery.index import follow as index_files
 from fpmatch.gallery.index.follow import GalleryIndex
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.tasks.space import free_space
@@ -42,7 +42,7 @@ def index_of(gallery, notes=None):
 
 
 def contents(index, gallery):
-    """Return number and content of all prints of an index that follows a gallery."""
+    """Return number and content, by number, of the prints of an index that follows a gallery."""
     index.follow(gallery)
     prints = [
         (one.number[0], [array.tobytes() for array in one.arrays().values()])
@@ -51,13 +51,13 @@ def contents(index, gallery):
     ]
     left = [prints[k] for k in index.stored.tolist()]
     assert index.numbers.tolist() == [number for number, _ in left]
-    return left
+    return sorted(left)
 
 
 def afresh(gallery):
     """Return the same of an index that is built from nothing, in another folder."""
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.gallery.index.files.kept_folders", lambda _: [Path(folder)])
+        patch.setattr("fpmatch.gallery.index.follow.kept_folders", lambda _: [Path(folder)])
         made = contents(index_of(gallery, notes=[]), gallery)
     assert [number for number, _ in made] == gallery.digests()[0].tolist()
     return made
@@ -107,10 +107,10 @@ def test_two_open_indexes_see_the_changes_of_each_other(filled):
 def test_only_what_is_new_is_built(filled, monkeypatch):
     index, built = index_of(filled), []
     index.follow(filled)
-    build = GalleryIndex._segment_of
+    build = GalleryIndex._built
     monkeypatch.setattr(
         GalleryIndex,
-        "_segment_of",
+        "_built",
         lambda self, gallery, rows, *_: built.append(len(rows)) or build(self, gallery, rows, *_),
     )
     filled.add([new_entry(number) for number in (20, 21, 22)])
@@ -189,7 +189,7 @@ def test_missing_files_are_built_again(gallery):
 
 
 @pytest.mark.parametrize("of", ["gallery", "version"])
-def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path, monkeypatch, of):
+def test_the_index_of_another_gallery_or_version_is_not_used(gallery, tmp_path, monkeypatch, of):
     gallery.add([new_entry(number) for number in range(5)])
     expected = contents(index_of(gallery), gallery)
     if of == "version":
@@ -203,9 +203,8 @@ def test_the_index_of_another_gallery_is_not_used(gallery, tmp_path, monkeypatch
             shutil.copytree(files_of(other)[0].parent, folder)
     notes = []
     assert contents(index_of(gallery, notes), gallery) == expected
-    assert notes == [
-        f"files of the index of {gallery.name} are of another version or gallery: built again"
-    ]
+    why = "are of another version or gallery: built again"
+    assert notes == [f"files of the index of {gallery.name} {why}"] * (of == "version")
     assert contents(index_of(gallery), gallery) == expected
     assert len(segment_files(gallery)) == 1
 
@@ -255,6 +254,50 @@ def test_on_a_full_disk_the_index_is_in_memory(gallery, monkeypatch):
         assert contents(index, gallery) == afresh(gallery)
     gallery.add([new_entry(9)])
     assert contents(index, gallery) == contents(index_of(gallery), gallery) == afresh(gallery)
+
+
+def test_an_index_in_the_home_folder_is_noted_and_reached_by_removal(gallery, monkeypatch):
+    """Where the gallery's own folder cannot be written."""
+    gallery.add([new_entry(number) for number in range(6)])
+
+    def refused(path, **_):
+        if path.name.endswith(".prepared"):
+            raise OSError(30, "Read-only file system")
+        path.mkdir(parents=True, exist_ok=True)
+
+    monkeypatch.setattr(index_files, "make_folder", refused)
+    beside, home = index_files.kept_folders(gallery)
+    contents(index_of(gallery, notes := []), gallery)
+    (note,) = notes
+    assert note.startswith(f"the index of {gallery.name} is kept in {home}: ")
+    assert "read-only" in note.lower()
+    (before,) = home.glob("*.segment")
+    size = before.stat().st_size
+    gallery.remove([2])
+    (after,) = home.glob("*.segment")
+    assert after.stat().st_size < size
+    assert not beside.exists()
+    left = [number for number, _ in contents(index_of(gallery, []), gallery)]
+    assert left == [1, 3, 4, 5, 6]
+
+
+def test_an_install_without_kernels_erases_a_print_and_keeps_the_index(gallery):
+    gallery.add([new_entry(number) for number in range(6)])
+    expected = contents(index_of(gallery), gallery)
+    (path,) = segment_files(gallery)
+    script = [
+        *("import sys, importlib.util as u", "find = u.find_spec"),
+        "u.find_spec = lambda name, *a: None if name.endswith('_kernel') else find(name, *a)",
+        "from fpmatch.gallery.gallery import open_gallery",
+        "from fpmatch.matching.compiled import COMPILED",
+        "assert not COMPILED",
+        "open_gallery(sys.argv[1]).remove([2])",
+        "assert not [k for k in sys.modules if k.startswith('fpmatch.gallery.index._')]",
+    ]
+    subprocess.run([sys.executable, "-c", "\n".join(script), gallery.file], check=True)
+    (now,) = segment_files(gallery)
+    assert now != path
+    assert contents(index_of(gallery), gallery) == [one for one in expected if one[0] != 2]
 
 
 WORK = """

@@ -19,7 +19,7 @@ from matching_prints import (
 
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.index._term_kernel import describe_edges, measure_curvatures
-from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes, lists_ascend
+from fpmatch.gallery.index._vote_kernel import add_similarity, count_votes
 from fpmatch.gallery.index.embedding import LENGTH
 from fpmatch.gallery.index.model import MODEL_FILE, TERMS, IndexModel, index_model
 from fpmatch.gallery.index.segment import COLUMNS, TABLE, Segment
@@ -198,13 +198,6 @@ def test_prints_of_any_size(n):
     assert len(segment_of([])) == 0
 
 
-def test_what_is_no_segment_is_not_built():
-    prints = [MATCHER.prepare(t) for t in gallery(6, 2, 8)]
-    for numbers in ([2, 1], [1, 1]):
-        with pytest.raises(MatcherError):
-            Segment.build(numbers, numbers, prints)
-
-
 def changed(arrays, name, at, value):
     array = arrays[name].copy()
     array[at] = value
@@ -217,7 +210,6 @@ def test_damaged_arrays_are_refused():
     last = len(whole["posting"])
     some = int(np.flatnonzero(np.diff(whole["term_start"]))[0]) + 1
     for name, at, value in (
-        ("number", 1, 9),
         ("term_start", 0, 1),
         ("term_start", -1, last - 1),
         ("term_start", -1, last + 1),
@@ -237,14 +229,3 @@ def test_damaged_arrays_are_refused():
     twice = {**whole, "term_start": np.repeat([0, last], [TERMS, 1]).astype(np.uint32)}
     with pytest.raises(MatcherError, match="damaged"):
         Segment.of_arrays(twice)  # prints of a list do not ascend
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_lists_are_checked_as_by_the_numpy_form(seed):
-    rng = np.random.default_rng(seed)
-    start = np.sort(rng.integers(0, 9, 5)).astype(np.uint32)
-    start[0] = 0
-    posting = rng.integers(0, 3, start[-1]).astype(np.uint32) << np.uint32(16)
-    for prints in (2, 3):
-        expected = numpy_forms.lists_ascend(start, posting, prints)
-        assert lists_ascend(start, posting, prints) == expected

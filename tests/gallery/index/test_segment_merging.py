@@ -3,12 +3,10 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch import Minutiae, Template
-from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
@@ -48,9 +46,3 @@ def test_merged_segments_are_one_built_of_all_prints(ends):
     ends = [0, *sorted(ends), 12]
     parts = [built(range(*pair)) for pair in pairwise(ends)]
     assert same(Segment.concatenate(parts), WHOLE)
-
-
-def test_a_segment_has_no_more_prints_than_can_be_numbered(monkeypatch):
-    monkeypatch.setattr("fpmatch.gallery.index.segment.MAX_PRINTS", 23)
-    with pytest.raises(MatcherError, match="up to 23"):
-        Segment.concatenate([WHOLE, WHOLE])

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from fpmatch.gallery.index.size_normalization import (
     LEAST_PRINTS,
     SIZE_OFFSET,
-    SizeNormalization,
     size_normalized,
 )
 
@@ -37,8 +36,8 @@ def test_normalization_does_not_depend_on_the_order_of_the_prints(seed, count, p
     rng = np.random.default_rng(seed)
     sizes, scores = rng.integers(0, 400, count), rng.integers(0, 288, count)
     order = rng.permutation(count)
-    whole, mixed = (
-        SizeNormalization.fit(scores[of], sizes[of], probe_size) for of in (np.arange(count), order)
+    whole = size_normalized(scores, sizes, probe_size)
+    assert (
+        whole[order].tolist() == size_normalized(scores[order], sizes[order], probe_size).tolist()
     )
-    assert whole.of(scores, sizes)[order].tolist() == mixed.of(scores[order], sizes[order]).tolist()
-    assert np.isfinite(whole.of(scores, sizes)).all()
+    assert np.isfinite(whole).all()

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.prints._prepared_view_kernel import PreparedView
-from fpmatch.gallery.index.prints.print_arrays import (
-    MAX_MINUTIAE,
-    PRINT,
-    START,
-    PrintArrays,
-    of_each,
-)
+from fpmatch.gallery.store.array_file import Column
+from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS
 from fpmatch.matching.parameters import USUAL
-from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.prepared import (
     ROOT_WEIGHTS,
     BitDescriptors,
@@ -36,12 +29,86 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+if COMPILED:
+    from fpmatch.gallery.index.prints._prepared_view_kernel import PreparedView
+    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
+
+MAX_MINUTIAE: Final = 256  # of a print, that a byte can number
+# dimensions: one entry a print; one more than that. Others have the name of the array of starts.
+PRINT: Final = "print"
+START: Final = "start"
+
+Prints = TypeVar("Prints", bound="PrintArrays")
 PRINTS_AT_ONCE: Final = 1024  # put into arrays before these are joined
 _SIZE: Final = USUAL.neighbours
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 # dimensions of entries that are of a minutia, or of a cell, of all prints
 MINUTIA: Final = "minutiae_start"
 CELL: Final = "cell_start"
+
+
+def of_each(what: str, dtype: str, *shape: int) -> dict[str, Column]:
+    """Return of what the entries of an array are, its type, and the shape of an entry."""
+    return {"column": Column(dtype, (what, *shape))}
+
+
+class PrintArrays:
+    """Base of dataclasses whose fields are the arrays of many prints, one print after the other.
+
+    A field of the dimension `START` has the first entry of each print, and the end of the last one,
+    in all arrays of the dimension that has its name.
+    """
+
+    @classmethod
+    def columns(cls) -> dict[str, Column]:
+        """Return what each array must be, for `fpmatch.gallery.store.array_file`."""
+        return {f.name: f.metadata["column"] for f in fields(cls)}  # type: ignore[arg-type]
+
+    @classmethod
+    def concatenate(cls: type[Prints], parts: Sequence[Prints]) -> Prints:
+        """Return the prints of all `parts`, one after the other: of one, itself."""
+        if len(parts) == 1:
+            return parts[0]
+        joined: dict[str, Any] = {}
+        for name, column in cls.columns().items():
+            arrays = [getattr(part, name) for part in parts] or [_no_entries(column)]
+            if column.shape[0] == START:
+                ends = np.cumsum([0, *(int(array[-1]) for array in arrays)])
+                moved = [a[:-1] + end for a, end in zip(arrays, ends, strict=False)]
+                joined[name] = np.concatenate([*moved, ends[-1:]]).astype(column.dtype, copy=False)
+            else:
+                joined[name] = np.concatenate(arrays)
+        return cls(**joined)
+
+    def take(self: Prints, which: NDArray[np.integer]) -> Prints:
+        """Return a copy of the prints with the numbers `which`, shape (K,), in this order."""
+        columns = self.columns()
+        entries: dict[str, NDArray[np.integer]] = {PRINT: which}
+        taken: dict[str, Any] = {}
+        for starts in [name for name, column in columns.items() if column.shape[0] == START]:
+            begin = getattr(self, starts)[which]
+            length = getattr(self, starts)[which + 1] - begin
+            taken[starts] = np.concatenate([[0], np.cumsum(length)]).astype(columns[starts].dtype)
+            entries[starts] = np.repeat(begin - taken[starts][:-1], length)
+            entries[starts] += np.arange(length.sum())
+        taken |= {
+            name: getattr(self, name)[entries[str(column.shape[0])]]
+            for name, column in columns.items()
+            if name not in taken
+        }
+        return type(self)(**taken)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(self.arrays().values())
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays by name."""
+        return {name: getattr(self, name) for name in self.columns()}
+
+
+def _no_entries(column: Column) -> NDArray[Any]:
+    """Return an array of no prints."""
+    return np.zeros((int(column.shape[0] == START), *map(int, column.shape[1:])), column.dtype)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -29,18 +29,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.tasks.enrol import Enrolment
     from fpmatch.image.io.grey import RawSize
     from fpmatch.image.quality.polarity import Polarity
-
-_WORKERS_NEED: Final = (
-    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
-    "cv2",
-    "threadpoolctl",
-    "fpmatch.gallery.engine.workers",
-    "fpmatch.gallery.listing.entry",
-    "fpmatch.gallery.listing.prints",
-    "fpmatch.image.io.read",
-    "fpmatch.image.folder_traits",
-    "fpmatch.prints.reading",
-)
 
 
 @click.command(
@@ -159,11 +147,7 @@ def enrol(
     in it. A MANIFEST lists prints in a CSV file; the entries of another GALLERY are enrolled, too.
     The gallery is made where it is missing; an interrupted run continues when it is started again.
     """
-    from fpmatch.gallery.engine.local import start_fork_server
-
     check_where(workers, scheduler)
-    if scheduler is None:
-        start_fork_server(workers, *_WORKERS_NEED)
     from fpmatch.gallery.encryption.keys import load_keys
     from fpmatch.gallery.engine.engine import make_engine
     from fpmatch.gallery.gallery import open_gallery

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.search.search import Search, SearchOptions
 
 PREPARE: Final = {"prepare": "preparing prints"}
-_WORKERS_NEED: Final = ("fpmatch.gallery.batch.candidates", "fpmatch.matching.matchers.unit_circle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,12 +256,9 @@ def identify_to_file(run: Run, output: Path) -> int:
     """Write the candidates of all probes; return the exit status of the command."""
     from fpmatch.base.output import check_writable
     from fpmatch.gallery.batch.candidates import check_candidates_format, write_candidates
-    from fpmatch.gallery.engine.local import start_fork_server
 
     check_candidates_format(output)
     check_writable(output)
-    if run.scheduler is None:
-        start_fork_server(run.workers, *_WORKERS_NEED)
     try:
         stages = PREPARE | {"identify": "searching"}
         with run.opened() as gallery, ProgressBars(stages) as bars:

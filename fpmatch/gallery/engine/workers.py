@@ -7,7 +7,7 @@ from collections import deque
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError
@@ -97,7 +97,7 @@ def attempt_each(
             sent.append(chunk)
             yield chunk
 
-    with closing(engine.map(_attempt_chunk, work, chunks())) as results:
+    with closing(engine.map(_attempt_chunk, work, chunks(), _names)) as results:
         for attempts in results:
             yield from zip(sent.popleft(), attempts, strict=True)
 
@@ -142,6 +142,12 @@ def _engine_for(
     if engine is not None:
         return nullcontext(engine)
     return processes(min(available_cores() if workers is None else workers, max(1, chunks)))
+
+
+def _names(items: list[Any]) -> str:
+    """Return the names of items that are prints, or begin with one."""
+    prints = [item[0] if isinstance(item, tuple) else item for item in items]
+    return ", ".join(str(getattr(one, "path", one)) for one in prints)
 
 
 def _attempt_chunk(work: Callable[[Item], Result], chunk: list[Item]) -> list[Attempt[Result]]:

@@ -180,13 +180,14 @@ def test_every_flipped_byte_of_an_entry_is_detected(encrypted):
 
 
 def test_what_processes_are_sent_contains_no_key(encrypted, source, monkeypatch):
-    from fpmatch.gallery.engine import task
+    from fpmatch.gallery.engine import engine as module
     from fpmatch.gallery.engine.engine import processes
 
     packed = []
-    original = task.pack_task
+    original = module._packed
     monkeypatch.setattr(
-        "fpmatch.gallery.engine.local.pack_task",
+        module,
+        "_packed",
         lambda *work: packed.append(original(*work)) or packed[-1],
     )
     with open_gallery(encrypted) as gallery:

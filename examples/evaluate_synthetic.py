@@ -26,8 +26,7 @@ def main(folder: Path, fingers: int, impressions: int) -> None:
     print(f"{first.genuine} genuine pairs, {first.impostor} impostor pairs")
     for report in reports:
         (row,) = report.sets
-        genuine = row.outcomes["similarity"][row.pairs.genuine]
-        impostor = row.outcomes["similarity"][~row.pairs.genuine]
+        genuine, impostor = row.scores.split()
         print()
         print(f"matcher {report.matcher}")
         print(f"  equal error rate                     {shown(row.rates.eer)}")

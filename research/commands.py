@@ -159,6 +159,7 @@ research.add_command(
             "polarity": ("checks.polarity", "Detection of inverted images."),
             "resolution": ("checks.resolution", "Detection of wrong resolutions."),
             "rolled": ("checks.rolled", "Rolled prints against flat ones."),
+            "truth": ("ground_truth", "Minutiae and transforms of synthetic prints."),
         },
     )
 )

@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
-from fpmatch.lab.evaluation.report.rate_text import percent
+from fpmatch.lab.evaluation.report.results import percent
 from research.commands import PATH, ROOT, Command, read_json, write_json
 from research.markdown import markdown_table, marked_block, write_marked_block
 from research.points.conditions import PAPER_ROWS, TARGET_FACTORS
@@ -42,7 +43,7 @@ _STAGES: Final = {
 
 def rates_kept(evaluation: Row) -> dict[str, Any]:
     """Select what the pages show from the JSON of ``fpmatch evaluate --json``."""
-    shown = ("name", *RATES, "extract_ms", "match_us")
+    shown = ("name", *RATES)
 
     def kept(row: Row) -> dict[str, Any]:
         return {key: row[key] for key in shown if key in row}
@@ -53,16 +54,15 @@ def rates_kept(evaluation: Row) -> dict[str, Any]:
 
 def format_databases(results: Row) -> str:
     """Return the rates of the default matcher by database, beside those of the paper's."""
-    head = ["database", "EER", "FMR100", "FMR1000", "ZeroFMR", "extraction", "comparison"]
+    head = ["database", "EER", "FMR100", "FMR1000", "ZeroFMR"]
     body = []
     for row in results["learned"]["sets"]:
-        times = [f"{row['extract_ms']:.0f} ms", f"{row['match_us']:.0f} µs"]
-        body.append([row["name"], *(percent(row[rate]) for rate in RATES), *times])
+        body.append([row["name"], *(percent(row[rate]) for rate in RATES)])
     for part, matcher in (("learned", "unit-circle"), ("paper", "paper")):
         for name in ("mean", "pooled"):
             row = results[part][name]
             cells = [f"{name}, `{matcher}`", *(percent(row[rate]) for rate in RATES)]
-            body.append([*(f"**{c}**" if part == "learned" else c for c in cells), "", ""])
+            body.append([*(f"**{c}**" if part == "learned" else c for c in cells)])
     return markdown_table([head, *body])
 
 
@@ -233,7 +233,10 @@ def format_headline(results: Row) -> str:
 
 
 def format_searching(results: Row) -> str:
-    """Return what searches of large galleries cost, and the mates that they lose."""
+    """Return what searches of large galleries cost, and the mates that they lose.
+
+    Turned probes of all databases stand in one row.
+    """
     head = ["prints", "effort", "compared", "without a mate: Delaunay calls", "time"]
     cost = [[*head, "compared", "with a mate: Delaunay calls", "time"]]
     for s in results["speed"]:
@@ -242,10 +245,22 @@ def format_searching(results: Row) -> str:
             compared, calls, ms = (s[kind + key] for key in ("compared", "calls", "ms"))
             row += [f"{compared:,.0f}", f"{calls:,.0f}", f"{ms:.0f} ms"]
         cost.append(row)
-    mates = [["mates of", "prints", "effort", "mates", "found if all are compared", "lost"]]
+    efforts = sorted({r["effort"] for r in results["loss"]})
+    counts: dict[tuple[int, int, str], Counter[Any]] = {}
     for r in results["loss"]:
-        counts = [str(r["mates"]), str(r["found"]), percent(r["lost"])]
-        mates.append([r["name"], f"{r['prints']:,}", str(r["effort"]), *counts])
+        for name in {"all", "all" if r["turned"] else r["name"]}:
+            count = counts.setdefault((r["prints"], r["turned"], name), Counter())
+            count[r["effort"]] += round(r["lost"] * r["found"])
+            if r["effort"] == efforts[0]:
+                count.update(mates=r["mates"], ranked=r["found"])
+    lost = [f"lost at effort {effort}" for effort in efforts]
+    mates = [["prints", "mates of", "turned by", "first if all are compared", *lost]]
+    order = sorted(counts, key=lambda key: (key[0], key[1], key[2] == "all"))
+    for prints, turned, name in order:
+        count = counts[prints, turned, name]
+        shares = [percent(count[effort] / max(1, count["ranked"])) for effort in efforts]
+        ranked = f"{count['ranked']} of {count['mates']}"
+        mates.append([f"{prints:,}", name, f"{turned}°", ranked, *shares])
     return f"{markdown_table(cost)}\n\n{markdown_table(mates)}"
 
 

@@ -1,7 +1,6 @@
 """What several tests share: templates and pictures of prints that never were."""
 
 import csv
-import importlib.util
 import re
 import shutil
 import subprocess
@@ -166,21 +165,6 @@ def pressed():
         for master in masters
         for number in (1, 2)
     ]
-
-
-@pytest.fixture(scope="session")
-def interpreted():
-    """Return the function that loads a kernel as ordinary Python, compiled or not besides."""
-
-    def load(name):
-        (source,) = Path(fpmatch.__file__).parent.rglob(f"{name}.py")
-        spec = importlib.util.spec_from_file_location(f"interpreted{name}", source)
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        assert not module.cython.compiled
-        return module
-
-    return load
 
 
 @pytest.fixture

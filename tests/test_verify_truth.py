@@ -11,15 +11,12 @@ import pytest
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.ground_truth.transform_error import common_minutiae
-from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.matching.compiled import COMPILED
-from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.matching.verify import verify
 from fpmatch.pointset.geometry.similarity import Similarity
+from research.ground_truth import common_minutiae, load_truth
 
 SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
-FVC2002_DB1 = Path(__file__).resolve().parents[2] / "shared" / "fvc" / "fvc2002" / "DB1_B"
 DATASET = load_dataset(SAMPLES)
 IMPRESSIONS = [impression.path.stem for impression in DATASET.impressions]
 TRUTH = dict(zip(IMPRESSIONS, load_truth(DATASET), strict=True))
@@ -92,44 +89,6 @@ def assert_change_is_recovered(name, changed, change):
         after = verify(changed, template_of(reference))
         assert after.match
         assert_near(after.transform, expected, change.apply(centre_of(template_of(name))), 1, 2)
-
-
-@pytest.fixture(scope="module")
-def all_templates():
-    """Return those of the samples, and of four more that are turned, and cut down to a part."""
-    changed = []
-    for finger, degrees in zip(FINGERS, (25, 90, -60, 170), strict=True):
-        image, _ = turned_about_the_middle(pixels_of(f"{finger}_3"), degrees)
-        changed.append(extract(image[90:-130, 120:-110], dpi=500))
-    return [*map(template_of, IMPRESSIONS), *changed][:: 1 if COMPILED else 3]
-
-
-def test_score_is_symmetric_to_the_last_bit(all_templates):
-    pairs = list(itertools.combinations_with_replacement(all_templates, 2))
-    assert len(pairs) >= (200 if COMPILED else 28)
-    for a, b in pairs[:: 1 if COMPILED else 4]:
-        forth, back = verify(a, b), verify(b, a)
-        for name in ("score", "agreement", "overlap"):
-            assert getattr(forth, name) == getattr(back, name)
-        assert (forth.transform is None) == (back.transform is None)
-        if forth.transform:
-            corners = [[0, 0], [a.width, 0], [0, a.height], [a.width, a.height]]
-            again = back.transform.inverse().apply(corners)
-            assert again == pytest.approx(forth.transform.apply(corners), abs=1e-6)
-
-
-@pytest.mark.skipif(not COMPILED, reason="takes a hundred times as long")
-@pytest.mark.skipif(not FVC2002_DB1.is_dir(), reason="the FVC images are not beside the project")
-def test_ridges_of_different_fingers_agree_as_the_legend_states():
-    prints = {file: extract(file, dpi=500) for file in sorted(FVC2002_DB1.glob("*_[1-4].tif"))}
-    compared = [
-        verify(a, b).compared
-        for (path, a), (other, b) in itertools.combinations(prints.items(), 2)
-        if not same_finger((path.name, other.name))
-    ]
-    agreements = [one.ridge_agreement for one in compared if one and one.ridge_area_mm2]
-    assert len(agreements) > 50
-    assert np.mean(agreements) == pytest.approx(IMPOSTOR_RIDGES, abs=0.02)
 
 
 @pytest.mark.parametrize(("probe", "reference"), PAIRS[::STRIDE])

@@ -31,7 +31,6 @@ COMMANDS: Final = {
     ("Laboratory", "lab.cli"): {
         "explain": "Show each step of the method on two prints.",
         "evaluate": "Measure error rates on databases of prints.",
-        "evaluate-identification": "Measure error rates of searches (1:N).",
         "rates": "Compute error rates of scores of any matcher.",
         "synth": "Make synthetic prints with ground truth.",
         "calibrate": "Fit scores to the rates of your own prints.",

@@ -60,10 +60,10 @@ class CaseReportError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class CaseFile:
-    """The identity of the file of one print: its name, size in bytes and SHA-256."""
+    """The identity of the file of one print: its name, size in bytes where known, and SHA-256."""
 
     name: str
-    size: int
+    size: int | None
     sha256: str
 
     @classmethod

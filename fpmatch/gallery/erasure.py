@@ -1,4 +1,4 @@
-"""Erasure of what was removed from a gallery: in its file, and in its index."""
+"""Erasure of what was removed from a gallery in its index, which is beside the database."""
 
 from __future__ import annotations
 
@@ -6,27 +6,23 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_files, kept_folders
-from fpmatch.gallery.store.tables import TABLES
+from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_folders
 from fpmatch.matching.compiled import COMPILED
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
 
 
-def erase_traces(gallery: GalleryReader, numbers: Collection[int]) -> None:
+def erase_traces(gallery: Gallery, numbers: Collection[int]) -> None:
     """Erase what is left of entries that were just removed, by their numbers.
 
-    What is deleted from a SQLite file is overwritten at once; one that an earlier version has
-    changed, which did not, is rewritten. Raises GalleryError (code "traces") if that cannot be
-    done.
+    What is deleted from a SQLite file is overwritten at once. Raises GalleryError (code "traces")
+    if files of the index cannot be changed.
     """
     try:
         delete_outdated(gallery, numbers)
-        if gallery.file is not None and not gallery.is_overwritten():
-            gallery.vacuum(TABLES)
     except FpmatchError as error:
         why = error.detail or str(error)
         raise gallery.error(
@@ -35,7 +31,7 @@ def erase_traces(gallery: GalleryReader, numbers: Collection[int]) -> None:
         ) from error
 
 
-def delete_outdated(gallery: GalleryReader, numbers: Collection[int] | None = None) -> None:
+def delete_outdated(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
     """Write the index anew where it has removed prints, all or some, and delete empty folders.
 
     Files of prepared prints, which version 0.2 made, are deleted; where kernels are not compiled,
@@ -51,12 +47,3 @@ def delete_outdated(gallery: GalleryReader, numbers: Collection[int] | None = No
     for folder in kept_folders(gallery):
         with suppress(OSError):
             folder.rmdir()
-
-
-def size_of_index(gallery: GalleryReader) -> int:
-    """Return the bytes of the index of a gallery."""
-    size = 0
-    for path in kept_files(gallery):
-        with suppress(OSError):
-            size += path.stat().st_size
-    return size

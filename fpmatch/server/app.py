@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+import anyio
 from anyio import to_thread
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
@@ -19,7 +21,7 @@ from fpmatch.errors import FpmatchError, GalleryError
 from fpmatch.printable import printable
 from fpmatch.server.access import Access
 from fpmatch.server.errors import RETRY, ClientGoneError, NotReadyError, RequestError, status_of
-from fpmatch.server.gallery import check_gallery
+from fpmatch.server.gallery import check_gallery, make_index
 from fpmatch.server.pool import Pool
 from fpmatch.server.routes import gallery_router, operations_router, router
 from fpmatch.server.settings import STATIC
@@ -46,6 +48,7 @@ _FAULTS: Final = {  # of the server, by the code of the error
     "plug-in": "a matcher or format of another package cannot be loaded",
 }
 _UNKNOWN: Final = "internal error"
+_QUICK_S: Final = 2.0  # that an index may take without a word
 _log: Final = logging.getLogger(__name__)
 
 
@@ -66,10 +69,13 @@ def make_app(settings: Settings, ready: Callable[[], None] = lambda: None) -> Ob
     checks = [Check("a worker process", pool.answer)]
 
     @asynccontextmanager
-    async def started(_: FastAPI) -> AsyncIterator[None]:
-        async with pool.running():
+    async def started(app: FastAPI) -> AsyncIterator[None]:
+        async with pool.running(), anyio.create_task_group() as group:
+            if settings.gallery is not None:
+                group.start_soon(_make_index, pool, settings.gallery, app.state.indexed)
             ready()
             yield
+            group.cancel_scope.cancel()
 
     app = FastAPI(
         title="fpmatch",
@@ -81,6 +87,7 @@ def make_app(settings: Settings, ready: Callable[[], None] = lambda: None) -> Ob
         redirect_slashes=False,
     )
     app.state.pool, app.state.settings, app.state.checks = pool, settings, checks
+    app.state.indexed = asyncio.Event()
     app.include_router(operations_router)
     app.include_router(router)
     gallery = None
@@ -93,6 +100,25 @@ def make_app(settings: Settings, ready: Callable[[], None] = lambda: None) -> Ob
     for kind in (FpmatchError, RequestValidationError, HTTPException, ClientGoneError, Exception):
         app.add_exception_handler(kind, _on_error)
     return Observer(Access(app, settings))
+
+
+async def _make_index(pool: Pool, gallery: str, made: asyncio.Event) -> None:
+    """Make the index of a gallery where it lacks one, and prepare a worker for searches."""
+
+    async def tell() -> None:
+        await anyio.sleep(_QUICK_S)
+        _log.warning("the index of the gallery is being made: searches wait, or are refused")
+
+    try:
+        async with anyio.create_task_group() as group:
+            group.start_soon(tell)
+            try:
+                await pool.prepare(make_index, gallery)
+            except FpmatchError as error:  # each search meets it, too
+                _log.warning("the gallery cannot be searched: %s", error)
+            group.cancel_scope.cancel()
+    finally:
+        made.set()
 
 
 async def _on_error(request: Request, error: Exception) -> Response:

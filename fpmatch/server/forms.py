@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any, Final, Literal, cast
 
 from fastapi import Depends, Form, Request, Security, UploadFile, params
 from fastapi.security import HTTPBearer
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    TypeAdapter,
+    ValidationError,
+)
 
 from fpmatch.drawing.case_report import LONGEST_CASE_NUMBER, LONGEST_TEXT
 from fpmatch.drawing.overlay.draw import View, view_of
 from fpmatch.errors import unknown_name
-from fpmatch.gallery.store.audit_chain import act_as
+from fpmatch.gallery.store.audit import act_as
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_names, split_name
 from fpmatch.printable import printable
 from fpmatch.prints.pair import PairOptions
@@ -89,6 +98,7 @@ class Context:
         self.where = str(state.settings.gallery)
         self._pool: Pool = state.pool
         self._gallery: Check = state.gallery
+        self._indexed: asyncio.Event = state.indexed
 
     async def run(self, work: Callable[..., Result], *args: Any) -> Result:
         """Return ``work(*args)``, done in a worker process."""
@@ -101,6 +111,14 @@ class Context:
             raise RequestError("the gallery does not answer: try again shortly", status=503)
         in_name = partial(act_as, self.client.name, work)
         return await self._pool.run(self._request, in_name, *args, gallery=True)
+
+    async def searchable(self) -> None:
+        """Wait for the index of the gallery; refused where it is made for long."""
+        try:
+            await asyncio.wait_for(self._indexed.wait(), self.limits.wait_seconds)
+        except TimeoutError:
+            why = "the index of the gallery is being made: try again later"
+            raise RequestError(why, status=503) from None
 
 
 Here = Annotated[Context, Depends(Context)]
@@ -225,16 +243,6 @@ class EnrolledOverlayForm(_Drawing, EnrolledPairForm):
     """A probe, to be drawn over an enrolled print."""
 
 
-class ReportForm(PairForm):
-    """Two prints, and what an examiner noted and marked."""
-
-    notes: str = Field("", max_length=LONGEST_TEXT)
-    marks: str = Field("[]", max_length=LONGEST_TEXT, description="JSON: list of side, x, y, note")
-    case_number: str = Field(
-        "", max_length=LONGEST_CASE_NUMBER, description="On every page of the report"
-    )
-
-
 class Mark(BaseModel):
     """A mark of an examiner, in pixels of one of the prints."""
 
@@ -244,6 +252,34 @@ class Mark(BaseModel):
     x: FiniteFloat
     y: FiniteFloat
     note: str = ""
+
+
+class _Examined(_Form):
+    notes: str = Field("", max_length=LONGEST_TEXT)
+    marks: str = Field("[]", max_length=LONGEST_TEXT, description="JSON: list of side, x, y, note")
+    case_number: str = Field(
+        "", max_length=LONGEST_CASE_NUMBER, description="On every page of the report"
+    )
+
+    def examination(self) -> tuple[str, list[dict[str, Any]], str]:
+        """Return notes, marks and case number; RequestError where the marks cannot be read."""
+        why = "must be a JSON list of side, x, y and note"
+        try:
+            placed = TypeAdapter(list[Mark]).validate_json(self.marks)
+        except ValidationError as error:
+            for fault in error.errors():
+                if fault["type"] == "extra_forbidden":
+                    why = unknown_name("key", str(fault["loc"][-1]), Mark.model_fields)
+            raise RequestError(f"marks: {why}") from None
+        return self.notes, [mark.model_dump() for mark in placed], self.case_number
+
+
+class ReportForm(_Examined, PairForm):
+    """Two prints, and what an examiner noted and marked."""
+
+
+class EnrolledReportForm(_Examined, EnrolledPairForm):
+    """A probe, an enrolled print, and what an examiner noted and marked."""
 
 
 class StagesForm(_Enhanced, _Image):

@@ -20,35 +20,30 @@ from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Label, NamePa
 from fpmatch.gallery.search.entries import identify_given
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.rows import check_storable
-from fpmatch.gallery.store.stored_template import minutiae_digest
+from fpmatch.gallery.store.summary import count_entries
 from fpmatch.gallery.store.tables import ENROLLED
 from fpmatch.gallery.tasks.claim import check_claim
-from fpmatch.gallery.tasks.consistency import LINK_SCORE, SEARCHED_UP_TO
-from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.decision import DEFAULT_THRESHOLD, find_shortage
-from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
+from fpmatch.gallery.tasks.screening import find_unmatched
+from fpmatch.matching.decision import DEFAULT_THRESHOLD
+from fpmatch.matching.registry import DEFAULT_MATCHER
 from fpmatch.prints.report import as_dict
 from fpmatch.server.errors import NotReadyError, RequestError
 from fpmatch.server.prints import open_upload, open_upload_with_minutiae
 from fpmatch.server.watch import CHECK_S
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search.search import Search
     from fpmatch.prints.pair import PairOptions
     from fpmatch.server.prints import PrintOptions, Upload
-    from fpmatch.templates.minutiae import Template
 
 _PATIENCE_S: Final = 10.0  # of one call of a database, for requests that have begun
-_COMPARED: Final = 8  # impressions of a finger that a new one is compared with
 _DECISION: Final = ("decision", "match", "score", "fmr", "extrapolated", "threshold", "reason")
 _log: Final = logging.getLogger(__name__)
 # The latest search of this worker process, by gallery and matcher.
 _kept: dict[tuple[str, str], Search] = {}
-# The latest counts of a gallery, with its content: to count reads all rows.
-_counted: dict[str, tuple[str, dict[str, Any]]] = {}
 
 
 @contextmanager
@@ -98,12 +93,9 @@ def short_name(place: str) -> str:
 
 
 def describe_gallery(where: str) -> dict[str, Any]:
-    """Return what ``fpmatch gallery list --summary --json`` prints."""
+    """Return the counts that ``fpmatch gallery list --summary --json`` prints, but of no row."""
     with open_served_gallery(where) as gallery:
-        content = gallery.content_hash()
-        if _counted.get(where, ("", {}))[0] != content:
-            _counted[where] = content, gallery.summary().as_dict()
-        return {"gallery": short_name(gallery.name), **_counted[where][1]}
+        return {"gallery": short_name(gallery.name), **count_entries(gallery)}
 
 
 def check_gallery(where: str) -> None:
@@ -233,11 +225,10 @@ def enrol_print(
     with open_served_gallery(where) as gallery:
         request = EnrolmentRequest(used, content, given.template.dpi)
         (conflict,) = gallery.find_conflicts([request])
-        existing, copies, unmatched = list[Entry](), list[Label](), None
+        existing, unmatched = list[Entry](), None
         if conflict is None:  # nothing takes long once the print is stored
             existing = list(gallery.entries(subject=used.subject))
             unmatched = find_unmatched(gallery, used, given.template, existing)
-            copies = _copies(gallery, given.template)
             (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
         if conflict is not None and conflict != ENROLLED:
             shown = replace(conflict, source=short_name(conflict.source))  # not its whole path
@@ -249,44 +240,16 @@ def enrol_print(
         "minutiae": len(given.template.minutiae),
         "subject_existed": bool(existing),
         "unmatched": unmatched,
-        "notes": [*given.notes, *(f"the same print as {other}" for other in copies)],
+        "notes": list(given.notes),
     }
 
 
-def find_unmatched(
-    gallery: Gallery, label: Label, template: Template, existing: Sequence[Entry]
-) -> str | None:
-    """Return why a print matches none of up to eight impressions of its finger; None if it does.
-
-    `existing` are the entries of its subject.
-    """
-    of_finger = [entry for entry in existing if entry.label.of_finger == label.of_finger]
-    stored = [(entry, gallery.find_template(entry.id)) for entry in of_finger[-_COMPARED:]]
-    others = [(entry, other) for entry, other in stored if other is not None]
-    if not others:
-        return None
-    matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
-    sides = [template, *(other for _, other in others)]
-    probe, *references = [(side, matcher.prepare(side)) for side in sides]
-    for reference in references:
-        if curve.score(matcher.compare(probe[1], reference[1]).similarity) >= LINK_SCORE:
-            return None
-    lacking = find_shortage(matcher, curve, probe, references, LINK_SCORE)
-    why = "another finger, or other skin of it" if lacking is None else lacking.message
-    verb = "does not match" if lacking is None else "cannot be compared with"
-    more = f" or {len(others) - 1} other impressions" if len(others) > 1 else ""
-    return f"{label} {verb} {others[0][0].label}{more}: {why}"
-
-
-def _copies(gallery: Gallery, template: Template) -> list[Label]:
-    """Return the label of a print with the same minutiae, if a gallery that is not large has it."""
-    if gallery.has_over(SEARCHED_UP_TO):
-        return []
-    digest = minutiae_digest(template)
-    for number, other in gallery.minutiae_digests({len(template.minutiae)}):
-        if other == digest and (entry := gallery.find_entry(number)) is not None:
-            return [entry.label]
-    return []
+def make_index(where: str) -> None:
+    """Open the search of a gallery; the index of a large one is made where it has none."""
+    with open_served_gallery(where) as gallery:
+        _search(gallery, DEFAULT_MATCHER)
+        for number, why in gallery.damaged.items():
+            _log.warning("entry %d cannot be searched: %s", number, why)
 
 
 def _search(gallery: Gallery, matcher: str) -> Search:

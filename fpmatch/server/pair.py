@@ -24,7 +24,7 @@ from fpmatch.prints.pair import compare_pair
 from fpmatch.prints.reading import GivenPrint
 from fpmatch.prints.report import as_rows, odds
 from fpmatch.server.errors import RequestError
-from fpmatch.server.gallery import open_served_gallery
+from fpmatch.server.gallery import open_served_gallery, short_name
 from fpmatch.server.prints import Upload, open_upload
 
 if TYPE_CHECKING:
@@ -87,14 +87,19 @@ def report_pair(
     marks: list[dict[str, Any]],
     case_number: str = "",
 ) -> str:
-    """Return the case report of two uploads, with what an examiner noted and marked."""
-    pair = request.compare()
-    uploads = [one for one in (request.probe, request.reference) if isinstance(one, Upload)]
-    probe, reference = (CaseFile.of(upload.name, upload.data) for upload in uploads)
+    """Return the case report of two prints, with what an examiner noted and marked."""
+    pair, reference = request.compare(), request.reference
+    probe = CaseFile.of(request.probe.name, request.probe.data)
+    if isinstance(reference, Upload):
+        other = CaseFile.of(reference.name, reference.data)
+    else:
+        with open_served_gallery(reference.gallery) as gallery:
+            entry = gallery.entry(reference.number)
+        other = CaseFile(short_name(entry.source), None, entry.content.hex())
     settings = settings_of(request.options, pair, request.readings[0].enhance)
     return case_report(
         pair,
-        (probe, reference),
+        (probe, other),
         settings=settings,
         case_number=case_number,
         notes=notes,

@@ -95,6 +95,10 @@ class Pool:
             raise ClientGoneError
         return outcome[0]
 
+    async def prepare(self, work: Callable[..., object], *args: Any) -> None:
+        """Do work on the gallery that no request waits for, however long it takes."""
+        await self._in_turn(math.inf, work, *args, of=True)
+
     async def answer(self) -> None:
         """Return when a process answers; at once while all have work, which ends in time."""
         if self._turns.value > 0:

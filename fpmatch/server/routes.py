@@ -7,10 +7,9 @@ from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Query, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel
 
 from fpmatch._version import __version__
-from fpmatch.errors import unknown_name
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.matching.registry import matcher_names
 from fpmatch.server import forms, pair
@@ -197,22 +196,24 @@ async def views_of_enrolled(
 @router.post("/case-report", summary="Report on a comparison, to be printed", **_PAGE)
 async def case_report(here: Here, form: Annotated[forms.ReportForm, FORM]) -> Response:
     """Return the page that `fpmatch verify --case-report` writes."""
-    try:
-        placed = TypeAdapter(list[forms.Mark]).validate_json(form.marks)
-    except ValidationError as error:
-        raise RequestError(f"marks: {_fault_of_marks(error)}") from None
-    marks = [mark.model_dump() for mark in placed]
-    prints = await form.given_pair(here)
-    html = await here.run(pair.report_pair, prints, form.notes, marks, form.case_number)
+    examination, prints = form.examination(), await form.given_pair(here)
+    html = await here.run(pair.report_pair, prints, *examination)
     return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 
-def _fault_of_marks(error: ValidationError) -> str:
-    """Return why the marks of an examiner cannot be read."""
-    for fault in error.errors():
-        if fault["type"] == "extra_forbidden":
-            return unknown_name("key", str(fault["loc"][-1]), forms.Mark.model_fields)
-    return "must be a JSON list of side, x, y and note"
+@gallery_router.post(
+    "/gallery/{number}/case-report",
+    summary="Report on a comparison with one enrolled print",
+    dependencies=_VERIFY,
+    **_PAGE,
+)
+async def report_on_enrolled(
+    here: Here, number: int, form: Annotated[forms.EnrolledReportForm, FORM]
+) -> Response:
+    """Return what `/case-report` does; of the enrolled print, name and SHA-256 of its file."""
+    examination, prints = form.examination(), await form.pair(here, number)
+    html = await here.run_on_gallery(pair.report_pair, prints, *examination)
+    return _download(html.encode(), "case.html", "text/html; charset=utf-8")
 
 
 @router.post("/extract", summary="Return the template of a print", **_FILE)
@@ -246,6 +247,7 @@ async def gallery(here: Here) -> Document:
 )
 async def identify(here: Here, form: Annotated[forms.IdentifyForm, FORM]) -> Document:
     """Return what `fpmatch identify --transform --json` prints of one probe."""
+    await here.searchable()
     upload = await form.read("probe", here.limits)
     reading = PrintOptions(here.limits, form.dpi)
     options = form.known_matcher(), form.candidates, form.threshold

@@ -14,7 +14,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.lab.points.match import match_points
-from fpmatch.lab.points.triangles.search import MAX_CHANCE
+from fpmatch.lab.points.triangles.matcher import MAX_CHANCE
 from research.arrangements import COPIED, INDEPENDENT, copied_pair, independent_sets
 
 PAIRS = 20

@@ -11,15 +11,8 @@ from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.image.extract import extract
 from fpmatch.image.io.grey import GreyImage
-from fpmatch.lab.evaluation.ground_truth.transform_error import (
-    MIN_COMMON,
-    common_minutiae,
-    measure_transform,
-    summarise_transforms,
-)
-from fpmatch.lab.evaluation.ground_truth.truth import ImpressionTruth
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.report.rate_text import percent
+from fpmatch.lab.evaluation.report.results import percent
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.master import make_master
 from fpmatch.lab.synthesis.presets import PRESETS
@@ -27,6 +20,12 @@ from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.verify import verify
 from research.commands import PATH, Command
+from research.ground_truth import (
+    MIN_COMMON,
+    ImpressionTruth,
+    common_minutiae,
+    measure_transform,
+)
 from research.markdown import markdown_table, write_marked_block
 
 if TYPE_CHECKING:
@@ -104,17 +103,16 @@ def _row(name: str, probes: Sequence[Shown], references: Sequence[Shown]) -> lis
         truths = probe.truth, reference.truth
         if len(common_minutiae(*truths)[0]) >= MIN_COMMON:
             dpi = reference.template.dpi
-            errors.append(
-                measure_transform(compared.transform, *truths, match=compared.match, dpi=dpi)
-            )
+            errors.append(measure_transform(compared.transform, *truths, dpi))
     rates = error_rates(similarity[genuine], similarity[~genuine])
-    placed = summarise_transforms(errors)
+    in_place = sum(error.in_place for error in errors) / len(errors)
+    residual, least = np.nanmedian([error[2:] for error in errors], axis=0)
     return [
         name,
         str(len(probes)),
         f"{np.count_nonzero(~genuine):,}",
         *(percent(rate) for rate in (rates.eer, rates.fmr1000, matches / len(probes))),
-        f"{percent(placed.in_place)} of {placed.judged}",
-        f"{placed.residual_px:.1f}",
-        f"{placed.least_residual_px:.1f}",
+        f"{percent(in_place)} of {len(errors)}",
+        f"{residual:.1f}",
+        f"{least:.1f}",
     ]

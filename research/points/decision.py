@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.gallery.engine.engine import processes
 from fpmatch.lab.evaluation.databases.dataset import with_unique_names
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 from fpmatch.lab.evaluation.run import evaluate_templates, load_datasets
@@ -29,12 +28,10 @@ def command(folders: tuple[Path, ...], json_file: Path | None) -> None:
 
     DIR are FVC-style databases, compared as by `fpmatch evaluate --protocol extended`.
     """
-    with processes(1) as engine:
-        sets = extract_datasets(with_unique_names(load_datasets(folders)), engine=engine)
-        report = evaluate_templates(sets, matcher=PaperMatcher(), engine=engine)
+    sets = extract_datasets(with_unique_names(load_datasets(folders)), workers=1)
+    report = evaluate_templates(sets, matcher=PaperMatcher(), workers=1)
     rows = [
-        count_accepted(row.name, row.outcomes["similarity"], row.pairs.genuine)
-        for row in report.sets
+        count_accepted(one.name, one.trials.similarity, one.trials.genuine) for one in report.scores
     ]
     print_and_write(format_decision(rows), rows, json_file)
 

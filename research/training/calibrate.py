@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.calibrate import calibrate_on
+from fpmatch.lab.evaluation.calibrate import ImpostorSet, calibrate_on, impostors_of_report
 from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-from fpmatch.lab.evaluation.impostors import ImpostorSet, impostors_of_report
 from fpmatch.lab.evaluation.run import evaluate_templates
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher

@@ -17,9 +17,9 @@ from torch import nn
 
 from fpmatch.gallery.index.embedding import CHANNELS, LENGTH, NETWORK_FILE, SIDE, pictures
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command
+from research.templates.making import make_templates
 from research.training.networks import warmed_up_cosine, write_network
 
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ import click
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json
 from research.databases import without_ridges
+from research.templates.making import make_templates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,9 +13,9 @@ from fpmatch.base.output import check_writable
 from fpmatch.gallery.index.model import CURVATURES, LENGTHS, MODEL_FILE, SECTORS, IndexModel
 from fpmatch.gallery.index.terms import print_terms
 from fpmatch.lab.synthesis.sensor import SENSORS
-from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.commands import PATH, Command, write_json
+from research.templates.making import make_templates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

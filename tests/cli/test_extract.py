@@ -3,9 +3,7 @@
 import json
 import shutil
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from fpmatch import assess, extract, load_template, save_template
 
@@ -107,12 +105,3 @@ def test_nothing_is_left_where_nothing_was_written(run, prints, tmp_path, name, 
     result = run(*words)
     assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
     assert result.stderr.startswith(f"fpmatch: error: {prints / name}: ")
-
-
-def test_mirrored_frames_are_flipped(run, prints, tmp_path):
-    pixels = np.asarray(Image.open(prints / "1_1.png"))
-    Image.fromarray(pixels[:, ::-1]).save(tmp_path / "sensor.png", dpi=(500, 500))
-    result = run("extract", tmp_path / "sensor.png", "-o", tmp_path, "--format", "json", "--mirror")
-    note = f"fpmatch: note: {tmp_path / 'sensor.png'}: left and right are exchanged\n"
-    assert (result.exit_code, result.stderr) == (0, note)
-    assert load_template(tmp_path / "sensor.json") == extract(prints / "1_1.png")

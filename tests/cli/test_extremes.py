@@ -22,73 +22,15 @@ def assert_one_line(result, reason=""):
     assert reason in result.stderr
 
 
-@pytest.mark.parametrize("value", [*NUMBERS, "99", "4001"])
-def test_resolutions_out_of_range_are_refused_before_work(run, prints, tmp_path, value):
-    one, new = prints / "1_1.png", tmp_path / "new"
-    for words in (
-        ("verify", one, one, "--dpi"),
-        ("verify", one, one, "--probe-dpi"),
-        ("verify", one, one, "--reference-dpi"),
-        ("extract", one, "-o", new, "--dpi"),
-        ("convert", one, f"{new}.iso", "--dpi"),
-        ("inspect", one, "--dpi"),
-        ("identify", f"{new}.db", one, "--dpi"),
-        ("enrol", f"{new}.db", one, "--dpi"),
-        ("score", "--references", prints, "--probes", prints, "-o", f"{new}.csv", "--dpi"),
-    ):
-        assert_one_line(run(*words, value), "dpi")
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize("value", NUMBERS)
 def test_options_that_are_no_such_number_are_refused(run, prints, gallery, value):
     one, other = prints / "1_1.png", prints / "1_2.png"
     assert_one_line(run("verify", one, other, "--fmr", value))
+    assert_one_line(run("inspect", one, "--dpi", value), "dpi")
     assert_one_line(run("gallery", "remove", gallery, "--", value if value != "0" else 10**20))
     if value not in {"0", "5e-324"}:
         assert_one_line(run("verify", one, other, "--threshold", value))
         assert_one_line(run("identify", gallery, one, "--threshold", value))
-
-
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        ("a = " + "[" * 20_000, "nested"),
-        ("dpi = " + DIGITS, "digits"),
-        ("dpi = nan", "resolution of nan dpi"),
-        ("dpi = true", "dpi must be a number"),
-        ('name = "\\u001b[2J"', "name"),
-        (".".join("a" * 20_000) + " = 1", "1000"),
-        ("# " + "x" * 2**20, "1048576"),
-    ],
-    ids=range(7),
-)
-def test_a_description_of_a_folder_that_is_none(run, prints, tmp_path, content, reason):
-    folder, out = copied(prints, tmp_path / "set", "1_1.png", "1_2.png"), tmp_path / "out"
-    (folder / "dataset.toml").write_text(content)
-    for words in (
-        ("evaluate", folder, "--workers", 1, "--scores", out),
-        ("score", "--references", folder, "--probes", folder, "-o", f"{out}.csv"),
-        ("enrol", f"{out}.db", folder, "--workers", 1),
-        ("extract", folder / "1_1.png", "-o", out),
-    ):
-        result = run(*words)
-        assert_one_line(result, reason)
-        assert str(folder / "dataset.toml") in result.stderr
-    assert not list(tmp_path.glob("out*"))
-
-
-@pytest.mark.parametrize("column", ["subject", "finger", "impression"])
-@pytest.mark.parametrize("text", ["a\0b", "\x1b[2J", '"a\nb"', "\u202eb", DIGITS])
-def test_labels_in_a_manifest_are_short_text_of_one_line(run, prints, tmp_path, column, text):
-    manifest = tmp_path / "manifest.csv"
-    cells = {"path": prints / "1_1.png", "subject": "ada", "finger": "1", "impression": "1"}
-    cells[column] = text
-    manifest.write_text(",".join(cells) + "\n" + ",".join(map(str, cells.values())) + "\n")
-    result = run("enrol", tmp_path / "new.db", manifest, "--workers", 1)
-    assert_one_line(result, f"column {column}: ")
-    assert f"{manifest}: line " in result.stderr
-    assert not (tmp_path / "new.db").exists()
 
 
 def test_a_blank_subject_is_a_failure_of_its_file(run, prints, tmp_path):

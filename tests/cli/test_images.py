@@ -163,9 +163,6 @@ def test_a_print_of_several_is_chosen_by_its_number(run, prints, several, tmp_pa
     out, gallery, words = tmp_path / "out.json", tmp_path / "x.db", ("--record", 2)
     assert run("convert", several, out, *words).exit_code == 0
     assert len(load_template(out).minutiae) == len(second.minutiae)
-    assert run("extract", several, "-o", tmp_path, *words).exit_code == 0
-    extracted = load_template(tmp_path / f"{several.stem}.json")
-    assert len(extracted.minutiae) == len(second.minutiae)
     assert run("enrol", gallery, several, "--pattern", "(?P<subject>.*)", *words).exit_code == 0
     found = run("identify", gallery, prints / "2_1.png", "--workers", 1, "--json")
     assert json.loads(found.stdout)["probes"][0]["candidates"][0]["score"] > 90

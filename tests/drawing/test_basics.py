@@ -6,19 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.items import directions, moved, parts, text_width, wrapped
 from fpmatch.drawing.scene.raster import png_bytes, reduced, webp_bytes
 from fpmatch.pointset.geometry.similarity import Similarity
-
-
-def test_inks_and_their_mixture_are_distinguishable():
-    both = np.multiply(palette.PROBE_INK, palette.REFERENCE_INK) / 255
-    np.testing.assert_array_equal(palette.BOTH_INKS, np.rint(both))
-    assert max(both) < 90
-    colours = np.array([palette.PAPER, palette.PROBE_INK, palette.REFERENCE_INK, palette.BOTH_INKS])
-    distances = np.linalg.norm(colours[:, None] - colours, axis=2)
-    assert distances[np.triu_indices(4, 1)].min() > 90
 
 
 @pytest.mark.parametrize("width", [40.0, 120.0, 400.0])

@@ -55,12 +55,6 @@ def test_minutiae_of_five_bytes_have_no_quality():
         read(ISO_2011[: at - 2] + b"\x70" + ISO_2011[at - 1 :])
 
 
-def test_angles_beyond_179_in_ansi_are_read_as_iso_steps():
-    record = read(ANSI_2004[:34] + bytes([0xC0]) + ANSI_2004[35:])
-    assert record.views[0].template.minutiae.angle[0] == pytest.approx(np.pi * 1.5)
-    assert any("steps of ISO" in note for note in record.notes)
-
-
 def test_a_size_and_resolution_of_zero_are_unknown():
     data = ISO_2005[:14] + bytes(8) + ISO_2005[22:]
     view = only_view(data)
@@ -81,19 +75,27 @@ def test_no_quality_is_not_the_worst_and_a_reserved_kind_is_other():
     assert odd.views[0].template.minutiae.kind.tolist() == [0]
 
 
+@pytest.mark.parametrize(
+    ("data", "angle_deg", "note"),
+    [
+        (ANSI_2004[:34] + bytes([0xC0]) + ANSI_2004[35:], 270, "steps of ISO"),
+        (ISO_2005[:-2] + b"\x00\x09\x01\x44", 90, "data cut short (2 of 9 bytes) and passed over"),
+    ],
+)
+def test_what_is_odd_costs_no_minutiae_and_is_noted(data, angle_deg, note):
+    record = read(data)
+    (view,) = record.views
+    assert np.degrees(view.template.minutiae.angle).tolist() == pytest.approx([angle_deg])
+    assert not view.extended
+    assert any(note in one for one in record.notes)
+
+
 @pytest.mark.parametrize("name", FMR)
 def test_bytes_after_a_record_are_passed_over_with_a_note_and_zeros_in_silence(name):
     data = written(name, sample_record())
     for more, notes in ((b"foreign", ("7 bytes after the record passed over",)), (bytes(7), ())):
         record = read(data + more)
         assert (record.format, record.notes) == (name, notes)
-
-
-def test_extended_data_cut_short_cost_no_minutiae():
-    record = read(ISO_2005[:-2] + b"\x00\x09\x01\x44")
-    assert len(record.views[0].template) == 1
-    assert not record.views[0].extended
-    assert "extended data cut short (2 of 9 bytes) and passed over" in record.notes
 
 
 @pytest.mark.parametrize("name", FMR)

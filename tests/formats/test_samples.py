@@ -18,14 +18,10 @@ EXPECTED = {
     "ansi378/fingerprintio_ansi378v2009am1_ansi378v2009am1-sample.dat": ("ansi2009", [27, 22]),
     "ansi378/libbiomeval_fmr.ansi2004": ("ansi2004", [27, 22, 28]),
     "iso19794-2/fingerjet_a001_03p.ist": ("iso2005", [68]),
-    "iso19794-2/fingerjet_a001_04p.ist": ("iso2005", [68]),
-    "iso19794-2/fingerjet_b001_04p.ist": ("iso2005", [50]),
     "iso19794-2/fingerprintio_iso19794p2v2005_iso19794p2v2005-sample.dat": ("iso2005", [27, 22]),
     "iso19794-2/fingerprintio_iso19794p2v2011_iso19794p2v2011-sample.dat": ("iso2011", [27, 22]),
     "iso19794-2/libbiomeval_fmr.iso2005": ("iso2005", [27, 22]),
     "iso19794-2/sourceafis_iso-matching.dat": ("iso2005", [38]),
-    "iso19794-2/sourceafis_iso-nonmatching.dat": ("iso2005", [39]),
-    "iso19794-2/sourceafis_iso-probe.dat": ("iso2005", [38]),
     "xyt/fvc2000db1b_101_1.xyt": ("xyt-m1", [20]),
 }
 

@@ -120,6 +120,13 @@ def source(tmp_path, monkeypatch):
     return source
 
 
+def remove_key(source, key_id):
+    """Delete the line of a key from its file."""
+    path = Path(source.removeprefix("file:"))
+    lines = [line for line in path.read_text().splitlines() if not line.startswith(key_id)]
+    path.write_text("\n".join(lines))
+
+
 @pytest.fixture
 def gallery(tmp_path):
     """Return an open gallery in a file, empty."""

@@ -17,6 +17,7 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
+from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.gallery.tasks.export import export_templates
@@ -131,7 +132,7 @@ def test_claims_exports_checks_and_sources_skip_it(place, tmp_path):
         assert export_templates(gallery, tmp_path / "out") == len(SOUND)
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
-        assert gallery.summary().impressions + gallery.summary().damaged == PRINTS
+        assert summarize(gallery).impressions + summarize(gallery).damaged == PRINTS
     dataset = load_dataset(place)
     (made,) = extract_datasets([dataset])
     assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)

@@ -164,7 +164,7 @@ def test_compact_on_either_database(where):
         gallery.add([random_entry(k) for k in range(40)])
         gallery.remove(range(1, 39))
         done = free_space(gallery)
-        assert 0 < done.database_after < done.database_before
+        assert 0 < done["database"]["after"] < done["database"]["before"]
         assert len(list(gallery.templates())) == 2
 
 

@@ -17,14 +17,13 @@ from fpmatch.image.extract import assess, extract, resample
 from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.preprocess.foreground import stretch_contrast
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.matching.result import MATCH
 from fpmatch.templates.minutiae import MinutiaKind
+from research.ground_truth import load_truth
 from tests.image.made_images import (
     as_picture,
     dislocation,
     hostile_pictures,
-    plane_wave,
     turn_between,
 )
 
@@ -123,16 +122,6 @@ def test_a_wave_with_one_dislocation_has_one_minutia(way, kind, angle, period):
     if way == "filters" or period > 7:  # the finest ridges the network may take one for the other
         assert m.kind[0] == MinutiaKind[kind.upper()]
     assert m.quality[0] > 50
-
-
-@both_ways
-@pytest.mark.parametrize("angle", [0, 35, 90])
-def test_plain_ridges_have_no_minutiae(way, angle):
-    template = extract(as_picture(plane_wave(angle, 9, (200, 220))), dpi=500, enhance=way)
-    assert len(template.minutiae) == 0
-    assert template.field.mask.mean() > 0.8
-    found = np.degrees(template.field.orientation[template.field.mask])
-    assert turn_between(found, angle, period_deg=180).max() < 10
 
 
 # --- prints whose minutiae are known

@@ -10,7 +10,8 @@ import pytest
 from fpmatch.drawing.scene import palette
 from fpmatch.drawing.scene.palette import PROBE_MARK, hexadecimal
 from fpmatch.errors import OutputError
-from fpmatch.lab.plots.point_plot import check_plot, save_point_plot
+from fpmatch.lab.plots.point_plot import save_point_plot
+from fpmatch.lab.plots.style import check_plot
 from fpmatch.pointset.geometry.point_match import PointMatch
 from fpmatch.pointset.geometry.similarity import Similarity
 
@@ -79,7 +80,7 @@ def test_sets_that_do_not_match_are_drawn_side_by_side(tmp_path, sets):
 def test_any_name_can_be_written(tmp_path, sets, match, name):
     words = words_of(drawn(tmp_path / "plot.svg", *sets, match, names=(name, "Q")))
     shown = re.sub("[\n\x01\udcff]", " ", name)
-    assert f"P ({shown}), moved, on Q" in words
+    assert f"P ({shown}), moved, on Q (Q)" in words
     save_point_plot(tmp_path / "plot.png", *sets, match, names=(name, "Q"))
 
 
@@ -105,7 +106,7 @@ def test_a_png_is_a_picture_of_the_same(tmp_path, sets, match):
     path = tmp_path / "plot.PNG"
     save_point_plot(path, *sets, match)
     picture = cv2.imread(str(path))
-    assert picture.shape[1] == 1380
+    assert picture.shape[1] == 1350
     for colour in (PROBE_MARK, palette.PROBE_INK, palette.REFERENCE_MARK, palette.REFERENCE_INK):
         near = np.abs(picture[..., ::-1].astype(int) - colour).max(axis=2) < 12
         assert near.sum() > 10, colour
@@ -114,8 +115,7 @@ def test_a_png_is_a_picture_of_the_same(tmp_path, sets, match):
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("plot.pdf", "a plot is written as .png or .svg"),
-        ("plot", "a plot is written as .png or .svg"),
+        ("plot.gif", "a plot's name ends with .png, .svg, .pdf"),
         ("file/plot.png", "cannot be written: not a directory"),
         ("folder.png", "cannot be written: it is a folder"),
     ],

@@ -39,6 +39,8 @@ from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.evidence import Evidence
 from fpmatch.matching.prints.prepared import BitDescriptors
 from fpmatch.matching.reference import pair_mesh
+from fpmatch.matching.reference.alignment import Pairing
+from fpmatch.matching.reference.relaxation import relax
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.verify import verify
 
@@ -145,29 +147,44 @@ def test_random_prints_and_their_impressions(seed, field, other_field, dpi):
         hold_equal(reference, probe)
 
 
-@given(seeds)
-def test_crowded_pairs_have_the_same_mesh(seed):
-    rng = np.random.default_rng(seed)
-    a = on_pixels(rng, int(rng.integers(1, 20)))
+def hold_meshes_equal(a, b, partner):
+    """Hold the meshes of given pairs, and what they predict, equal."""
     n = a.shape[1]
-    partner = np.where(rng.random(n) < 0.7, np.arange(n), -1)
     kernel = PairMesh(USUAL, n)
-    kernel.build(a, n, a, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0)
-    z = a[0] + 1j * a[1]
-    mesh = pair_mesh.mesh_of_pairs(z, z, partner, (1 + 0j, 0j))
+    kernel.build(a, n, b, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0)
+    kernel.predict(a, n, b, partner.astype(np.int32), 1.0, 0.0, 0.0, 0.0, False)
+    mesh, place, direction, nearest = Pairing(a, b, partner, np.ones(n)).mesh
     assert mesh.owner.tolist() == np.array(kernel.owner)[: kernel.vertices].tolist()
     ours, theirs = (
         {tuple(sorted(corners)) for corners in triangles.tolist()}
         for triangles in (mesh.triangles, np.array(kernel.corner)[: kernel.triangles])
     )
     assert ours == theirs
+    rows = place.real, place.imag, direction.real, direction.imag, nearest
+    expected = *np.array(kernel.predicted)[:, :n], np.array(kernel.nearest)
+    np.testing.assert_allclose(rows, expected, rtol=0, atol=1e-9)
+
+
+@given(seeds)
+def test_crowded_pairs_have_the_same_mesh_and_rings(seed):
+    rng = np.random.default_rng(seed)
+    a = on_pixels(rng, int(rng.integers(1, 20)))
+    a[:2] *= rng.choice([1.0, 500 / 569])  # exactly on one circle, or but for rounding
+    partner = np.where(rng.random(a.shape[1]) < 0.7, np.arange(a.shape[1]), -1)
+    hold_meshes_equal(a, jittered(rng, a, 1.0, 0.1), partner)
+
+
+def test_a_ring_of_one_place_turns_nothing():
+    a = along(on_pixels(np.random.default_rng(1), 20))
+    hold_meshes_equal(a, a * [[0], [0], [1], [1]], np.arange(a.shape[1]))
 
 
 def test_a_pair_on_the_border_of_a_wide_mesh_has_no_ring():
     """The octagon of the frame points does not hold the corners of a very wide print."""
     z = np.array([0, 293 + 32765j])
     mesh = pair_mesh.mesh_of_pairs(z, z, np.arange(2), (1 + 0j, 0j))
-    assert mesh.rings == [[], []]
+    assert not mesh.once(np.arange(2)).any()
+    assert set(pair_mesh.measure(mesh, z, np.arange(2), z).values()) == {0.0}
 
 
 @pytest.mark.parametrize("first", range(4))
@@ -202,3 +219,9 @@ def test_the_reference_imports_no_kernel_of_the_matcher():
     )
     kernels = [name for name in run.stdout.split() if name.endswith("_kernel")]
     assert not [name for name in kernels if name.startswith("fpmatch.matching.")]
+
+
+def test_a_candidate_that_nothing_supports_starts_no_hypothesis_without_inertia():
+    a = np.array([[0.0], [0.0], [1.0], [0.0]])
+    parameters = ReferenceMatcher(inertia=0.0).parameters
+    assert relax(a, a, np.ones((1, 1), np.float32), parameters).seeds == []

@@ -11,17 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 from scipy.spatial import Delaunay
-from scipy.spatial.distance import pdist
 
 from fpmatch import Minutiae, Template, as_template
-from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.result import Compared
 from fpmatch.matching.verify import Verification, verify
 from fpmatch.pointset.geometry.similarity import Similarity
-from fpmatch.prints.report import as_dict, as_rows, as_text, odds
+from fpmatch.prints.report import as_dict, as_text, odds
 
 
 def verification(template, transform, rms_px, reason="", compared=None):
@@ -108,39 +105,6 @@ def test_pairs_agreement_and_residual_are_those_of_the_transform(names, form):
             for one in (probe, reference)
         )
         assert v.compared.area_mm2 == pytest.approx(v.overlap * area)
-
-
-@pytest.mark.parametrize(("names", "form"), EVERY)
-def test_the_false_match_rate_is_that_of_the_curve(names, form):
-    v = compared_pair(names, form)
-    curve = json.loads(load_calibration("unit-circle").as_json())
-    x, score = np.array(curve["knots"]).T
-    excess = max(v.similarity - x[-1], 0.0) / curve["tail_scale"]
-    tail = stats.genpareto.logsf(excess, curve["tail_shape"]) / np.log(10)
-    expected = np.interp(v.similarity, x, score) - 10 * tail
-    assert v.score == pytest.approx(min(expected, 100.0), abs=1e-6)
-    assert v.fmr == pytest.approx(10 ** (-v.score / 10))
-    assert v.smallest_measured_fmr == pytest.approx(10 ** (-score[-1] / 10))
-    assert v.extrapolated == (v.score > score[-1])
-    assert v.match == (v.score >= 40.0 == v.threshold)  # one in 10,000
-    text = as_text(v)
-    assert ("extrapolated" in text) == v.extrapolated
-    assert f"  Score       {v.score:.1f} on a scale to 100; a match needs 40.0" in text
-
-
-@pytest.mark.parametrize("claimed", [400, 625, 700])
-def test_the_scale_is_that_of_the_distances(claimed):
-    probe, reference = sample("101_1"), replace(sample("101_4"), dpi=claimed)
-    v = verify(probe, reference)
-    assert v.scale.differs
-    right = verify(probe, sample("101_4"))
-    i, j = right.pairs.T
-    ours = pdist(xy_of(probe)[i]) / probe.dpi
-    theirs = pdist(xy_of(reference)[j]) / reference.dpi
-    assert v.scale.ratio == pytest.approx(np.exp(np.median(np.log(theirs / ours))), rel=0.02)
-    row = dict(as_rows(v))["Scale"]
-    assert f"{v.scale.ratio:.2f} times as large as the probe" in row
-    assert f"reference of about {claimed * v.scale.ratio:.0f}, not {claimed}" in row
 
 
 def test_without_a_transform_there_is_a_reason_and_strict_json(template):

@@ -10,7 +10,6 @@ import pytest
 from PIL import Image
 
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.points.match import match_points
 from fpmatch.lab.points.points_csv import load_points
 from fpmatch.lab.synthesis.impression import make_impression
@@ -19,6 +18,7 @@ from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.lab.synthesis.sensor import SENSORS
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.figures import sample_data
+from research.ground_truth import load_truth
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "sample_data"

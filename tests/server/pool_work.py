@@ -34,3 +34,8 @@ def end():
 
 def modules():
     return set(sys.modules)
+
+
+def wait_for_sign(gallery):
+    while not Path(f"{gallery}.sign").exists():
+        time.sleep(0.02)

@@ -36,7 +36,7 @@ def test_a_server_without_the_key_says_no_more_than_that(
     source, gallery, prints, monkeypatch, given
 ):
     with open_gallery(gallery, key=source) as opened:
-        key_id = opened.current_key()
+        key_id = opened.sealing().key_id
     monkeypatch.setenv("FPMATCH_KEY", given)
     with serving(gallery=str(gallery)) as http:
         files = {"image": ("1_1.png", prints["1_1.png"])}

@@ -7,15 +7,19 @@ import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
+from pathlib import Path
 
 import pytest
 from anyio import to_thread
+from pool_work import wait_for_sign
 
 from fpmatch.errors import GalleryError
+from fpmatch.server import app
 from fpmatch.server import watch as readiness
+from fpmatch.server.settings import Limits
 from fpmatch.server.watch import Check
 
-from .conftest import served_gallery, wait_until_ready
+from .conftest import served_gallery, wait_until, wait_until_ready
 
 READY_S = 3.0  # in which readiness is told, whatever hangs: two, and one for a busy machine
 CLIENTS = 50
@@ -105,3 +109,23 @@ def test_a_gallery_that_does_not_answer_holds_up_no_other_request(gallery, print
         assert under_way.result().status_code in {200, 503}
         wait_until_ready(http)
         assert identify().status_code == 200
+
+
+def test_a_search_waits_for_the_index_that_is_made_when_the_server_starts(
+    gallery, prints, monkeypatch, caplog
+):
+    monkeypatch.setattr(app, "make_index", wait_for_sign)
+    monkeypatch.setattr(app, "_QUICK_S", 0.01)
+    limits = Limits(wait_seconds=0.3)
+    with served_gallery(gallery, workers=2, limits=limits) as http:
+
+        def identify():
+            return http.post("/identify", files={"probe": ("a.png", prints["1_1.png"])})
+
+        refused = identify()
+        assert refused.status_code == 503
+        assert refused.json()["error"].startswith("the index of the gallery is being made")
+        assert http.get("/gallery").status_code == 200
+        assert "the index of the gallery is being made" in caplog.text
+        Path(f"{gallery}.sign").touch()
+        wait_until(lambda: identify().status_code == 200)

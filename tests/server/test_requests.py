@@ -49,7 +49,7 @@ def refusal(response, status):
 
 
 def test_no_route_takes_an_unknown_parameter_or_field(server, operations, image):
-    assert len(operations) == 21
+    assert len(operations) == 22
     for method, path, fields in operations:
         files = {
             name: ("1_1.png", image)

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from fpmatch.formats.files import load_record, save_template
 from fpmatch.image.extract import extract
-from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.prints._kernels._template_view_kernel import FLOW_OF_CODE
 from fpmatch.prints.reading import make_given_print
@@ -24,6 +23,7 @@ from fpmatch.templates.plausibility import (
     find_doubts,
     why_no_finger,
 )
+from research.templates.making import make_templates
 
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 SEEDS = st.integers(0, 2**32 - 1)

@@ -12,6 +12,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.tasks.claim import check_claim
+from fpmatch.gallery.tasks.probes import read_hashed
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.registry import matcher_name, states_rho
@@ -33,7 +34,7 @@ def verify_claim(
     threshold = options.decision_score()
     calibration = load_calibration(matcher_name(options.matcher), options.calibration)
     with open_gallery(gallery) as opened:
-        probe = open_side(values, "probe")
+        probe, content = read_hashed(values["probe"], lambda: open_side(values, "probe"))
         try:
             checked = check_claim(
                 opened,
@@ -48,7 +49,7 @@ def verify_claim(
             raise named(error, probe.name, f"subject {subject}") from error
         probe, decision, best = checked.probe, checked.result.verification, checked.best.id
         claim = {"subject": subject, "finger": finger, "best": best, "match": decision.match}
-        opened.record("verify", probe=values["probe"], **claim)
+        opened.record("verify", probe=content, **claim)
         name = opened.name
         say_damaged(name, opened.damaged)
     say_notes_on([probe])

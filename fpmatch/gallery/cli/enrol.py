@@ -56,7 +56,6 @@ Resolution:
 
 \b
 More examples:
-  fpmatch enrol prints.db visitors --prefix visitor-
   fpmatch enrol prints.db monday.db tuesday.db
   fpmatch enrol prints.db people --by-folder
   fpmatch enrol prints.db frames --raw 192x192 --mirror
@@ -78,13 +77,6 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @places_argument("places", metavar="FILE|DIR|MANIFEST|GALLERY...")
 @click.option("--pattern", metavar="REGEX", help="Pattern of file names; see --help-all.")
 @by_folder_option
-@click.option(
-    "--prefix",
-    metavar="TEXT",
-    default="",
-    hidden=True,
-    help="Put TEXT before each subject, so that 1014 of one source is not 1014 of another.",
-)
 @reading_options
 @RECORD
 @MIRROR
@@ -100,10 +92,10 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     "--strict",
     is_flag=True,
     hidden=True,
-    help="Refuse prints that match no other impression of their finger, where there are others: "
-    "they are of another finger or of another part of the skin (see fpmatch gallery check); and "
-    "prints that are probably two in one, or that no finger can have. Otherwise these, and the "
-    "former of fingers that existed before, are named and enrolled.",
+    help="Refuse prints that match none of up to eight other impressions of their finger: they are "
+    "of another finger or of another part of the skin (see fpmatch gallery check); and prints that "
+    "are probably two in one, or that no finger can have. Otherwise these, and the former of "
+    "subjects that existed before, are named and enrolled.",
 )
 @click.option(
     "--audit",
@@ -126,7 +118,6 @@ def enrol(
     places: tuple[str, ...],
     pattern: str | None,
     by_folder: bool,
-    prefix: str,
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
@@ -154,11 +145,9 @@ def enrol(
     from fpmatch.gallery.listing.entry import FVC_PATTERN, NamePattern
     from fpmatch.gallery.listing.kinds import kind_of
     from fpmatch.gallery.listing.prints import (
-        extract_opened,
         extract_print,
         find_prints,
         folder_reader,
-        open_print,
     )
     from fpmatch.gallery.store.audit import turn_on
     from fpmatch.gallery.tasks import enrol as work
@@ -184,7 +173,6 @@ def enrol(
     with ExitStack() as stack:
         sources = [stack.enter_context(open_gallery(place)) for place in galleries]
         engine = stack.enter_context(make_engine(workers, scheduler))
-        near = engine if scheduler is None else None  # workers elsewhere see none of the files
         bars = ProgressBars({"enrol": "enrolling"})
         opened = stack.enter_context(open_gallery(gallery, create=True, encrypt=encrypt))
         reader = folder_reader(
@@ -192,13 +180,13 @@ def enrol(
             polarity=polarity,
             dpi=dpi,
             reader=read,
-            engine=near,
+            engine=engine,
             earlier=work.earlier_resolutions(opened, prints),
         )
         stack.enter_context(bars)
         if audit:
             turn_on(opened)
-        options: dict[str, Any] = {"prefix": prefix, "progress": bars.show, "strict": strict}
+        options: dict[str, Any] = {"progress": bars.show, "strict": strict}
         for source in sources:
             runs.append(enrol_gallery(opened, source, **options))
         if others:
@@ -207,12 +195,7 @@ def enrol(
                 prints,
                 pattern=names,
                 engine=engine,
-                extractor=(
-                    partial(extract_opened, min_quality=min_quality)
-                    if scheduler
-                    else partial(extract_print, reader=reader, min_quality=min_quality)
-                ),
-                opener=partial(open_print, reader) if scheduler else None,
+                extractor=partial(extract_print, reader=reader, min_quality=min_quality),
                 **options,
             )
             runs.append(enrolled)
@@ -250,14 +233,12 @@ def _as_text(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float)
 
 
 def _about_added(done: Enrolment) -> list[str]:
-    """Return the lines on prints of subjects that existed before, and on copies."""
+    """Return the lines on prints of subjects that existed before."""
     lines = []
     if done.added:
         added = count(sum(done.added.values()), "impression")
         existing = f"{count(len(done.added), 'subject')} that existed before"
         lines.append(f"{added} added to {existing}; {len(done.unmatched)} of them match no other")
-    if done.copies:
-        lines.append(f"{count(done.copies, 'copy', 'copies')} of other prints")
     return lines
 
 
@@ -275,7 +256,6 @@ def _as_dict(name: str, done: Enrolment, sizes: tuple[int, int], seconds: float)
         "notes": notes_as_json(noted),
         "added": {"impressions": sum(done.added.values()), "subjects": len(done.added)},
         "unmatched": [asdict(one) for one in done.unmatched],
-        "copies": done.copies,
         "seconds": round(seconds, 3),
         "impressions": sizes[0],
         "subjects": sizes[1],

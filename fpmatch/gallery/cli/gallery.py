@@ -12,6 +12,7 @@ from fpmatch.cli.command import Group
 from fpmatch.cli.notes import say_note, show, show_line
 from fpmatch.cli.options import json_array_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.errors import GalleryError
 from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.gallery_rewrite import rewrite
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
@@ -55,17 +56,11 @@ def _summary_text(name: str, s: GallerySummary) -> str:
         ("Minutiae", f"{s.minutiae}, {s.minutiae / n:.0f} an impression"),
         ("Templates", f"{s.template_bytes} bytes, {s.template_bytes / n:.0f} an impression"),
         ("Failures", failures),
-        *([("Encryption", _encryption_text(s.keys))] if s.keys else []),
+        *[("Encryption", f"key {key}") for key in s.keys],
         ("Format", f"version {s.version}"),
         *(damaged if s.damaged else []),
     ]
     return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
-
-
-def _encryption_text(keys: tuple[str, ...]) -> str:
-    if len(keys) < 2:
-        return f"key {keys[0]}"
-    return f"keys {', '.join(keys)}; `fpmatch gallery rewrite --encrypt` leaves the first"
 
 
 @gallery.command(
@@ -95,12 +90,13 @@ Examples:
 def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_json: bool) -> None:
     """List the impressions of GALLERY, what could not be enrolled, or its counts and sizes."""
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.summary import summarize
 
     if summary + failures + (subject is not None) > 1:
         raise click.UsageError("--summary, --failures and --subject exclude each other")
     with open_gallery(gallery) as opened:
         if summary:
-            counted, name = opened.summary(), opened.name
+            counted, name = summarize(opened), opened.name
             document = {"gallery": name, **counted.as_dict()}
             show(json_text(document) if as_json else _summary_text(name, counted))
             return
@@ -150,14 +146,23 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     with reasons; `fpmatch gallery remove` removes them, and the prints can be enrolled again.
     """
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import AuditError, check_audit
     from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 
     stages = {"read": "reading entries", "check": "comparing"}
     faults: list[str] = []
     with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
-        if subject is None and (fault := opened.structure_fault()):
-            lost = "entries may be missing, or under other names; restore a copy"
-            faults.append(f"{opened.name}: the database is damaged ({fault}): {lost}")
+        if subject is None:
+            if fault := opened.structure_fault():
+                lost = "entries may be missing, or under other names; restore a copy"
+                faults.append(f"{opened.name}: the database is damaged ({fault}): {lost}")
+            try:
+                check_audit(opened)  # before this check becomes its last event
+            except AuditError as error:
+                faults.append(str(error))
+            except GalleryError as error:
+                if error.code != "no audit":
+                    raise
         damaged = find_damaged(opened, subject=subject, progress=bars.show)
         wanted = None
         if subject is not None:
@@ -186,7 +191,7 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
         show(f"{several} with several impressions checked, {len(doubtful)} doubtful{lost}")
     for fault in faults:
         say_note(fault)
-    return 1 if doubtful or damaged or faults else 0
+    return 2 if faults else 1 if doubtful or damaged else 0
 
 
 @gallery.command(

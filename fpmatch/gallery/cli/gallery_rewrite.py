@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 import click
 
@@ -13,9 +12,6 @@ from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
-
-if TYPE_CHECKING:
-    from fpmatch.gallery.tasks.space import FreedSpace
 
 
 @click.command(
@@ -27,9 +23,9 @@ tables are rewritten by VACUUM FULL, which only their owner may do; the server's
 backups keep what they have. What versions up to 0.2 removed, which did not overwrite it, is erased.
 
 With --encrypt, the source of the keys has the new key first, as `fpmatch key --add` puts it,
-and all keys that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
-plain templates is left in its files. Other programs may search it and enrol in it meanwhile, with
-the same source. A rewriting that was interrupted continues when it is started again.
+and the key that the gallery uses. A gallery that is not encrypted is encrypted; nothing of its
+plain templates is left in its files. Other programs wait meanwhile. A run that is killed has
+changed nothing, or all: start it again.
 """,
     epilog="""\b
 Examples:
@@ -61,15 +57,19 @@ def rewrite(gallery: str, encrypt: bool, decrypt: bool, as_json: bool) -> int:
 
     with open_gallery(gallery) as opened:
         done, name = free_space(opened), opened.name
-    show(json_text({"gallery": name, **done.as_dict()}) if as_json else _as_text(name, done))
+    sizes = [
+        f"  {label.capitalize():<12}{size['after']} bytes, {size['before']} before"
+        for label, size in done.items()
+    ]
+    text = "\n".join([printable(name), *sizes])
+    show(json_text({"gallery": name, **done}) if as_json else text)
     return 0
 
 
 def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
     """Encrypt all templates of a gallery with the current key, or decrypt them."""
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.store.sealing import PLAIN
-    from fpmatch.gallery.tasks.rotation import rotate
+    from fpmatch.gallery.tasks.rotation import PLAIN, rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
         done, name = rotate(opened, decrypt=decrypt, progress=bars.show), opened.name
@@ -82,12 +82,3 @@ def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
         state = "not encrypted any more" if done.key == PLAIN else f"encrypted with key {done.key}"
         show_line(f"{name}: {state}; {count(done.sealed, 'template')} rewritten")
     return 1 if done.damaged else 0
-
-
-def _as_text(name: str, done: FreedSpace) -> str:
-    rows = [
-        ("Database", done.database_before, done.database_after),
-        ("Prepared", done.prepared_before, done.prepared_after),
-    ]
-    lines = (f"  {label:<12}{after} bytes, {before} before" for label, before, after in rows)
-    return "\n".join([printable(name), *lines])

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_slow_kernels
 from fpmatch.cli.options import (
     MIRROR,
     PRINT,
@@ -55,9 +53,8 @@ More examples:
   fpmatch identify postgresql://me@host/prints probe.tif --transform
   fpmatch identify prints.db - < probe.tif
   fpmatch identify prints.db probe.tif --all
-  fpmatch identify prints.db probe.tif --impressions
   fpmatch identify nation.db probe.tif --effort 4
-  fpmatch identify people.db left.png --with right.png --finger left-index --finger right-index
+  fpmatch identify people.db left.png --with right.png
 
 \b
 Many probes, on all cores or on a cluster (columns of the file: docs/how-to/batches.md):
@@ -101,16 +98,6 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="Omit candidates with a lower score, 0 to 100; this command ranks and does not decide.",
 )
 @click.option(
-    "--by-chance",
-    metavar="X",
-    type=click.FloatRange(min=0, min_open=True),
-    default=inf,
-    show_default=False,
-    hidden=True,
-    help="Omit candidates of which X others or more are expected by chance: with 0.01, about one "
-    "search in a hundred lists a wrong one.",
-)
-@click.option(
     "--transform",
     "transforms",
     is_flag=True,
@@ -123,29 +110,13 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     is_flag=True,
     help="List all fingers, not each subject once with the best of its fingers.",
 )
-@click.option(
-    "--impressions",
-    is_flag=True,
-    hidden=True,
-    help="List all impressions, each with its own score, instead of fingers, with the score of all "
-    "their impressions together.",
-)
 @file_option(
     "--with",
     "others",
     metavar="SECOND",
     multiple=True,
     help="Search for the subject whose fingers match PROBE and SECOND, a print of another of the "
-    "subject's fingers, best together; repeatable.",
-)
-@click.option(
-    "--finger",
-    "positions",
-    metavar="NAME",
-    multiple=True,
-    hidden=True,
-    help="With --with: which finger PROBE is of, then each SECOND, as it was named at enrolment "
-    "(default: not known, any finger of the subject).",
+    "subject's fingers, best together; repeatable. A manifest may name the finger of each.",
 )
 @reading_options
 @MIRROR
@@ -186,9 +157,7 @@ def identify(
     matcher: str,
     calibration: Path | None,
     all_fingers: bool,
-    impressions: bool,
     others: tuple[Path, ...],
-    positions: tuple[str, ...],
     as_json: bool,
     workers: int | None,
     scheduler: str | None,
@@ -214,7 +183,7 @@ def identify(
         raise click.UsageError("Missing argument 'PROBE...', or --probes.")
     check_where(workers, scheduler)
     options = SearchOptions(
-        listed="impressions" if impressions else "fingers" if all_fingers else "subjects",
+        listed="fingers" if all_fingers else "subjects",
         calibration=curve,
         **limits,
     )
@@ -225,18 +194,15 @@ def identify(
     if output is not None:
         from fpmatch.gallery.batch.candidates import is_json_lines
 
-        if others or positions:
-            raise click.UsageError("-o excludes --with and --finger")
+        if others:
+            raise click.UsageError("-o excludes --with")
         if options.transforms and not is_json_lines(output):
             raise click.UsageError("--transform needs -o OUT.jsonl: CSV has no columns for it")
-        say_slow_kernels()
         return runs.identify_to_file(run, output)
-    if others or positions:
+    if scheduler is not None:
+        raise click.UsageError("--scheduler goes with -o")
+    if others:
         if options.listed != "subjects" or options.transforms:
-            raise click.UsageError(
-                "--with lists subjects: it excludes --all, --impressions and --transform"
-            )
-        if scheduler is not None:
-            raise click.UsageError("--with searches on this machine: it excludes --scheduler")
-        return runs.identify_by_fingers(run, find_prints(others, dpi), positions)
+            raise click.UsageError("--with lists subjects: it excludes --all and --transform")
+        return runs.identify_by_fingers(run, find_prints(others, dpi))
     return runs.identify_one_by_one(run)

@@ -1,4 +1,4 @@
-"""`fpmatch key`: list, make and remove the keys of encrypted galleries."""
+"""`fpmatch key`: list and make the keys of encrypted galleries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fpmatch.printable import json_text, printable
 
 
 def _full_source(text: str | None) -> str:
-    """Return the source that an argument means: without file:, env: or keyring: a file."""
+    """Return the source that an argument means: without file: or env: a file."""
     from fpmatch.gallery.encryption.keys import KEY_VARIABLE, KINDS, given_source
 
     if text is None and not given_source():
@@ -24,21 +24,18 @@ def _full_source(text: str | None) -> str:
     cls=Command,
     epilog="""\b
 Sources:
-  file:PATH     a text file that no other user may read: mode 0600
-  keyring:NAME  the system keyring
-  env:NAME      an environment variable with the text; it is not changed
+  file:PATH  a text file that no other user may read: mode 0600
+  env:NAME   an environment variable with the text; it is not changed
 
 A source has one key a line: its id and 32 bytes in base64. The first is the current key, with which
-new galleries are encrypted. The option --key of other commands, or the environment variable
-FPMATCH_KEY, names a source.
+new galleries are encrypted; delete the line of another once no gallery needs it. The option --key
+of other commands, or the environment variable FPMATCH_KEY, names a source.
 
 \b
 Examples:
   fpmatch key keys.txt --new
-  fpmatch key keyring:prints --new
   fpmatch key keys.txt
   fpmatch key keys.txt --add
-  fpmatch key keys.txt --remove 4290bd01905d96eb
 """,
 )
 @click.argument("source", metavar="FILE|SOURCE", required=False)
@@ -46,29 +43,20 @@ Examples:
 @click.option(
     "--add", is_flag=True, help="Put a new key before those that are there, as the current one."
 )
-@click.option(
-    "--remove",
-    metavar="ID",
-    help="Remove a key that is not the current one. First let `fpmatch gallery rewrite --encrypt` "
-    "seal with the current key what is sealed with it.",
-)
 @json_option
-def key(source: str | None, new: bool, add: bool, remove: str | None, as_json: bool) -> None:
+def key(source: str | None, new: bool, add: bool, as_json: bool) -> None:
     """List the ids of the keys in FILE or SOURCE, the current one first, or change its keys.
 
     The keys are of encrypted galleries, which are lost without them: keep a copy
     elsewhere.
     """
-    from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+    from fpmatch.gallery.encryption.key_text import add_key, make_keys
     from fpmatch.gallery.encryption.keys import load_keys
 
-    if new + add + (remove is not None) > 1:
-        raise click.UsageError("--new, --add and --remove exclude each other")
+    if new and add:
+        raise click.UsageError("--new and --add exclude each other")
     where = _full_source(source)
-    if remove is not None:
-        keys = remove_key(where, remove)
-        text = f"{printable(keys.source)}: removed {printable(remove)}; left: {', '.join(keys.ids)}"
-    elif new or add:
+    if new or add:
         keys = (add_key if add else make_keys)(where)
         text = f"{printable(keys.source)}: new key {keys.ids[0]}"
         say_note("without this key the data are lost: keep a copy of it elsewhere")

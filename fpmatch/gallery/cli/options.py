@@ -69,6 +69,6 @@ key_option: Final = click.option(
     expose_value=False,
     callback=_use_key,
     hidden=True,
-    help="Keys of encrypted galleries: file:PATH, env:NAME or keyring:NAME; see "
+    help="Keys of encrypted galleries: file:PATH or env:NAME; see "
     "fpmatch key --help.  [default: that of the environment variable FPMATCH_KEY]",
 )

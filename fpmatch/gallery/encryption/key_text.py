@@ -1,90 +1,63 @@
-"""Make, add to and remove from the texts of keys in files and in the system keyring."""
+"""Make, add to and remove from files of keys."""
 
 from __future__ import annotations
 
 import os
+import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.base.output import atomic_write
 from fpmatch.errors import EncryptionError, OutputError, without_path
-from fpmatch.gallery.encryption.keys import (
-    Key,
-    KeyRing,
-    load_keys,
-    new_key,
-    read_keyring,
-    split_source,
-    write_keyring,
-)
+from fpmatch.gallery.encryption.keys import KEY_BYTES, Key, KeyRing, load_keys, split_source
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
 _HEAD: Final = "# keys of fpmatch, the current one first; without them the data are lost\n"
 
 
 def make_keys(source: str) -> KeyRing:
-    """Make a new key and write it to ``file:PATH`` or ``keyring:NAME``, where nothing is yet.
+    """Make a new key and write it to ``file:PATH``, where nothing is yet.
 
     Raises EncryptionError if there is something, or it cannot be written.
     """
-    kind, name = _written(source)
-    there = Path(name).exists() if kind == "file" else bool(read_keyring(name))
-    if there:
+    if _path_of(source).exists():
         why = "is there already; --add puts a new key into it, as the current one"
         raise EncryptionError(why, path=source, code="exists")
-    return _write(source, [new_key()])
+    return _write(source, [_new_key()])
 
 
 def add_key(source: str) -> KeyRing:
     """Put a new key, as the current one, before those of a source; return all."""
-    _written(source)
+    _path_of(source)
     old = load_keys(source)
-    return _write(source, [new_key(), *(old.find(key_id) for key_id in old.ids)])
+    return _write(source, [_new_key(), *map(old.find, old.ids)])
 
 
-def remove_key(source: str, key_id: str) -> KeyRing:
-    """Remove a key that is not the current one from a source; return the others.
-
-    Raises EncryptionError if there is no such key, or it is the current one.
-    """
-    _written(source)
-    old = load_keys(source)
-    if key_id not in old.ids:
-        raise EncryptionError(f"no key {key_id} in it", path=source, code="missing key")
-    if key_id == old.current.id:
-        why = f"key {key_id} is the current one, which is not removed"
-        raise EncryptionError(why, path=source, code="key")
-    return _write(source, [old.find(other) for other in old.ids if other != key_id])
+def _new_key() -> Key:
+    return Key(secrets.token_bytes(KEY_BYTES))
 
 
-def _written(source: str) -> tuple[str, str]:
+def _path_of(source: str) -> Path:
+    """Return the file of a source; EncryptionError if it is the environment."""
     kind, name = split_source(source)
     if kind == "env":
-        why = "a variable of the environment cannot be changed; give file:PATH or keyring:NAME"
+        why = "a variable of the environment cannot be changed; give file:PATH"
         raise EncryptionError(why, path=source, code="source")
-    return kind, name
+    return Path(name)
 
 
-def _write(source: str, keys: Iterable[Key]) -> KeyRing:
-    kept = list(keys)
-    text = _HEAD + "".join(f"{key.as_line()}\n" for key in kept)
-    kind, name = split_source(source)
-    if kind == "file":
-        _write_private(Path(name), text.encode(), source)
-    else:
-        write_keyring(name, text)
-    return KeyRing(kept, source)
-
-
-def _write_private(path: Path, content: bytes, source: str) -> None:
+def _write(source: str, keys: Sequence[Key]) -> KeyRing:
     """Write a file that no other user could read at any moment; it appears whole."""
+    path = _path_of(source)
+    text = _HEAD + "".join(f"{key.as_line()}\n" for key in keys)
     try:
         with atomic_write(path) as stream:
-            stream.write(content)
+            stream.write(text.encode())
             stream.flush()
             os.fsync(stream.fileno())
     except OutputError as error:
         why = without_path(str(error), path)
         raise EncryptionError(why, path=source, code="output") from error
+    return KeyRing(keys, source)

@@ -1,4 +1,4 @@
-"""Keys of encrypted data, and where they come from: a file, the environment, the system keyring.
+"""Keys of encrypted data, and where they come from: a file, or the environment.
 
 A text of keys has one key a line, its id and its 32 bytes in base64; the first is the current one,
 with which new data are sealed::
@@ -13,7 +13,6 @@ import base64
 import binascii
 import hashlib
 import os
-import secrets
 import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
@@ -31,9 +30,8 @@ KEY_VARIABLE: Final = "FPMATCH_KEY"
 
 KEY_BYTES: Final = 32
 ID_DIGITS: Final = 16  # of a key id, hexadecimal
-KINDS: Final = ("file", "env", "keyring")
-SOURCES: Final = "file:PATH, env:NAME or keyring:NAME"
-KEYRING_SERVICE: Final = "fpmatch"
+KINDS: Final = ("file", "env")
+SOURCES: Final = "file:PATH or env:NAME"
 _LARGEST_TEXT: Final = 2**16  # characters: some hundred keys
 _OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
 
@@ -68,19 +66,17 @@ class Key:
         """Return the line of a text of keys, which contains the secret."""
         return f"{self.id} {base64.b64encode(self._secret).decode()}"
 
-    def derive(self, purpose: bytes, salt: bytes) -> bytes:
-        """Return the secret of 32 bytes that is derived from this key for a purpose and a salt."""
-        _, hashes, hkdf = _library()
-        derivation = hkdf.HKDF(hashes.SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
-        derived: bytes = derivation.derive(self._secret)
-        return derived
-
     def cipher(self, purpose: bytes, salt: bytes) -> AESGCM:
-        """Return the cipher of the derived key, which is kept for the next call."""
+        """Return the cipher of the key that is derived for a purpose and a salt by HKDF-SHA256.
+
+        It is kept for the next call.
+        """
         cipher = self._ciphers.get((purpose, salt))
         if cipher is None:
-            aead, _, _ = _library()
-            cipher = self._ciphers[purpose, salt] = aead.AESGCM(self.derive(purpose, salt))
+            aead, hashes, hkdf = _library()
+            derivation = hkdf.HKDF(hashes.SHA256(), KEY_BYTES, salt, b"fpmatch " + purpose)
+            cipher = aead.AESGCM(derivation.derive(self._secret))
+            self._ciphers[purpose, salt] = cipher
         return cipher
 
 
@@ -128,15 +124,14 @@ class KeyRing:
         if key_id not in self._keys and self.source:
             self._keys = load_keys(self.source)._keys
         if key_id not in self._keys:
-            raise missing_key(key_id, given=self.ids)
+            raise _missing_key(key_id, f"; the keys given are {', '.join(self.ids)}")
         return self._keys[key_id]
 
 
-def missing_key(key_id: str, given: tuple[str, ...] = ()) -> EncryptionError:
+def _missing_key(key_id: str, given: str = "") -> EncryptionError:
     """Return the error about data whose key was not given."""
-    others = f"; the keys given are {', '.join(given)}" if given else ""
     remedy = f"give it with {KEY_VARIABLE}, or --key where the command has it"
-    return EncryptionError(f"encrypted with key {key_id}; {remedy}{others}", code="missing key")
+    return EncryptionError(f"encrypted with key {key_id}; {remedy}{given}", code="missing key")
 
 
 def given_source() -> str:
@@ -147,7 +142,7 @@ def given_source() -> str:
 def keys_for(key_id: str, source: str | None = None) -> KeyRing:
     """Return the keys of a source, as `load_keys`; without one, the error names the key's id."""
     if not (source or given_source()):
-        raise missing_key(key_id)
+        raise _missing_key(key_id)
     return load_keys(source)
 
 
@@ -157,8 +152,8 @@ def load_keys(source: str | None = None) -> KeyRing:
     Parameters
     ----------
     source : str, optional
-        ``file:PATH`` (which no other user may read), ``env:NAME`` or ``keyring:NAME`` (default:
-        that in the environment variable ``FPMATCH_KEY``).
+        ``file:PATH`` (which no other user may read) or ``env:NAME`` (default: that in the
+        environment variable ``FPMATCH_KEY``).
 
     Raises
     ------
@@ -178,13 +173,7 @@ def load_keys(source: str | None = None) -> KeyRing:
         why = f"no key was given; {KEY_VARIABLE} names one: {SOURCES}"
         raise EncryptionError(why, code="missing key")
     kind, name = split_source(chosen)
-    match kind:
-        case "file":
-            text = _read_file(Path(name))
-        case "env":
-            text = os.environ.get(name, "")
-        case _:
-            text = read_keyring(name)
+    text = _read_file(Path(name)) if kind == "file" else os.environ.get(name, "")
     if not text:
         what = "variable is not set" if kind == "env" else "no keys there"
         raise EncryptionError(what, path=chosen, code="missing source")
@@ -221,11 +210,6 @@ def parse_keys(text: str, source: str) -> list[Key]:
     return keys
 
 
-def new_key() -> Key:
-    """Return a random key."""
-    return Key(secrets.token_bytes(KEY_BYTES))
-
-
 def _read_file(path: Path) -> str:
     source = f"file:{path}"
     try:
@@ -242,39 +226,6 @@ def _read_file(path: Path) -> str:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise EncryptionError(why.lower(), path=source, code="missing source") from error
-
-
-def read_keyring(name: str) -> str:
-    """Return the text of keys that the system keyring has under a name, "" if none."""
-    keyring, failed = _keyring()
-    try:
-        return keyring.get_password(KEYRING_SERVICE, name) or ""
-    except failed as error:
-        raise EncryptionError(_one_line(error), path=f"keyring:{name}", code="keyring") from None
-
-
-def write_keyring(name: str, text: str) -> None:
-    """Store a text of keys in the system keyring."""
-    keyring, failed = _keyring()
-    try:
-        keyring.set_password(KEYRING_SERVICE, name, text)
-    except failed as error:
-        raise EncryptionError(_one_line(error), path=f"keyring:{name}", code="keyring") from None
-
-
-def _one_line(error: Exception) -> str:
-    lines = str(error).splitlines()
-    return f"the system keyring failed: {lines[0] if lines else type(error).__name__}"
-
-
-def _keyring() -> tuple[ModuleType, type[Exception]]:
-    try:
-        import keyring  # noqa: PLC0415
-        from keyring.errors import KeyringError  # noqa: PLC0415
-    except ImportError as error:
-        why = "the system keyring needs keyring: pip install 'fpmatch[encryption]'"
-        raise EncryptionError(why, code="not installed") from error
-    return keyring, KeyringError
 
 
 def _library() -> tuple[ModuleType, ModuleType, ModuleType]:

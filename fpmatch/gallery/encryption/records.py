@@ -21,8 +21,6 @@ from fpmatch.errors import EncryptionError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cryptography.hazmat.primitives.ciphers.aead import AESGCM
-
     from fpmatch.gallery.encryption.keys import Key, KeyRing
 
 MAGIC: Final = b"\x89FPS\r\n\x1a\x01"
@@ -31,11 +29,6 @@ NONCE_BYTES: Final = 12
 TAG_BYTES: Final = 16
 OVERHEAD: Final = HEAD_BYTES + NONCE_BYTES + TAG_BYTES
 _FAMILY: Final = len(MAGIC) - 1  # bytes of the magic before its version
-
-
-def record_head(key_id: str) -> bytes:
-    """Return the bytes with which the records of a key begin."""
-    return MAGIC + bytes.fromhex(key_id)
 
 
 def is_sealed(data: bytes) -> bool:
@@ -60,15 +53,15 @@ def seal(
 
     Examples
     --------
-    >>> from fpmatch.gallery.encryption.keys import KeyRing, new_key
-    >>> key = new_key()
+    >>> from fpmatch.gallery.encryption.keys import Key, KeyRing
+    >>> key = Key(bytes(32))
     >>> record = seal(key, b"a template", purpose=b"example", bound=[b"ada"])
     >>> unseal(KeyRing([key]), record, purpose=b"example", bound=[b"ada"])
     b'a template'
     """
-    head, nonce = record_head(key.id), os.urandom(NONCE_BYTES)
-    cipher = key.cipher(purpose, salt)
-    return head + nonce + cipher.encrypt(nonce, data, associated(head, purpose, salt, *bound))
+    head, nonce = MAGIC + bytes.fromhex(key.id), os.urandom(NONCE_BYTES)
+    sealed = key.cipher(purpose, salt).encrypt(nonce, data, _bound(head, purpose, salt, *bound))
+    return head + nonce + sealed
 
 
 def unseal(
@@ -79,25 +72,18 @@ def unseal(
     Raises EncryptionError: code "damaged" if a bit of it was changed, or it was bound to something
     else, "missing key" if its key is not among `keys`, "version" if it is of another version.
     """
-    cipher = keys.find(key_id_of(record)).cipher(purpose, salt)
-    nonce, sealed = (
-        record[HEAD_BYTES : HEAD_BYTES + NONCE_BYTES],
-        record[HEAD_BYTES + NONCE_BYTES :],
-    )
-    return decrypt(cipher, nonce, sealed, associated(record[:HEAD_BYTES], purpose, salt, *bound))
-
-
-def decrypt(cipher: AESGCM, nonce: bytes, sealed: bytes | memoryview, about: bytes) -> bytes:
-    """Return what a cipher has sealed; EncryptionError (code "damaged") if its tag does not fit."""
     from cryptography.exceptions import InvalidTag  # noqa: PLC0415  (an extra)
 
+    cipher = keys.find(key_id_of(record)).cipher(purpose, salt)
+    head, rest = record[:HEAD_BYTES], record[HEAD_BYTES:]
+    nonce, sealed = rest[:NONCE_BYTES], rest[NONCE_BYTES:]
     try:
-        return cipher.decrypt(nonce, sealed, about)
+        return cipher.decrypt(nonce, sealed, _bound(head, purpose, salt, *bound))
     except InvalidTag:
         why = "damaged, or not what it was sealed as (its authentication failed)"
         raise EncryptionError(why, code="damaged") from None
 
 
-def associated(*parts: bytes) -> bytes:
+def _bound(*parts: bytes) -> bytes:
     """Return parts, each after its length, so that no two lists give the same bytes."""
     return b"".join(len(part).to_bytes(4, "little") + part for part in parts)

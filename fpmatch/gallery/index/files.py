@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.gallery.store.sealing import Sealing
 
 NAME_BYTES: Final = 8
@@ -162,16 +162,16 @@ class IndexFolder:
         self, path: Path, arrays: dict[str, NDArray[Any]], columns: dict[str, Column]
     ) -> None:
         sealing = self.sealing
-        seal = sealing.seal_file if sealing is not None and sealing.encrypts else None
+        seal = sealing.seal_file if sealing is not None else None
         write_arrays(path, arrays, columns, self._about(path), seal=seal)
 
     @property
     def _unseal(self) -> Callable[[bytes], bytes] | None:
         sealing = self.sealing
-        return sealing.unseal_file if sealing is not None and sealing.encrypts else None
+        return sealing.unseal_file if sealing is not None else None
 
 
-def index_folders(gallery: GalleryReader, matcher: str) -> list[IndexFolder]:
+def index_folders(gallery: Gallery, matcher: str) -> list[IndexFolder]:
     """Return the folders in which an index of a gallery may be, the preferred one first."""
     sealing = gallery.sealing()
     return [IndexFolder(path, matcher, sealing) for path in kept_folders(gallery)]

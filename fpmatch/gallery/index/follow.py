@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.engine.workers import Progress
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 256
@@ -79,7 +79,7 @@ class GalleryIndex:
         """The segments of the index, as it followed the gallery last."""
         return [self._read[one.name] for one in self._list.segments]
 
-    def follow(self, gallery: GalleryReader) -> None:
+    def follow(self, gallery: Gallery) -> None:
         """Let the index have all entries that are in the gallery now.
 
         If it has not changed, that takes one short query. Raises GalleryError where the gallery
@@ -114,7 +114,7 @@ class GalleryIndex:
             self._note(text)
         self._noted = True
 
-    def _update(self, gallery: GalleryReader, folder: IndexFolder, *, write: bool) -> None:
+    def _update(self, gallery: Gallery, folder: IndexFolder, *, write: bool) -> None:
         """Take the index in a folder, mask what was removed since, and add what was enrolled."""
         state, (numbers, digests) = gallery.content_hash(), gallery.digests()
         self._digests = numbers, digests
@@ -149,7 +149,7 @@ class GalleryIndex:
         numbers = np.concatenate([_NO_NUMBERS, *(segment.number for segment in read)])
         return numbers, np.concatenate([_NO_NUMBERS, *(segment.digest for segment in read)])
 
-    def _known(self, folder: IndexFolder, gallery: GalleryReader) -> IndexList:
+    def _known(self, folder: IndexFolder, gallery: Gallery) -> IndexList:
         """Return the newer list of that in a folder and that in memory."""
         listed = IndexList()
         try:
@@ -160,7 +160,7 @@ class GalleryIndex:
         return self._list if self._list.last > listed.last else listed
 
     def _with_segments_read(
-        self, gallery: GalleryReader, folder: IndexFolder, listed: IndexList, write: bool
+        self, gallery: Gallery, folder: IndexFolder, listed: IndexList, write: bool
     ) -> IndexList:
         """Return the list with segments that are read, and those that are damaged built again."""
         segments: list[Listed] = []
@@ -181,7 +181,7 @@ class GalleryIndex:
         return now
 
     def _built(
-        self, gallery: GalleryReader, after: int, last: int, done: int = 0, total: int = 0
+        self, gallery: Gallery, after: int, last: int, done: int = 0, total: int = 0
     ) -> Iterator[tuple[Segment, int]]:
         """Yield segments of the entries between two numbers, and up to which number they are."""
         rows = gallery.packed_templates(after=after) if after < last else iter(())
@@ -193,7 +193,7 @@ class GalleryIndex:
                 yield segment, some[-1][0] if len(some) == MOST_PRINTS else last
 
     def _segment_of(
-        self, gallery: GalleryReader, rows: Sequence[tuple[int, bytes]], done: int, total: int
+        self, gallery: Gallery, rows: Sequence[tuple[int, bytes]], done: int, total: int
     ) -> Segment | None:
         """Return a segment of those packed templates that are sound; None where none is."""
         enrolled, digests = self._digests
@@ -248,7 +248,7 @@ class GalleryIndex:
         self._note(f"{what} {FAULTS.get(fault, FAULTS['damaged'])}: built again")
 
 
-def erase_removed(gallery: GalleryReader, numbers: Collection[int] | None = None) -> None:
+def erase_removed(gallery: Gallery, numbers: Collection[int] | None = None) -> None:
     """Write the segments that have removed prints anew, in all folders.
 
     Only segments that may have entries of some `numbers` are read (default: all). An index that is

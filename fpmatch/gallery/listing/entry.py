@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import GalleryError
@@ -57,22 +57,8 @@ class Label:
             if (text or name == "subject") and not text.strip():
                 raise GalleryError(f"{name}: is blank", code="label")
 
-    def prefixed(self, prefix: str) -> Label:
-        """Return the label with a text before the subject."""
-        return replace(self, subject=prefix + self.subject) if prefix else self
-
     def __str__(self) -> str:
         return "_".join(part for part in (self.subject, self.finger, self.impression) if part)
-
-
-def check_prefix(prefix: str) -> None:
-    """Raise GalleryError unless a text can stand before subjects; "" stands for none."""
-    if prefix:
-        try:
-            Label(prefix).check()
-        except GalleryError as error:
-            why = error.detail.removeprefix("subject: ")
-            raise GalleryError(f"prefix of subjects: {why}", code="label") from error
 
 
 @dataclass(frozen=True, slots=True)

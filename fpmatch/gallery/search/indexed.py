@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.index.segment import Segment
     from fpmatch.gallery.index.terms import ProbeTerms
     from fpmatch.gallery.search.search import SearchOptions
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.result import Matcher
 
@@ -49,7 +49,7 @@ class IndexedSearch(Search):
     preselected = True
     subjects: GallerySubjects
 
-    def __init__(self, gallery: GalleryReader, index: GalleryIndex) -> None:
+    def __init__(self, gallery: Gallery, index: GalleryIndex) -> None:
         self.matcher, self.index, self.gallery = index.matcher, index, gallery
         self.subjects = GallerySubjects(gallery)
         self.numbers, self.damaged = index.numbers, dict.fromkeys(index.damaged, "")
@@ -58,7 +58,7 @@ class IndexedSearch(Search):
         self._start = np.cumsum([0, *map(len, self._segments)])
         self._unoriented = unoriented_share(self._segments)
 
-    def take_gallery(self, gallery: GalleryReader) -> None:
+    def take_gallery(self, gallery: Gallery) -> None:
         """Read from the same gallery, as it was opened again."""
         self.gallery = self.subjects.gallery = gallery
 

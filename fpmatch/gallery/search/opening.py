@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.search.search import Search
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
     from fpmatch.matching.result import Matcher
 
 EXHAUSTIVE_UP_TO: Final = 2_000  # prints, which are all compared
 
 
 def open_search(
-    gallery: GalleryReader,
+    gallery: Gallery,
     matcher: str | Matcher = DEFAULT_MATCHER,
     *,
     engine: Engine | None = None,
@@ -80,7 +80,7 @@ class _GallerySearch(WholeSearch):
 
 
 def _whole(
-    gallery: GalleryReader,
+    gallery: Gallery,
     matcher: Matcher,
     progress: Progress,
     before: Search | None,

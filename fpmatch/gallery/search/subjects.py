@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.gallery.store.reader import GalleryReader
+    from fpmatch.gallery.store.gallery import Gallery
 
 
 class GallerySubjects:
     """The subjects of an open gallery, as of one revision of it."""
 
-    def __init__(self, gallery: GalleryReader) -> None:
+    def __init__(self, gallery: Gallery) -> None:
         self.gallery = gallery
 
     def __len__(self) -> int:

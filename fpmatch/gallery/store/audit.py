@@ -1,34 +1,40 @@
-"""The audit of a gallery: a table of the lines of `audit_chain`, in its database.
+"""The audit of a gallery: who did what, one line an event, chained by hashes in its database.
 
-The event of a change is committed with the change. Triggers refuse to change or remove lines; who
-owns the database can remove the triggers, too, but not restore the chain up to a hash noted before.
+The event of a change is committed with the change. Each line contains the SHA-256 of the line
+before it, so that a line that is changed, removed or inserted is found. That the last lines are
+missing, or all were written anew, cannot be seen from the lines alone: keep their number and the
+last hash elsewhere.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+import hashlib
+import os
+import platform
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.store.audit_chain import (
-    START,
-    AuditError,
-    AuditState,
-    check_chain,
-    current_client,
-    event_line,
-    hash_of,
-    parse_line,
-)
+from fpmatch.base.parsing import ParseError, parse_json
+from fpmatch.errors import FpmatchError
 from fpmatch.gallery.store.tables import ENTRY, GALLERY, parts
+from fpmatch.printable import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
     from fpmatch.gallery.store.database import Database
 
+Result = TypeVar("Result")
+
 ON: Final = "audit on"
 OFF: Final = "audit off"
+START: Final = "0" * 64  # what the first line contains in place of a hash
+OPERATOR: Final = "FPMATCH_OPERATOR"  # environment variable: who uses the commands
 AUDIT: Final = sa.Table(
     "fpmatch_audit",
     sa.MetaData(),  # not of the tables that every gallery has
@@ -37,29 +43,26 @@ AUDIT: Final = sa.Table(
 )
 _STATE_DIGITS: Final = 16  # of the random state of a gallery, in each event
 _LINES_PER_READ: Final = 1000
-_REFUSED: Final = "the audit of a gallery is only appended to"
-_SQLITE_TRIGGERS: Final = (
-    *(
-        f"CREATE TRIGGER fpmatch_audit_{event} BEFORE {event} ON fpmatch_audit "
-        f"BEGIN SELECT RAISE(ABORT, '{_REFUSED}'); END"
-        for event in ("update", "delete")
-    ),
-    "CREATE TRIGGER fpmatch_audit_insert BEFORE INSERT ON fpmatch_audit "  # or replace
-    "WHEN EXISTS (SELECT 1 FROM fpmatch_audit WHERE number >= NEW.number) "
-    f"BEGIN SELECT RAISE(ABORT, '{_REFUSED}'); END",
-)
-_POSTGRESQL_TRIGGERS: Final = (
-    "CREATE FUNCTION fpmatch_audit_refuse() RETURNS trigger LANGUAGE plpgsql AS "
-    f"$$ BEGIN RAISE EXCEPTION '{_REFUSED}'; END $$",
-    "CREATE TRIGGER fpmatch_audit_refuse BEFORE UPDATE OR DELETE OR TRUNCATE ON fpmatch_audit "
-    "FOR EACH STATEMENT EXECUTE FUNCTION fpmatch_audit_refuse()",
-)
+_LABEL: Final = ("subject", "finger", "impression")
+_client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
+
+
+class AuditError(FpmatchError):
+    """An audit cannot be read or written, or was changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class AuditState:
+    """The number of lines of an audit, and the hash of the last."""
+
+    events: int = 0
+    last: str = START
 
 
 def is_on(connection: sa.Connection) -> bool:
     """Return whether a gallery keeps an audit now."""
     last = _last(connection)
-    return last is not None and _event(last[1]).get("action") != OFF
+    return last is not None and (_parsed(last[1]) or {}).get("action") != OFF
 
 
 def lock(connection: sa.Connection) -> None:
@@ -75,9 +78,6 @@ def turn_on(gallery: Database) -> bool:
             return False
         if not sa.inspect(connection).has_table(AUDIT.name):
             AUDIT.create(connection)
-            sqlite = connection.dialect.name == "sqlite"
-            for statement in _SQLITE_TRIGGERS if sqlite else _POSTGRESQL_TRIGGERS:
-                connection.exec_driver_sql(statement)
         _append(connection, ON, {})
     return True
 
@@ -135,15 +135,19 @@ def labels_of(
         query = sa.select(*names).where(column.in_(part)).order_by(ENTRY.c.id)
         for number, *cells, content in connection.execute(query):
             shown = [cell if isinstance(cell, str) else repr(cell) for cell in cells]  # if damaged
-            label = dict(zip(("subject", "finger", "impression"), shown, strict=True))
+            label = dict(zip(_LABEL, shown, strict=True))
             picture = {"sha256": content.hex()} if contents else {}
             labels.append({"number": number, **label, **picture})
     return labels
 
 
-def audit_lines(gallery: Database) -> Iterator[bytes]:
-    """Yield the lines of a gallery's audit; GalleryError (code "no audit") if it never kept one."""
-    after = 0
+def events_of(gallery: Database) -> Iterator[tuple[int, str, dict[str, Any]]]:
+    """Yield number, hash and event of each line, checked against the line before it.
+
+    Raises AuditError, which names the line, if one was changed, removed or inserted, or is damaged;
+    GalleryError (code "no audit") if the gallery never kept an audit.
+    """
+    previous, after = START, 0
     while True:
         with gallery.reading() as connection:
             if not after and _last(connection) is None:
@@ -152,32 +156,130 @@ def audit_lines(gallery: Database) -> Iterator[bytes]:
             query = sa.select(AUDIT.c.number, AUDIT.c.line).where(AUDIT.c.number > after)
             rows = connection.execute(query.order_by(AUDIT.c.number).limit(_LINES_PER_READ)).all()
         for number, line in rows:
-            yield str(line).encode("utf-8", "replace") + b"\n"
-            after = number
+            event = _parsed(line)
+            if event is None:
+                raise AuditError(f"line {number} is damaged", path=gallery.name, code="damaged")
+            if number != after + 1 or event.get("previous") != previous:
+                why = f"line {number} does not follow the line before it: a line was changed, "
+                why += "removed or inserted"
+                raise AuditError(why, path=gallery.name, code="changed")
+            previous, after = _hash_of(line), number
+            yield number, previous, event
         if len(rows) < _LINES_PER_READ:
             return
 
 
 def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> AuditState:
-    """Check the audit of a gallery, as `check_chain`, and that its last change has its event."""
+    """Check the audit of a gallery, and its entries against their events.
+
+    With `expect`, an earlier number of lines and the hash of the last of them are checked, too.
+    Raises AuditError as `events_of`, and with these codes: "changed" if the line of that number
+    has another hash, "shortened" if there are fewer lines, "unrecorded" if the last change has no
+    event, "exchanged" if an entry has not the label and the picture that were enrolled with its
+    number, "missing" or "removed" if an entry, or its removal, was undone without an event.
+    """
+
+    def wrong(why: str, code: str) -> AuditError:
+        return AuditError(why, path=gallery.name, code=code)
+
     with gallery.reading() as connection:
-        last = _last(connection)
-        state = _state(connection) if last is not None else ""
-    checked = check_chain(audit_lines(gallery), gallery.name, expect=expect)
-    event = {} if last is None else _event(last[1])
-    if event.get("action") != OFF and event.get("state") != state:
+        state = _state(connection)
+    number, last, event = 0, START, dict[str, Any]()
+    enrolled = _Enrolled()
+    for number, last, event in events_of(gallery):
+        try:
+            enrolled.follow(event)
+        except (KeyError, TypeError) as error:
+            raise wrong(f"line {number} is damaged", "damaged") from error
+        if expect is not None and number == expect[0] and last != expect[1]:
+            why = f"line {number} is not the one expected: the lines up to it were written anew"
+            raise wrong(why, "changed")
+    if expect is not None and number < expect[0]:
+        why = f"has {number} lines, not the {expect[0]} expected: the last ones were removed"
+        raise wrong(why, "shortened")
+    with gallery.reading() as connection:
+        unchanged = _state(connection) == state
+    if unchanged and event.get("action") != OFF and event.get("state") != state:
         why = "was changed after the last event, and not by this fpmatch: no event states it"
-        raise AuditError(why, path=gallery.name, code="unrecorded")
-    return checked
+        raise wrong(why, "unrecorded")
+    fault = enrolled.compare(gallery, complete=unchanged)
+    if fault is not None:
+        raise wrong(*fault)
+    return AuditState(number, last)
+
+
+@dataclass(slots=True)
+class _Enrolled:
+    """The label and picture, hashed, that events state of entries, by number.
+
+    Those of `unsure` numbers may have been removed while no audit was kept.
+    """
+
+    entries: dict[int, bytes] = field(default_factory=dict)
+    removed: set[int] = field(default_factory=set)
+    unsure: set[int] = field(default_factory=set)
+
+    def follow(self, event: Mapping[str, Any]) -> None:
+        match event.get("action"):
+            case "enrol":
+                for one in event["entries"]:
+                    label = [one[name] for name in _LABEL]
+                    self.entries[one["number"]] = _identity(label, one["sha256"])
+            case "remove":
+                numbers = {one["number"] for one in event["entries"]}
+                self.removed |= numbers
+                for number in numbers:
+                    self.entries.pop(number, None)
+            case "audit off":
+                self.unsure |= self.entries.keys()
+
+    def compare(self, gallery: Database, *, complete: bool) -> tuple[str, str] | None:
+        """Return what differs in the gallery, and its code; None if nothing does.
+
+        Entries are missed only if the events are `complete`.
+        """
+        query = sa.select(ENTRY.c.id, *(ENTRY.c[name] for name in _LABEL), ENTRY.c.content)
+        left, after = dict(self.entries), 0
+        while True:
+            with gallery.reading() as connection:
+                further = query.where(ENTRY.c.id > after).order_by(ENTRY.c.id)
+                rows = connection.execute(further.limit(_LINES_PER_READ)).all()
+            for number, *label, content in rows:
+                if number in self.removed:
+                    return f"entry {number} was removed, and is there again", "removed"
+                stated = left.pop(number, None)
+                if stated is not None and stated != _identity(label, bytes(content).hex()):
+                    why = f"entry {number} is not the print that was enrolled with this number"
+                    return why, "exchanged"
+                after = number
+            if len(rows) < _LINES_PER_READ:
+                break
+        for number in left.keys() - self.unsure if complete else ():
+            return f"entry {number} is missing, and no event states its removal", "missing"
+        return None
+
+
+def _identity(label: list[Any], sha256: str) -> bytes:
+    """Return a hash of the label and the picture of an entry."""
+    return hashlib.sha256(repr((label, sha256)).encode()).digest()[:16]
+
+
+def _hash_of(line: str) -> str:
+    """Return the hash by which the next line refers to a line."""
+    return hashlib.sha256(f"{line}\n".encode("utf-8", "replace")).hexdigest()
+
+
+def _parsed(line: object) -> dict[str, Any] | None:
+    """Return the event of a line, or None where it is damaged."""
+    try:
+        event = parse_json(str(line).encode("utf-8", "replace"))
+    except ParseError:
+        return None
+    return event if isinstance(event, dict) else None
 
 
 def _state(connection: sa.Connection) -> str:
     return str(connection.scalar(sa.select(GALLERY.c.state)))[:_STATE_DIGITS]
-
-
-def _event(line: str) -> dict[str, Any]:
-    """Return the event of a line; an empty one where the line is damaged."""
-    return parse_line(line.encode() + b"\n") or {}
 
 
 def _last(connection: sa.Connection) -> tuple[int, str] | None:
@@ -191,7 +293,59 @@ def _last(connection: sa.Connection) -> tuple[int, str] | None:
 
 def _append(connection: sa.Connection, action: str, details: Mapping[str, Any]) -> None:
     number, line = _last(connection) or (0, "")
-    previous = hash_of(line.encode() + b"\n") if number else START
-    stated = {**details, "state": _state(connection)}
-    added = event_line(previous, current_client(), action, stated).decode().removesuffix("\n")
+    event = {
+        "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        "client": current_client(),
+        "action": action,
+        **details,
+        "state": _state(connection),
+        "previous": _hash_of(line) if number else START,
+    }
+    added = json_text(event, indent=None)
     connection.execute(AUDIT.insert().values(number=number + 1, line=added))
+
+
+@contextmanager
+def acting_as(client: str) -> Iterator[None]:
+    """Name who requests what is done inside the block.
+
+    Examples
+    --------
+    >>> with acting_as("ada"):
+    ...     current_client()
+    'ada'
+    """
+    token = _client.set(client)
+    try:
+        yield
+    finally:
+        _client.reset(token)
+
+
+def act_as(client: str, work: Callable[..., Result], *args: Any) -> Result:
+    """Return ``work(*args)``, done for a client; for other processes."""
+    with acting_as(client):
+        return work(*args)
+
+
+def current_client() -> str:
+    """Return who requests this: of `acting_as`, else $FPMATCH_OPERATOR, else user and host."""
+    if (named := _client.get()) is not None:
+        return named
+    system = f"{_system_user()}@{platform.node() or 'localhost'}"
+    operator = os.environ.get(OPERATOR, "").strip()
+    return f"{operator} ({system})" if operator else system
+
+
+def _system_user() -> str:
+    """Return the user of this process as the system has it, not its environment."""
+    try:
+        import pwd  # noqa: PLC0415  (not on Windows)
+
+        return pwd.getpwuid(os.getuid()).pw_name
+    except (ImportError, KeyError):
+        import getpass  # noqa: PLC0415
+
+        with suppress(Exception):
+            return getpass.getuser()
+        return str(os.getuid()) if hasattr(os, "getuid") else "unknown"

@@ -1,7 +1,8 @@
-"""Transactions on the database of a gallery: a SQLite file or a PostgreSQL database."""
+"""Transactions on the database of a gallery, in SQLite or PostgreSQL, and its encryption."""
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,18 +13,25 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from fpmatch.base.folders import create_private, make_private
 from fpmatch.base.output import reason
-from fpmatch.errors import GalleryError
+from fpmatch.errors import EncryptionError, GalleryError
+from fpmatch.gallery.encryption.records import is_sealed, key_id_of
 from fpmatch.gallery.listing.kinds import SQLITE_HEADER
-from fpmatch.gallery.store.postgresql import is_silence, postgresql_engine, wait_for_ever
+from fpmatch.gallery.store.rows import check_row
+from fpmatch.gallery.store.sealing import read_sealing
+from fpmatch.gallery.store.tables import TABLES, DamagedRowError
 from fpmatch.printable import printable
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
     from logging import Logger, LogRecord
 
-BUSY_S: Final = 60.0  # to wait for another program that holds a file, or for a silent server
-_SQLITE_REASONS: Final = {
+    from fpmatch.gallery.encryption.keys import KeyRing
+    from fpmatch.gallery.store.sealing import Sealing
+
+BUSY_S: Final = 60.0  # to wait for another program that holds a file, or for a server
+CONNECT_S: Final = 10  # to wait for a connection to a server
+_REASONS: Final = {
     "SQLITE_FULL": "the disk is full",
     "SQLITE_READONLY": "cannot be written: it, or its folder, is read-only",
     "SQLITE_CANTOPEN": "cannot be opened: no permission, or no such folder",
@@ -31,31 +39,31 @@ _SQLITE_REASONS: Final = {
     "SQLITE_CORRUPT": "damaged",
     "SQLITE_IOERR": "cannot be read or written (disk I/O error)",
 }
+_LATE: Final = {"57014", "55P03"}  # of PostgreSQL: a statement, or a lock, took too long
 _SECRETS: Final = ("password", "sslpassword", "passfile")  # in the query of a URL
 _CREATION_LOCK: Final = 0x66706D61746368  # "fpmatch", on a PostgreSQL server
-
-
-class DamagedRowError(ValueError):
-    """The row of an entry has impossible content; for one entry it becomes a GalleryError."""
-
-    def __init__(self, number: object, why: str) -> None:
-        self.number, self.why = number, why
-        super().__init__(f"entry {number}: {why}")
 
 
 class Database:
     """Open transactions on the database of one gallery.
 
     `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
-    (or ``sqlite:///file``), and `name` is either, without a password. A call that has waited for
-    `patience` seconds raises GalleryError (code "late"). Raises GalleryError if there is no such
-    file, it is no SQLite database, or the URL is of another kind.
+    (or ``sqlite:///file``), and `name` is either, without a password. A statement that has waited
+    for `patience` seconds raises GalleryError (code "late"). Templates are opened with `key`: keys,
+    or their source. Raises GalleryError if there is no such file, it is no SQLite database, or the
+    URL is of another kind.
     """
 
     def __init__(
-        self, where: str | os.PathLike[str], *, create: bool = False, patience: float | None = None
+        self,
+        where: str | os.PathLike[str],
+        *,
+        create: bool = False,
+        key: KeyRing | str | None = None,
+        patience: float | None = None,
     ) -> None:
-        url, self.where = _as_url(where), str(where)
+        url, self.where, self.key = _as_url(where), str(where), key
+        self._sealing: Sealing | None = None
         self._patience = BUSY_S if patience is None else patience
         self.file: Path | None = None
         self._narrowed = False
@@ -66,7 +74,7 @@ class Database:
             self._engine = _sqlite(url, create=create, patience=self._patience)
         else:
             self.name = _without_secrets(url)
-            self._engine = postgresql_engine(url, self._patience)
+            self._engine = _postgresql(url, self._patience)
         sa.event.listen(self._engine, "begin", _begin)
         cast("Logger", self._engine.pool.logger).addFilter(_states_no_interrupt)
 
@@ -105,47 +113,30 @@ class Database:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_CREATION_LOCK)))
             yield connection
 
-    def vacuum(self, tables: Sequence[sa.Table]) -> None:
-        """Rewrite the database, or its `tables` on PostgreSQL, without what was removed.
+    def vacuum(self) -> None:
+        """Rewrite the database, or the tables of galleries on PostgreSQL, without free space.
 
         No other program may use it meanwhile. A killed or failed run leaves it as it was.
         """
-        with self.outside_transactions() as connection:
+        plain = self._engine.execution_options(isolation_level="AUTOCOMMIT", autocommit=True)
+        with self._translating_errors(), plain.connect() as connection:
             if self.file is None:
                 connection.exec_driver_sql(f"SET lock_timeout = {round(self._patience * 1000)}")
-                wait_for_ever(connection)
-                names = ", ".join(table.name for table in tables)
+                connection.exec_driver_sql("SET statement_timeout = 0")
+                names = ", ".join(table.name for table in TABLES)
                 connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {names}")
+                connection.invalidate()  # it has other limits than those of the pool
             else:
                 make_private(self.file)
                 connection.exec_driver_sql("VACUUM")
-                connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
-                mark_overwritten(connection)
 
-    def is_overwritten(self) -> bool:
-        """Return whether all that was ever deleted from the file has been overwritten.
-
-        It has not in one that a version up to 0.2 has made, until `vacuum`.
-        """
-        if self.file is None:
-            return False
-        with self.reading() as connection:
-            return bool(connection.exec_driver_sql("PRAGMA user_version").scalar())
-
-    def size(self, tables: Sequence[sa.Table]) -> int:
-        """Return the bytes of the file, or of the `tables` on PostgreSQL with their indexes."""
+    def size(self) -> int:
+        """Return the bytes of the file, or of the tables of galleries with their indexes."""
         if self.file is not None:
             return self.file.stat().st_size
         with self.reading() as connection:
-            sizes = [sa.func.pg_total_relation_size(table.name) for table in tables]
+            sizes = [sa.func.pg_total_relation_size(table.name) for table in TABLES]
             return sum(map(int, connection.execute(sa.select(*sizes)).one()))
-
-    @contextmanager
-    def outside_transactions(self) -> Iterator[sa.Connection]:
-        """Open a connection whose statements are no transaction, such as VACUUM."""
-        plain = self._engine.execution_options(isolation_level="AUTOCOMMIT", autocommit=True)
-        with self._translating_errors(), plain.connect() as connection:
-            yield connection
 
     def structure_fault(self) -> str:
         """Return what is wrong with the tables and indices of a SQLite file; "" if nothing is."""
@@ -155,6 +146,54 @@ class Database:
             answer = str(connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar())
         return "" if answer == "ok" else printable(answer.splitlines()[-1].strip())
 
+    def sealing(self, connection: sa.Connection | None = None) -> Sealing | None:
+        """Return how this gallery is encrypted now; None if it is not."""
+        if connection is None:
+            with self.reading() as own:
+                return self.sealing(own)
+        with self.naming_keys():
+            self._sealing = read_sealing(connection, self.key)
+        return self._sealing
+
+    def check_keys(self) -> None:
+        """Raise GalleryError (code "missing key") unless the key in use was given."""
+        sealing = self.sealing()
+        with self.naming_keys():
+            assert sealing is None or sealing.key
+
+    @property
+    def encrypted(self) -> bool:
+        """Whether this gallery was encrypted when that was read last."""
+        return self._sealing is not None
+
+    @contextmanager
+    def naming_keys(self) -> Iterator[None]:
+        """Turn an error about a missing key into one that names this gallery."""
+        try:
+            yield
+        except EncryptionError as error:
+            if error.code not in {"missing key", "damaged"}:
+                raise
+            raise self.error(str(error), error.code) from error
+
+    def opened(self, row: Any) -> Any:
+        """Return a row of all columns with the template as it was packed.
+
+        Raises DamagedRowError if it is not what was stored; GalleryError if its key is missing.
+        """
+        check_row(row)
+        sealed = isinstance(row.template, bytes) and is_sealed(row.template)
+        with self.naming_keys():
+            key_id = key_id_of(row.template) if sealed else None
+            known = self._sealing
+            if key_id != (None if known is None else known.key_id):
+                known = self.sealing()  # it may have been changed meanwhile
+            if known is not None:
+                return known.unseal_row(row)
+        if sealed:
+            raise DamagedRowError(row.id, "it is encrypted, in a gallery that is not")
+        return row
+
     @contextmanager
     def _translating_errors(self) -> Iterator[None]:
         try:
@@ -162,7 +201,7 @@ class Database:
         except DamagedRowError as error:
             raise self.error(f"damaged: {error}", "damaged") from error
         except DBAPIError as error:
-            if self._is_late(error):
+            if _is_late(error):
                 what = "no answer" if self.file is None else "another program has held it"
                 why = f"{what} for more than {self._patience:g} seconds"
                 raise self.error(why, "late") from error
@@ -173,18 +212,6 @@ class Database:
             raise self.error("no entry has so large a number", "unknown") from error
         except UnicodeError as error:  # of the name of a host, too
             raise self.error("a name that is no text for a database", "database") from error
-
-    def _is_late(self, error: DBAPIError) -> bool:
-        """Return whether the database was held, or silent, for longer than may be waited."""
-        if self.file is None:
-            return is_silence(error.orig)
-        return str(getattr(error.orig, "sqlite_errorname", "")).startswith("SQLITE_BUSY")
-
-
-def mark_overwritten(connection: sa.Connection) -> None:
-    """Record that all that is deleted from a SQLite file is overwritten."""
-    if connection.dialect.name == "sqlite":
-        connection.exec_driver_sql("PRAGMA user_version = 1")
 
 
 def _as_url(where: str | os.PathLike[str]) -> Path | sa.URL:
@@ -252,6 +279,27 @@ def _sqlite(path: Path, *, create: bool, patience: float) -> sa.Engine:
     return sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.NullPool)
 
 
+def _postgresql(url: sa.URL, patience: float) -> sa.Engine:
+    """Return an engine whose driver, and whose server, wait no longer for a connection or a lock.
+
+    Raises GalleryError if psycopg is not installed.
+    """
+    limit_ms = round(patience * 1000)
+    options = f"{url.query.get('options', '')} -c statement_timeout={limit_ms}".strip()
+    limits = {
+        "connect_timeout": math.ceil(min(CONNECT_S, patience)),
+        "tcp_user_timeout": limit_ms,
+        "options": options,
+    }
+    chosen = url.set(drivername="postgresql+psycopg")
+    try:
+        return sa.create_engine(chosen, connect_args=limits, pool_pre_ping=True)
+    except ImportError as error:
+        raise GalleryError(
+            "a gallery on PostgreSQL needs psycopg: pip install 'fpmatch[postgres]'"
+        ) from error
+
+
 def _text(data: bytes) -> str | bytes:
     """Return the text of a cell; the bytes of one that is damaged."""
     try:
@@ -266,18 +314,23 @@ def _states_no_interrupt(record: LogRecord) -> bool:
 
 
 def _begin(connection: sa.Connection) -> None:
-    if connection.dialect.name == "sqlite":
-        if connection.get_execution_options().get("autocommit", False):
-            return
-        writes = connection.get_execution_options().get("writes", False)
-        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+    options = connection.get_execution_options()
+    if connection.dialect.name == "sqlite" and not options.get("autocommit", False):
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if options.get("writes", False) else "BEGIN")
+
+
+def _is_late(error: DBAPIError) -> bool:
+    """Return whether the database was held, or silent, for longer than may be waited."""
+    busy = str(getattr(error.orig, "sqlite_errorname", "")).startswith("SQLITE_BUSY")
+    silent = type(error.orig).__name__ == "ConnectionTimeout"  # of psycopg, which is an extra
+    return busy or silent or getattr(error.orig, "sqlstate", None) in _LATE
 
 
 def _reason(error: DBAPIError) -> str:
     """Return the reason of a failure on one line."""
     original: Any = error.orig
     name = getattr(original, "sqlite_errorname", "")
-    for prefix, known in _SQLITE_REASONS.items():
+    for prefix, known in _REASONS.items():
         if name.startswith(prefix):
             return known
     message = getattr(getattr(original, "diag", None), "message_primary", None)

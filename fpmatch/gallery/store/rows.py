@@ -1,17 +1,26 @@
-"""Rows of entries: the one place where templates are packed for a row, and read from one."""
+"""Rows of entries: how templates are packed for a row, and read from one that is checked.
+
+Each row has a digest of its columns but the number: one that was changed, or has columns of
+another row, differs from it. It is no signature: who may write the database can correct it.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import struct
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import TemplateError
 from fpmatch.gallery.listing.entry import Entry, Failure, Label, PackedEntry
-from fpmatch.gallery.store.database import DamagedRowError
 from fpmatch.gallery.store.stored_template import check_packed, pack_template, unpack_template
+from fpmatch.gallery.store.tables import ABOUT, ENTRY, DamagedRowError
 from fpmatch.templates.bounds import MOST_MINUTIAE
 from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from fpmatch.gallery.listing.entry import NewEntry
     from fpmatch.templates.minutiae import Template
 
@@ -21,6 +30,10 @@ _KINDS: Final = {
     **{"content": bytes, "dpi": float},
 }
 _DPI_ROUNDING: Final = 0.001  # of a packed template
+_DIGEST_BYTES: Final = 6
+_END: Final = 16  # bytes of a template
+_BOUND: Final = itemgetter(*(column.name for column in (*ABOUT[1:], ENTRY.c.template)))
+_HEAD: Final = struct.Struct("<6Qdq")  # lengths, dpi and number of minutiae
 
 
 def check_storable(template: Template) -> bytes:
@@ -45,14 +58,6 @@ def pack_entry(entry: NewEntry) -> PackedEntry | Failure:
     return PackedEntry(*about, packed)
 
 
-def as_packed_entry(row: Any) -> PackedEntry:
-    """Return a row of `PACKED` as an entry for another gallery, or raise DamagedRowError."""
-    entry = as_entry(row)
-    as_template(row)
-    label, source, content = entry.label, entry.source, entry.content
-    return PackedEntry(label, source, content, entry.dpi, entry.minutiae, row.template)
-
-
 def to_row(entry: PackedEntry) -> dict[str, Any]:
     """Return the columns of a new entry."""
     return {
@@ -67,6 +72,28 @@ def to_row(entry: PackedEntry) -> dict[str, Any]:
     }
 
 
+def row_digest(row: Mapping[str, Any]) -> int:
+    """Return the digest of the columns of an entry, as they are stored; -1 for impossible ones.
+
+    Of the template it has the length and the end, which is a checksum of the rest, or authenticates
+    it.
+    """
+    *names, content, dpi, minutiae, template = _BOUND(row)
+    try:
+        head = _HEAD.pack(*map(len, names), len(content), len(template), dpi, minutiae)
+        text = "".join(names).encode("utf-8", "surrogatepass")
+        whole = b"".join((head, text, content, template[-_END:]))
+    except (TypeError, struct.error):
+        return -1
+    return int.from_bytes(hashlib.sha256(whole).digest()[:_DIGEST_BYTES], "little")
+
+
+def check_row(row: Any) -> None:
+    """Raise DamagedRowError if a row of all columns has another digest than its own."""
+    if row.digest != row_digest(row._mapping):
+        raise DamagedRowError(row.id, "its label, picture or template is not what was enrolled")
+
+
 def as_entry(row: Any) -> Entry:
     """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
     for name, kind in _KINDS.items():
@@ -77,8 +104,17 @@ def as_entry(row: Any) -> Entry:
     return Entry(row.id, label, row.source, row.content, row.dpi, row.minutiae)
 
 
+def as_packed_entry(row: Any) -> tuple[int, PackedEntry]:
+    """Return a row of `WHOLE` as number and entry for another gallery, or raise DamagedRowError."""
+    entry = as_entry(row)
+    as_template(row)
+    label, source, content = entry.label, entry.source, entry.content
+    about = (label, source, content, entry.dpi, entry.minutiae)
+    return row.id, PackedEntry(*about, row.template)
+
+
 def as_packed(row: Any) -> tuple[int, bytes]:
-    """Return number and packed template of a row of `PACKED`, or raise DamagedRowError.
+    """Return number and packed template of a row of `WHOLE`, or raise DamagedRowError.
 
     The checksum is right then, and the template has the minutiae and the dpi of the row.
     """
@@ -95,7 +131,7 @@ def as_packed(row: Any) -> tuple[int, bytes]:
 
 
 def as_template(row: Any) -> tuple[int, Template]:
-    """Return number and template of a row of `PACKED`, or raise DamagedRowError."""
+    """Return number and template of a row of `WHOLE`, or raise DamagedRowError."""
     number, data = as_packed(row)
     try:
         return number, unpack_template(data)

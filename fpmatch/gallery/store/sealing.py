@@ -1,9 +1,7 @@
-"""Encryption of a gallery: the keys in use, and how its entries and its index are sealed.
+"""Encryption of a gallery: the key in use, and how its entries and its index are sealed.
 
-A gallery of version 4 has a table with its random id and the ids of the keys in use, the first
-of which seals new entries. While a rotation is under way there are several; "plain" stands for
-templates that are not encrypted. A template is a sealed record that is bound to the gallery and to
-all columns of its row but the number.
+A gallery of version 4 has a table with its random id and the id of its key. A template is a sealed
+record that is bound to the gallery and to all columns of its row but the number.
 """
 
 from __future__ import annotations
@@ -20,8 +18,7 @@ import sqlalchemy as sa
 from fpmatch.errors import EncryptionError, FpmatchError
 from fpmatch.gallery.encryption.keys import ID_DIGITS, KeyRing, keys_for
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
-from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.tables import GALLERY, VERSION
+from fpmatch.gallery.store.tables import GALLERY, VERSION, DamagedRowError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,7 +28,6 @@ if TYPE_CHECKING:
 ENCRYPTED_VERSION: Final = VERSION + 1
 """Version of an encrypted gallery; others have `fpmatch.gallery.store.tables.VERSION`."""
 
-PLAIN: Final = "plain"
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
 _INDEX: Final = b"index"
@@ -44,7 +40,7 @@ ENCRYPTION: Final = sa.Table(
     _metadata,
     sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
     sa.Column("gallery", sa.LargeBinary, nullable=False),
-    sa.Column("keys", sa.Text, nullable=False),  # ids, separated by spaces
+    sa.Column("keys", sa.Text, nullable=False),  # its id; of earlier versions perhaps several
 )
 
 
@@ -52,47 +48,30 @@ ENCRYPTION: Final = sa.Table(
 class Sealing:
     """Seal and unseal the templates and the index of a gallery.
 
-    `gallery` is its id, `keys` are the ids of the keys in use, that of new entries first, and
-    `given` are the keys that were given, or their source.
+    `gallery` is its id and `key_id` the id of its key; `given` are the keys that were given, or
+    their source. A rotation that an earlier version left unfinished may have left templates that
+    are `mixed`: of other keys, or not encrypted.
     """
 
     gallery: bytes
-    keys: tuple[str, ...]
+    key_id: str
     given: KeyRing | str | None
+    mixed: bool = False
 
     @property
-    def encrypts(self) -> bool:
-        """Whether new entries, and files, are encrypted."""
-        return self.keys[0] != PLAIN
+    def ring(self) -> KeyRing:
+        """The keys that were given; EncryptionError if there are none."""
+        return self.given if isinstance(self.given, KeyRing) else keys_for(self.key_id, self.given)
 
-    def ring(self, key_id: str) -> KeyRing:
-        """Return the keys that were given; EncryptionError if there are none."""
-        if isinstance(self.given, KeyRing):
-            return self.given
-        return keys_for(key_id, self.given)
+    @property
+    def key(self) -> Key:
+        """The key in use; EncryptionError (code "missing key") if it was not given."""
+        return self.ring.find(self.key_id)
 
-    def check_keys(self) -> None:
-        """Raise EncryptionError (code "missing key") unless all keys in use were given."""
-        for key_id in self.keys:
-            if key_id != PLAIN:
-                self.key(key_id)
-
-    def key(self, key_id: str) -> Key:
-        """Return a key that was given; EncryptionError (code "missing key") if it was not."""
-        return self.ring(key_id).find(key_id)
-
-    def seal_row(self, row: dict[str, Any], key_id: str | None = None) -> dict[str, Any]:
-        """Return the columns of an entry with the template as it is stored.
-
-        It is sealed with the key of an id (default: that of new entries).
-        """
-        chosen = self.keys[0] if key_id is None else key_id
-        if chosen == PLAIN:
-            return row
+    def seal_row(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the columns of an entry with the template as it is stored."""
         bound = [*_as_bytes(row)]
-        sealed = seal(
-            self.key(chosen), row["template"], purpose=_ENTRY, salt=self.gallery, bound=bound
-        )
+        sealed = seal(self.key, row["template"], purpose=_ENTRY, salt=self.gallery, bound=bound)
         return row | {"template": sealed}
 
     def unseal_row(self, row: Any) -> Any:
@@ -101,19 +80,19 @@ class Sealing:
         Raises DamagedRowError if row or template were changed, or belong to another entry or
         gallery; EncryptionError (code "missing key") if its key was not given.
         """
-        columns = row._asdict()
         data = row.template
         if not isinstance(data, bytes):
             raise DamagedRowError(row.id, "it has no template")
-        if not is_sealed(data) and PLAIN in self.keys:
+        if self.mixed and not is_sealed(data):
             return row
         try:
             key_id = key_id_of(data)
-            if key_id not in self.keys:
+            if key_id != self.key_id and not self.mixed:
                 why = f"encrypted with key {key_id}, which the gallery does not use"
                 raise DamagedRowError(row.id, why)
-            keys, bound = self.ring(key_id), [*_as_bytes(columns)]
-            packed = unseal(keys, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
+            columns = row._asdict()
+            bound = [*_as_bytes(columns)]
+            packed = unseal(self.ring, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:
                 raise DamagedRowError(row.id, str(error)) from None
@@ -122,7 +101,7 @@ class Sealing:
 
     def seal_file(self, content: bytes) -> bytes:
         """Return the content of a file of an index as it is stored."""
-        return seal(self.key(self.keys[0]), content, purpose=_INDEX, salt=self.gallery)
+        return seal(self.key, content, purpose=_INDEX, salt=self.gallery)
 
     def unseal_file(self, stored: bytes) -> bytes:
         """Return the content of a file of an index.
@@ -130,7 +109,7 @@ class Sealing:
         Raises FpmatchError: code "damaged", or "other" if it is sealed with another key.
         """
         try:
-            return unseal(self.ring(self.keys[0]), stored, purpose=_INDEX, salt=self.gallery)
+            return unseal(self.ring, stored, purpose=_INDEX, salt=self.gallery)
         except EncryptionError as error:
             code = "damaged" if error.code == "damaged" else "other"
             raise FpmatchError(str(error), code=code) from error
@@ -139,37 +118,33 @@ class Sealing:
 def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Sealing | None:
     """Return how a gallery is sealed; None if it is not encrypted.
 
-    Raises EncryptionError (code "damaged") if the keys in use are not recorded.
+    Raises EncryptionError (code "damaged") if the key in use is not recorded.
     """
     if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
         return None
     row = None
     if sa.inspect(connection).has_table(ENCRYPTION.name):
         row = connection.execute(sa.select(ENCRYPTION)).first()
-    keys = str(row.keys).split() if row is not None else []
-    if row is None or not isinstance(row.gallery, bytes) or not keys or not all(map(_is_id, keys)):
-        raise EncryptionError("damaged: the keys in use are missing", code="damaged")
-    return Sealing(row.gallery, tuple(keys), given)
+    recorded = str(row.keys).split() if row is not None else []
+    ids = [word for word in recorded if len(word) == ID_DIGITS and not set(word) - set(hexdigits)]
+    if row is None or not isinstance(row.gallery, bytes) or not ids:
+        raise EncryptionError("damaged: the key in use is missing", code="damaged")
+    return Sealing(row.gallery, ids[0], given, mixed=len(recorded) > 1)
 
 
-def _is_id(text: str) -> bool:
-    return text == PLAIN or (len(text) == ID_DIGITS and not set(text) - set(hexdigits))
-
-
-def create_sealing(connection: sa.Connection, keys: tuple[str, ...]) -> None:
-    """Record that a gallery is encrypted with keys; it gets an id."""
+def set_key(connection: sa.Connection, key_id: str) -> None:
+    """Record that a gallery is encrypted with a key; it gets an id where it has none."""
     _metadata.create_all(connection)
+    if not connection.execute(ENCRYPTION.update().values(keys=key_id)).rowcount:
+        new_id = secrets.token_bytes(_ID_BYTES)
+        connection.execute(ENCRYPTION.insert().values(id=1, gallery=new_id, keys=key_id))
+    connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
+
+
+def set_plain(connection: sa.Connection) -> None:
+    """Record that a gallery is not encrypted any more."""
     connection.execute(ENCRYPTION.delete())
-    new_id = secrets.token_bytes(_ID_BYTES)
-    connection.execute(ENCRYPTION.insert().values(id=1, gallery=new_id, keys=" ".join(keys)))
-
-
-def set_keys(connection: sa.Connection, keys: tuple[str, ...]) -> None:
-    """Record which keys are in use; none of a gallery that is not encrypted any more."""
-    if keys:
-        connection.execute(ENCRYPTION.update().values(keys=" ".join(keys)))
-    else:
-        connection.execute(ENCRYPTION.delete())
+    connection.execute(GALLERY.update().values(version=VERSION))
 
 
 def _as_bytes(row: dict[str, Any]) -> Iterator[bytes]:

@@ -22,18 +22,12 @@ from __future__ import annotations
 import hashlib
 import struct
 import zlib
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.base.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.gallery.store._template_column_kernel import (
-    read_cells,
-    read_columns,
-    to_image,
-    write_columns,
-)
 from fpmatch.templates.bounds import (
     ANGLE_BITS,
     DPI_UNITS,
@@ -44,6 +38,9 @@ from fpmatch.templates.bounds import (
     rounded_minutiae,
 )
 from fpmatch.templates.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 FIELD, RIDGES = 1, 2  # what there is beside the minutiae
 KIND_BITS: Final = 2
@@ -56,6 +53,7 @@ CRC: Final = struct.Struct("<I")
 MOST_BITS: Final = 32  # of a position that is read; none that was packed has more than 16
 ANGLES: Final = (np.arange(2**ANGLE_BITS) * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32)
 STEPS: Final = (np.arange(2**ORIENTATION_BITS) * (np.pi / 2**ORIENTATION_BITS)).astype(np.float32)
+_POWERS: Final = 1 << np.arange(MOST_BITS)[::-1]
 
 
 MAGIC: Final = b"fm"
@@ -165,14 +163,14 @@ def _unpack(reader: ByteReader) -> Template:
         raise TemplateError("its positions have too many bits")
     dpi = dpi_units / DPI_UNITS
     zoom = STANDARD_DPI / dpi if dpi else 1.0
-    columns = np.empty((5, count), np.int64)
-    widths = np.array(((bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS),), np.int64)
-    body = np.frombuffer(reader.take(body_bytes(count, bits_x, bits_y)), np.uint8)
-    read_columns(body, np.zeros(1, np.int64), widths, np.array((0, count), np.int64), columns)
-    xy = np.empty((2, count), np.float32)
-    for column, least, values in zip(columns, (least_x, least_y), xy, strict=False):
-        to_image(column, least, zoom, values)
-    kind, quality = columns[3:].astype(np.uint8)
+    columns = []
+    for bits in (bits_x, bits_y, ANGLE_BITS, KIND_BITS, QUALITY_BITS):
+        columns.append(_read_column(reader, count, bits))
+    xy = [
+        ((column + least + 0.5) / zoom - 0.5).astype(np.float32)
+        for column, least in zip(columns, (least_x, least_y), strict=False)
+    ]
+    kind, quality = (column.astype(np.uint8) for column in columns[3:])
     minutiae = Minutiae(xy[0], xy[1], ANGLES[columns[2]], kind, quality)
     field = _unpack_field(reader, zoom, ridged=content == RIDGES) if content else None
     if reader.left:
@@ -189,10 +187,21 @@ def _pack_minutiae(template: Template) -> bytes:
     bits = [int(np.maximum.reduce(column, initial=0)).bit_length() for column in columns[:2]]
     size = template.width, template.height
     head = MINUTIAE_HEAD.pack(rounded_dpi(template), *size, count, *least.tolist(), *bits)
-    widths = np.array((*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS), np.int64)
-    body = np.zeros(body_bytes(count, *bits), np.uint8)
-    write_columns(columns, widths, body)
-    return head + body.tobytes()
+    widths = (*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    return head + b"".join(map(_packed_column, columns, widths))
+
+
+def _packed_column(column: NDArray[np.int64], bits: int) -> bytes:
+    """Return numbers from 0 on in so many bits each, the highest first."""
+    return np.packbits(column[:, None] >> np.arange(bits)[::-1] & 1).tobytes()
+
+
+def _read_column(reader: ByteReader, count: int, bits: int) -> NDArray[np.int64]:
+    """Return the numbers that `_packed_column` packed."""
+    data = np.frombuffer(reader.take((count * bits + 7) // 8), np.uint8)
+    return (
+        np.unpackbits(data, count=count * bits).reshape(count, bits) @ _POWERS[MOST_BITS - bits :]
+    )
 
 
 def _pack_field(field: RidgeField, zoom: float) -> bytes:
@@ -217,26 +226,19 @@ def _unpack_field(reader: ByteReader, zoom: float, *, ridged: bool) -> RidgeFiel
     step, rows, columns, top, left, height, width = FIELD_HEAD.unpack(reader.take(FIELD_HEAD.size))
     if rows * columns > MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
-    cells, each = height * width, CELL_BYTES if ridged else 0
-    first, last = reader.at, len(reader.data)
-    if reader.left < (cells + 7) // 8:
-        raise TemplateError("its ridge field is cut short")
-    at, end, columns_of, bytes_of = np.array((first, last, width, each), np.int64).reshape(4, 1)
-    start = np.array((0, cells), np.int64)
-    box, steps = np.empty((2, cells), np.uint8)
-    after, tight = np.empty(1, np.int64), np.empty(1, np.uint8)
-    data = np.frombuffer(reader.data, np.uint8)
-    inside = read_cells(data, at, end, start, columns_of, bytes_of, box, steps, after, tight)
-    if after[0] < 0:
-        raise TemplateError("its ridge field has too few bytes, or too many")
-    steps = steps[:inside]
-    reader.take(int(after[0]) - first)
+    cells = height * width
+    box = np.frombuffer(reader.take((cells + 7) // 8), np.uint8)
     mask = np.zeros((rows, columns), bool)
-    mask[top : top + height, left : left + width] = box.view(bool).reshape(height, width)
+    mask[top : top + height, left : left + width] = np.unpackbits(box, count=cells).reshape(
+        height, width
+    )
+    inside = int(np.count_nonzero(mask))
+    coded = np.frombuffer(reader.take((inside + 1) // 2), np.uint8)
+    steps = np.column_stack((coded >> ORIENTATION_BITS, coded & (2**ORIENTATION_BITS - 1)))
     orientation = np.zeros((rows, columns), np.float32)
-    orientation[mask] = STEPS[steps]
+    orientation[mask] = STEPS[steps.ravel()[:inside]]
     ridges = None
     if ridged:
         ridges = np.zeros(mask.shape, np.uint64)
-        ridges[mask] = np.frombuffer(reader.take(each * inside), ">u8")
+        ridges[mask] = np.frombuffer(reader.take(CELL_BYTES * inside), ">u8")
     return RidgeField(step / zoom, orientation, mask, ridges)

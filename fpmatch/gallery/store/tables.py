@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import sqlalchemy as sa
 
-from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.database import DamagedRowError
-from fpmatch.gallery.store.rows import as_entry
-from fpmatch.templates.bounds import MOST_MINUTIAE
-from fpmatch.templates.minutiae import MAX_DPI, MIN_DPI
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Failure, PackedEntry
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
-
-    from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry
 
 Value = TypeVar("Value")
 
@@ -68,15 +62,14 @@ TABLES: Final = (GALLERY, ENTRY, FAILURE)
 
 DPI_TOLERANCE: Final = 0.05  # resolutions in files have one decimal
 VALUES_PER_QUERY: Final = 500  # which databases limit
-_LABEL: Final = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
 
 
-_SQLITE_TYPES: Final = {
-    sa.Integer: "integer",
-    sa.Text: "text",
-    sa.Float: "real",
-    sa.LargeBinary: "blob",
-}
+class DamagedRowError(ValueError):
+    """The row of an entry has impossible content; for one entry it becomes a GalleryError."""
+
+    def __init__(self, number: object, why: str) -> None:
+        self.number, self.why = number, why
+        super().__init__(f"entry {number}: {why}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,18 +87,6 @@ ENROLLED: Final = Conflict("")
 """What `Conflicts.find` returns for a print that is enrolled already."""
 
 
-def is_sound(dialect: str) -> sa.ColumnElement[bool]:
-    """Return the condition that the columns of an entry are of their types, and numbers possible.
-
-    Templates are not read: their damage shows when `fpmatch.gallery.store.rows` reads them.
-    """
-    numbers = [ENTRY.c.dpi.between(MIN_DPI, MAX_DPI), ENTRY.c.minutiae.between(0, MOST_MINUTIAE)]
-    if dialect != "sqlite":  # which alone keeps values of another type
-        return sa.and_(*numbers)
-    kinds = [(column, _SQLITE_TYPES[type(column.type)]) for column in (*ABOUT, ENTRY.c.template)]
-    return sa.and_(*numbers, *(sa.func.typeof(column) == kind for column, kind in kinds))
-
-
 def parts(values: Iterable[Value]) -> Iterator[list[Value]]:
     """Yield values in lists that are short enough for one query."""
     left = iter(values)
@@ -120,47 +101,79 @@ def create_tables(connection: sa.Connection, state: str) -> None:
 
 
 class Conflicts:
-    """Entries of a gallery that have the content or the label of some requests."""
+    """Entries of a gallery that have the picture or the label of some requests."""
 
     def __init__(self, connection: sa.Connection, requests: Sequence[EnrolmentRequest]) -> None:
-        self._by_content: dict[bytes, Entry] = {}
-        self._by_label: dict[Label, Entry] = {}
-        self._damaged: dict[bytes | Label, int] = {}
+        self._by_content: dict[bytes, _Known] = {}
+        self._by_label: dict[tuple[str, ...], _Known] = {}
+        columns = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
         for part in parts(requests):
-            labels = [(r.label.subject, r.label.finger, r.label.impression) for r in part]
             # SQLite looks up no tuples by its index of labels, but the subjects
-            subjects = ENTRY.c.subject.in_({subject for subject, _, _ in labels})
+            subjects = columns[0].in_({request.label.subject for request in part})
+            labels = sa.tuple_(*columns).in_([astuple(request.label) for request in part])
             for condition in (
                 ENTRY.c.content.in_([request.content for request in part]),
-                sa.and_(subjects, sa.tuple_(*_LABEL).in_(labels)),
+                sa.and_(subjects, labels),
             ):
                 for row in connection.execute(sa.select(*ABOUT).where(condition)):
-                    try:
-                        self.add(as_entry(row))
-                    except DamagedRowError:
-                        label = Label(row.subject, row.finger, row.impression)
-                        self._damaged |= {row.content: row.id, label: row.id}
+                    label = (row.subject, row.finger, row.impression)
+                    dpi = row.dpi if isinstance(row.dpi, float) else None
+                    self._add(row.content, _Known(label, str(row.source), dpi))
 
-    def add(self, entry: Entry) -> None:
-        """Take another entry into account."""
-        self._by_content[entry.content] = entry
-        self._by_label[entry.label] = entry
+    def add(self, request: EnrolmentRequest, source: str) -> None:
+        """Take a print into account that is enrolled now, from the file `source`."""
+        self._add(request.content, _Known(astuple(request.label), source, request.dpi))
+
+    def _add(self, content: bytes, known: _Known) -> None:
+        self._by_content[content] = self._by_label[known.label] = known
 
     def find(self, request: EnrolmentRequest) -> Conflict | None:
         """Return why a print cannot be enrolled, `ENROLLED`, or None where it can be."""
         known = self._by_content.get(request.content)
         if known is not None:
-            if known.label != request.label:
-                why = f"the same picture is enrolled as {known.label} already"
-                return Conflict(why, known.source)
-            if request.dpi is not None and abs(request.dpi - known.dpi) > DPI_TOLERANCE:
-                return Conflict(f"enrolled already, at {known.dpi:g} dpi, not {request.dpi:g}")
-            return ENROLLED
-        for key in (request.content, request.label):
-            if key in self._damaged:
-                number = self._damaged[key]
-                return Conflict(f"entry {number}, which is damaged, has its picture or label")
-        other = self._by_label.get(request.label)
+            if known.label != astuple(request.label):
+                label = "_".join(str(name) for name in known.label if name)
+                return Conflict(f"the same picture is enrolled as {label} already", known.source)
+            dpi = known.dpi
+            if request.dpi is None or dpi is None or abs(request.dpi - dpi) <= DPI_TOLERANCE:
+                return ENROLLED
+            return Conflict(f"enrolled already, at {dpi:g} dpi, not {request.dpi:g}")
+        other = self._by_label.get(astuple(request.label))
         if other is not None:
             return Conflict(f"another picture is enrolled as {request.label} already", other.source)
         return None
+
+
+def conflicts_in_order(
+    connection: sa.Connection, new: Sequence[PackedEntry | Failure]
+) -> tuple[list[Conflict | None], list[PackedEntry]]:
+    """Return the conflict of each print with what is enrolled and with those before it.
+
+    The second list has the prints without a conflict.
+    """
+    packed = (entry for entry in new if isinstance(entry, PackedEntry))
+    known = Conflicts(connection, [*map(_request, packed)])
+    conflicts: list[Conflict | None] = []
+    enrolled = []
+    for entry in new:
+        if isinstance(entry, Failure):
+            conflicts.append(Conflict(entry.reason))
+            continue
+        request = _request(entry)
+        conflicts.append(known.find(request))
+        if conflicts[-1] is None:
+            known.add(request, entry.source)
+            enrolled.append(entry)
+    return conflicts, enrolled
+
+
+def _request(entry: PackedEntry) -> EnrolmentRequest:
+    return EnrolmentRequest(entry.label, entry.content, entry.dpi)
+
+
+class _Known(NamedTuple):
+    """The label, the file and the resolution of an entry; no resolution where it is damaged."""
+
+    label: tuple[str, ...]
+    source: str
+    dpi: float | None

@@ -87,21 +87,25 @@ def identify(
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
     from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
+    from fpmatch.gallery.tasks.probes import read_hashed  # noqa: PLC0415
 
-    given = given_print(probe, dpi=dpi)
+    content = None
+    if isinstance(probe, str | os.PathLike):
+        given, content = read_hashed(Path(probe), lambda: given_print(probe, dpi=dpi))
+    else:
+        given = given_print(probe, dpi=dpi)
     limits: dict[str, Any] = {
         "workers": workers,
         "count": count,
         "threshold": threshold,
         "effort": effort,
     }
-    path = Path(probe) if isinstance(probe, str | os.PathLike) else None
     with nullcontext(gallery) if isinstance(gallery, Gallery) else open_gallery(gallery) as opened:
         search = open_search(opened, matcher, engine=processes(workers))
         _, result, entries = identify_given(opened, search, given, **limits)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
-        opened.record("identify", probe=path, candidates=result.numbers)
+        opened.record("identify", probe=content, candidates=result.numbers)
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
         for one, entry in zip(result.candidates, entries, strict=True)
@@ -114,7 +118,6 @@ def enrol(
     *,
     pattern: str | None = None,
     by_folder: bool = False,
-    prefix: str = "",
     dpi: float | None = None,
     workers: int | None = None,
     strict: bool = False,
@@ -135,8 +138,6 @@ def enrol(
     by_folder : bool
         Whether subfolders are fingers, or subjects whose subfolders are fingers (default: where a
         folder has no prints itself).
-    prefix : str
-        Text before each subject.
     dpi : float, optional
         Resolution of all images (default: that in a manifest, in ``dataset.toml`` or in the file,
         else by its ridges).
@@ -155,7 +156,7 @@ def enrol(
     Raises
     ------
     GalleryError
-        If the gallery cannot be read or written, or `pattern` or `prefix` is malformed.
+        If the gallery cannot be read or written, or `pattern` is malformed.
     ImageReadError, DatasetError
         If a file or folder is missing, or a manifest is malformed.
 
@@ -175,7 +176,7 @@ def enrol(
     names = None if pattern is None else NamePattern(pattern)
     places = [prints] if isinstance(prints, str | os.PathLike) else prints
     files = find_prints(places, dpi, pattern=names, by_folder=by_folder)
-    options: dict[str, Any] = {"pattern": names, "prefix": prefix, "strict": strict}
+    options: dict[str, Any] = {"pattern": names, "strict": strict}
     if not isinstance(gallery, Gallery):
         with open_gallery(gallery, create=True) as opened:
             return enrolling.enrol(opened, files, engine=processes(workers), **options)

@@ -1,4 +1,4 @@
-"""Consistency of fingers: whether the enrolled impressions of each match each other."""
+"""Consistency of fingers: whether the impressions of each, enrolled and new, match each other."""
 
 from __future__ import annotations
 
@@ -9,17 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.fingers.consolidate import link_impressions, linked_groups
-from fpmatch.gallery.fingers.finger import MOST_IMPRESSIONS, choose_impressions
-from fpmatch.gallery.listing.entry import Failure
-from fpmatch.gallery.listing.two_prints import find_doubts
+from fpmatch.gallery.fingers.finger import choose_impressions
 from fpmatch.gallery.store.audit import ranges
-from fpmatch.gallery.store.tables import parts
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.decision import find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry, Label
@@ -27,8 +23,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
     from fpmatch.templates.minutiae import Template
 
-SEARCHED_UP_TO: Final = 20_000  # entries of a gallery in which copies are looked for,
-SEARCHED_PER_PRINT: Final = 20  # or for each new print
 LINK_SCORE: Final = 30.0
 HIGHEST_LINK_SCORE: Final = 55.0
 
@@ -113,118 +107,6 @@ def check_fingers(
             yield _check(sound, matcher, curve)
         done += len(entries)
         progress("check", done, total)
-
-
-def find_added(
-    gallery: Gallery, subjects: Collection[str], given: Callable[[set[bytes]], Container[bytes]]
-) -> dict[str, list[int]]:
-    """Return given entries that were added to subjects that were enrolled before.
-
-    `given` returns those of some contents that are of the given prints. By subject, the numbers are
-    those of its given entries that came after one that is not given. So the result is the same for
-    a run that was interrupted and continued.
-    """
-    added: dict[str, list[int]] = {}
-    for part in parts(subjects):
-        rows = gallery.contents_of(part)
-        ours = given({content for _, _, content in rows})
-        existing: set[str] = set()
-        for number, subject, content in rows:
-            if content not in ours:
-                existing.add(subject)
-            elif subject in existing:
-                added.setdefault(subject, []).append(number)
-    return added
-
-
-def check_added(
-    gallery: Gallery,
-    new: Collection[Label],
-    added: Mapping[str, Sequence[int]],
-    *,
-    strict: bool = False,
-) -> tuple[dict[int, Failure], list[Failure]]:
-    """Find impressions that match no other one of their finger; return those refused, and the rest.
-
-    Compared are those of `added`, from `find_added`, with what their fingers had before. If
-    `strict`, so are all `new` ones with the others of their fingers, and those of the new ones that
-    match none are removed, and so are any that are probably two prints in one, or of no finger;
-    they are returned by number. Where no impression of a finger is older, the largest group is
-    kept.
-    """
-    fresh, labels = {number for numbers in added.values() for number in numbers}, set(new)
-    subjects = {*added, *(label.subject for label in labels if strict)}
-
-    def is_fresh(entry: Entry) -> bool:
-        return entry.id in fresh or (strict and entry.label in labels)
-
-    refused = _find_doubtful(gallery, labels) if strict else {}
-    _remove(gallery, refused)
-    unrelated: dict[int, Failure] = {}
-    unmatched = []
-    for check in check_fingers(gallery, subjects=subjects) if subjects else ():
-        older = [group for group in check.groups if not all(map(is_fresh, group))]
-        kept = {entry.id: entry for group in older or check.groups[:1] for entry in group}
-        for entry in filter(is_fresh, chain.from_iterable(check.groups)):
-            if entry.id in kept:
-                continue
-            why = _why_unmatched(gallery, entry, list(kept.values()), check.name)
-            if strict and entry.label in labels:
-                unrelated[entry.id] = Failure(entry.source, f"refused: {why}")
-            else:
-                unmatched.append(Failure(entry.source, f"{entry.label} {why}"))
-    _remove(gallery, unrelated)
-    return refused | unrelated, unmatched
-
-
-def _find_doubtful(gallery: Gallery, labels: Collection[Label]) -> dict[int, Failure]:
-    """Return the entries of some labels that are probably not one finger's, by number."""
-    refused = {}
-    for subject in {label.subject for label in labels}:
-        for entry in gallery.entries(subject=subject):
-            template = gallery.find_template(entry.id) if entry.label in labels else None
-            if template is not None and (why := find_doubts(template)):
-                refused[entry.id] = Failure(entry.source, f"refused: {'; '.join(why)}")
-    return refused
-
-
-def _remove(gallery: Gallery, refused: Mapping[int, Failure]) -> None:
-    if refused:
-        gallery.remove(refused)
-        gallery.add([], list(refused.values()))
-
-
-def _why_unmatched(gallery: Gallery, entry: Entry, kept: Sequence[Entry], finger: str) -> str:
-    """Return the reason for an impression that does not match those that are `kept`."""
-    matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
-    sides = [gallery.template(one.id) for one in (entry, *kept[:MOST_IMPRESSIONS])]
-    probe, *references = [(side, matcher.prepare(side)) for side in sides]
-    lacking = find_shortage(matcher, curve, probe, references, LINK_SCORE)
-    others = f" or any other of {len(kept)} impressions of {finger}" if len(kept) > 1 else ""
-    why = "another finger, or other skin of it" if lacking is None else lacking.message
-    verb = "does not match" if lacking is None else "cannot be compared with"
-    return f"{verb} {kept[0].label}{others}: {why}"
-
-
-def find_copies(
-    gallery: Gallery, new: Collection[Label], counts: Collection[int]
-) -> list[tuple[Entry, Label]]:
-    """Return new entries that have the frame and minutiae of an earlier one, with its label.
-
-    `counts` are the numbers of minutiae of the new ones. A gallery that is large beside them is not
-    searched: none is found.
-    """
-    labels = set(new)
-    if not labels or gallery.has_over(max(SEARCHED_UP_TO, SEARCHED_PER_PRINT * len(labels))):
-        return []
-    first: dict[bytes, int] = {}
-    copies = []
-    for number, digest in gallery.minutiae_digests(counts):
-        earlier = first.setdefault(digest, number) if digest else number
-        if earlier != number and (entry := gallery.find_entry(number)) and entry.label in labels:
-            other = gallery.find_entry(earlier)
-            copies += [] if other is None else [(entry, other.label)]
-    return copies
 
 
 def find_damaged(

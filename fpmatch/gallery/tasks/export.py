@@ -47,9 +47,7 @@ def export_templates(
     make_folder(folder)
     progress("export", 0, len(names))
     written = 0
-    for number, template in gallery.templates():
-        if number not in names:
-            continue
+    for number, template in gallery.templates(of=names):
         for suffix in suffixes:
             path = Path(folder, f"{names[number]}{suffix}")
             for note in save_template(path, template):

@@ -2,45 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from contextlib import suppress
+from typing import TYPE_CHECKING
 
-from fpmatch.gallery.erasure import delete_outdated, size_of_index
-from fpmatch.gallery.store.tables import TABLES
+from fpmatch.gallery.erasure import delete_outdated
+from fpmatch.gallery.store.kept_files import kept_files
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
 
 
-@dataclass(frozen=True, slots=True)
-class FreedSpace:
-    """Sizes in bytes before and after: of the database, and of the index."""
-
-    database_before: int
-    database_after: int
-    prepared_before: int
-    prepared_after: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the sizes as JSON values."""
-        return {
-            "database": {"before": self.database_before, "after": self.database_after},
-            "prepared": {"before": self.prepared_before, "after": self.prepared_after},
-        }
-
-
-def free_space(gallery: Gallery) -> FreedSpace:
+def free_space(gallery: Gallery) -> dict[str, dict[str, int]]:
     """Rewrite the database without free space, and the index without removed prints.
 
-    On PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
+    Returns their bytes "before" and "after", of the "database" and of the "prepared" index. On
+    PostgreSQL, the tables of galleries are rewritten by ``VACUUM FULL``. Raises GalleryError if
     another program holds the gallery, the disk is full, or a file cannot be deleted; the gallery is
     as before.
     """
-    before = gallery.size(TABLES), size_of_index(gallery)
-    with gallery.changing():
-        pass  # a gallery of an earlier version gets what this one adds
+    before = gallery.size(), _size_of_index(gallery)
     gallery.record("compact")
-    gallery.vacuum(TABLES)
+    gallery.vacuum()
     delete_outdated(gallery)
-    after = gallery.size(TABLES), size_of_index(gallery)
-    return FreedSpace(before[0], after[0], before[1], after[1])
+    sizes = zip(before, (gallery.size(), _size_of_index(gallery)), strict=True)
+    database, index = ({"before": one, "after": other} for one, other in sizes)
+    return {"database": database, "prepared": index}
+
+
+def _size_of_index(gallery: Gallery) -> int:
+    size = 0
+    for path in kept_files(gallery):
+        with suppress(OSError):
+            size += path.stat().st_size
+    return size

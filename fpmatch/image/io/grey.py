@@ -280,7 +280,8 @@ def _eight_bit(values: NDArray[Any]) -> tuple[Grey, tuple[str, ...]]:
     band = max(1, _BAND_SAMPLES // max(1, math.prod(values.shape[1:])))
     for first in range(0, len(values), band):
         rows = slice(first, first + band)
-        share = (values[rows].astype(np.float64) - black) / (white - black)
+        with np.errstate(over="ignore"):  # of a value far beyond all others
+            share = (values[rows].astype(np.float64) - black) / (white - black)
         scaled[rows] = np.rint(255.0 * np.clip(share, 0, 1))
     run = f"its samples run from {low:g} to {high:g}"
     if is_byte and values.dtype.char == "H":

@@ -38,7 +38,6 @@ CONTRAST_SIDE: Final = 7  # of the square that shows the contrast of a print, in
 FAINT_CONTRAST: Final = 38  # grey levels; every print of nine sensors and of ink has more
 LEAST_CONTRAST: Final = 4  # of a print; less may be rounding
 STRETCHED_CONTRAST: Final = 120  # of a faint print after stretching
-LEAST_SHARE: Final = 0.6  # of that which is left where the ground is taken away; a gradient is not
 LEAST_INSIDE: Final = 0.5  # of the contrast, inside a block of a JPEG, its slope apart,
 LEAST_DETAILED: Final = 0.1  # in so many of the blocks of a square
 GROUND_PX, GROUND_SIGMA_PX = 61, 12.0  # window of the median that is its ground, and smoothing
@@ -111,9 +110,7 @@ def stretch_contrast(grey: Grey, source: Grey | None = None) -> Grey:
     near = np.clip(grey, middle - contrast, middle + contrast)
     ground = cv2.GaussianBlur(near, (0, 0), GROUND_SIGMA_PX)
     levels = np.clip(128 + STRETCHED_CONTRAST / contrast * (grey - ground), 0, 255)
-    stretched = np.asarray(np.rint(levels), np.uint8)
-    is_print = ridge_contrast(stretched) >= LEAST_SHARE * STRETCHED_CONTRAST
-    return stretched if is_print else grey
+    return np.asarray(np.rint(levels), np.uint8)
 
 
 def foreground_box(grey: Grey) -> Box:

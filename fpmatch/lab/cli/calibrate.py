@@ -79,8 +79,12 @@ def calibrate(
     largest measured score is printed: scores beyond are extrapolated.
     """
     from fpmatch.base.output import atomic_write_bytes, check_writable
-    from fpmatch.lab.evaluation.calibrate import calibrate_on, report_calibration
-    from fpmatch.lab.evaluation.impostors import gather_impostors
+    from fpmatch.lab.evaluation.calibrate import (
+        calibrate_on,
+        gather_impostors,
+        report_calibration,
+    )
+    from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.prints.reading import PrintReader
 
     check_writable(output)
@@ -95,7 +99,7 @@ def calibrate(
             pattern=pattern,
             by_folder=by_folder,
             dpi=dpi,
-            reading={"polarity": polarity, "reader": PrintReader(raw, quiet=True)},
+            reading=Reading(PrintReader(raw, quiet=True), polarity),
         )
     calibration = calibrate_on(impostors, chosen.name, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode(), public=True)

@@ -25,33 +25,3 @@ trial: "at most 25.89 % (0 of 10)", 95 %, one-sided, by Clopper and Pearson; abo
 3). For the EER a trial is a pair of fingers, each finger in one pair. ZeroFMR and ZeroFNMR, which
 depend on one score, have no interval.
 """
-
-GROUND_TRUTH: Final = """
-\b
-Columns with --ground-truth, of the first matcher:
-  within    tolerance of distance (at 500 dpi) and direction
-  visible   true minutiae that are visible
-  TP        true positives: extracted minutiae that are one of these, one to one
-  false positives by their likeliest cause: a true minutia is there but has another direction;
-            near the border of the print or image; no visible ridges there; near another extracted
-            minutia, as where a ridge is split or doubled
-  judged    genuine pairs with at least 12 true minutiae that are visible in both prints
-  MATCH     share of the judged that are decided a match, as fpmatch verify does by default
-  in place  share with a rotation error of at most 2° and a shift error of at most 4 px
-  rotation  median error and 95th percentile; also of shift (of the overlap's middle) and scale
-  residual  median distance in the overlap between mapped and true positions;
-            at best: that of the best similarity, because skin stretches
-"""
-
-IDENTIFICATION: Final = """\b
-Columns:
-  FNIR      false negative identification rate: share of the searches with a mate in the gallery
-            that do not return it: at rank R among the first R; at an FPIR where fewer than so many
-            others are expected by chance that the FPIR results
-  FPIR      false positive identification rate: share of the searches without a mate that return a
-            candidate of which fewer others are expected by chance
-  by chance  the number at this FPIR, as `fpmatch identify` states it of each candidate
-  FPIR ratio  FPIR over the one that the searches state for this number
-  FNIR as stated  FNIR where candidates count by the stated FPIR; FNIR ratio: FNIR over that.
-            "within 2" is within a factor of two, "beyond 2" is not
-"""

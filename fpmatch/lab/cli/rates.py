@@ -19,17 +19,6 @@ if TYPE_CHECKING:
 
     from fpmatch.lab.evaluation.report.analysis import Report
 
-_BOOTSTRAP: Final = (
-    click.option(
-        "--bootstrap",
-        metavar="N",
-        type=FROM_0,
-        default=1000,
-        hidden=True,
-        help="Bootstrap replicates for the 95 % intervals; 0 for none.",
-    ),
-    click.option("--seed", type=FROM_0, default=0, hidden=True, help="Seed of their draws."),
-)
 _OPTIONS: Final = (
     click.option(
         "--fmr",
@@ -43,7 +32,7 @@ _OPTIONS: Final = (
         "--report",
         "report_folder",
         metavar="DIR",
-        help="Write a page there: tables, DET and other curves, drawings of the hardest pairs.",
+        help="Write a page there: tables, DET, distributions of scores, the hardest pairs.",
     ),
     file_option(
         "--baseline",
@@ -55,22 +44,25 @@ _OPTIONS: Final = (
         "--curves",
         metavar="DIR",
         hidden=True,
-        help="Write the points of the curves there: det.csv, histogram.csv, discard.csv.",
+        help="Write the points of the DET curves there, as det.csv.",
     ),
     file_option("--det", metavar="FILE", help="Draw the DET curves into a .pdf, .svg or .png."),
     file_option(
         "--table", metavar="FILE", help="Write the table of rates as .tex (LaTeX) or .csv."
     ),
-    *_BOOTSTRAP,
+    click.option(
+        "--bootstrap",
+        metavar="N",
+        type=FROM_0,
+        default=1000,
+        hidden=True,
+        help="Bootstrap replicates for the 95 % intervals; 0 for none.",
+    ),
+    click.option("--seed", type=FROM_0, default=0, hidden=True, help="Seed of their draws."),
     click.option(
         "--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions."
     ),
 )
-
-
-def bootstrap_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options about the 95 % intervals."""
-    return add_options(command, _BOOTSTRAP)
 
 
 def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -84,7 +76,7 @@ def rate_options(command: Callable[..., Any]) -> Callable[..., Any]:
     epilog="""\b
 Examples:
   fpmatch rates scores.csv
-  fpmatch rates scores.csv theirs.txt --report report
+  fpmatch rates scores.csv theirs.csv --report report
   fpmatch rates theirs.csv --distances --fmr 0.0001 --det det.pdf --table rates.tex
   fpmatch rates --genuine-scores genuine.txt --impostor-scores impostor.txt
 
@@ -110,95 +102,78 @@ def rates(
     impostor_scores: tuple[Path, ...],
     distances: bool,
     pattern: str | None,
-    report_folder: Path | None,
     baseline: Path | None,
-    curves: Path | None,
-    det: Path | None,
-    table: Path | None,
     as_json: bool,
-    **draws: Any,
+    **options: Any,
 ) -> None:
     """Compute error rates of the SCORES of fpmatch or of any other matcher.
 
-    SCORES are files of fpmatch evaluate --scores or fpmatch score, or tables of the scores of
-    another matcher. Several files are compared side by side.
+    SCORES are files of fpmatch evaluate --scores or fpmatch score, or tables of another matcher
+    whose first line names the columns: probe, reference, similarity or score, perhaps genuine (1 or
+    0). Several files are compared side by side.
     """
     if not (scores or genuine_scores or impostor_scores):
         raise click.UsageError("Missing argument 'SCORES...'.")
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
-    from fpmatch.lab.evaluation.rates.scores import read_scores
+    from fpmatch.lab.evaluation.rates.scores import finger_in_name, read_scores
     from fpmatch.lab.evaluation.report.analysis import Report
-    from fpmatch.lab.evaluation.report.score_reports import (
-        evaluate_scores,
-        finger_in_name,
-        notes_on,
-    )
+    from fpmatch.lab.evaluation.report.results import evaluate_scores, notes_on
+    from fpmatch.lab.evaluation.report.text import as_text
 
-    files = {"report_folder": report_folder, "curves": curves, "det": det, "table": table}
-    prepare_outputs(**files)
-    how: dict[str, Any] = {"distances": distances, "finger_of": finger_in_name(pattern)}
-    earlier = None if baseline is None else read_scores(baseline, **how)
+    files = prepare_outputs(options)
+    of_name = finger_in_name(pattern)
+    earlier = None
+    if baseline is not None:
+        how: dict[str, Any] = {"finger_of": lambda _, name: of_name(name)}
+        earlier = read_scores(baseline, distances=distances, **how)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
     results = evaluate_scores(
         scores, genuine_and_impostor=pairs, distances=distances, pattern=pattern
     )
-    noted = {one.matcher: notes_on(one) for one in results}
-    for matcher, notes in noted.items():
-        for note in notes:
-            say_note(f"{matcher}: {note}")
-    report = Report.of(results, **draws, baseline=earlier, baseline_name=str(baseline))
+    noted = [(one.matcher, note) for one in results for note in notes_on(one)]
+    for matcher, note in noted:
+        say_note(f"{matcher}: {note}")
+    report = Report.of(results, **options, baseline=earlier, baseline_name=str(baseline))
     document = report.as_json()
-    document["notes"] = [
-        {"note": note, "matcher": matcher} for matcher, notes in noted.items() for note in notes
-    ]
-    show(json_text(document) if as_json else report.as_text())
-    write_outputs(report, **files)
+    document["notes"] = [{"note": note, "matcher": matcher} for matcher, note in noted]
+    show(json_text(document) if as_json else as_text(report))
+    write_outputs(report, files)
 
 
-def prepare_outputs(
-    report_folder: Path | None, curves: Path | None, det: Path | None, table: Path | None
-) -> None:
-    """Raise an OutputError if the report, curves, DET or table cannot be written."""
-    if det is not None or table is not None:
-        from fpmatch.lab.evaluation.report.papers import prepare_files
-
-        prepare_files(det, table)
-    if report_folder is not None:
+def prepare_outputs(options: dict[str, Any]) -> dict[str, Path | None]:
+    """Take the files to write out of the options; OutputError where one cannot be written."""
+    files = {name: options.pop(name) for name in ("report_folder", "curves", "det", "table")}
+    if any(files.values()):
         from fpmatch.lab.evaluation.report.page import prepare_page
+        from fpmatch.lab.evaluation.report.tables import check_table, prepare_curves
+        from fpmatch.lab.plots.style import check_plot
 
-        prepare_page(report_folder)
-    if curves is not None:
-        from fpmatch.lab.evaluation.report.curves import prepare_curves
+        checks = prepare_page, prepare_curves, check_plot, check_table
+        for file, check in zip(files.values(), checks, strict=True):
+            if file is not None:
+                check(file)
+    return files
 
-        prepare_curves(curves)
 
+def write_outputs(report: Report, files: dict[str, Path | None]) -> None:
+    """Write page, curves, DET and table, where requested, and note where they are."""
+    reports = [one.report for one in report.analyses]
+    if (det := files["det"]) is not None:
+        from fpmatch.lab.evaluation.report.figures import save_det
 
-def write_outputs(
-    report: Report,
-    *,
-    report_folder: Path | None,
-    curves: Path | None,
-    det: Path | None,
-    table: Path | None,
-) -> None:
-    """Write report, curves, DET and table, where requested, and note where they are."""
-    if det is not None:
-        from fpmatch.lab.evaluation.report.papers import save_det
-
-        save_det(det, [one.report for one in report.analyses])
+        save_det(det, reports)
         say_note(f"DET: {det}")
-    if table is not None:
-        from fpmatch.lab.evaluation.report.papers import save_table
+    if (table := files["table"]) is not None:
+        from fpmatch.lab.evaluation.report.tables import save_table
 
         save_table(table, report.analyses)
         say_note(f"table: {table}")
-    if report_folder is not None:
+    if (folder := files["report_folder"]) is not None:
         from fpmatch.lab.evaluation.report.page import write_page
 
-        say_note(f"report: {write_page(report_folder, report)}")
-    if curves is not None:
-        from fpmatch.lab.evaluation.report.curves import write_curves
+        say_note(f"report: {write_page(folder, report)}")
+    if (curves := files["curves"]) is not None:
+        from fpmatch.lab.evaluation.report.tables import write_curves
 
-        files = write_curves(curves, report.analyses)
-        say_note(f"curves: {', '.join(map(str, files))}")
+        say_note(f"curves: {write_curves(curves, reports)}")

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import first_of, say_note, show
+from fpmatch.cli.notes import show
 from fpmatch.cli.options import json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.gallery.cli.options import workers_option
@@ -71,11 +70,9 @@ Examples:
   fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
   fpmatch synth prints --sensor optical-388x374 --sensor capacitive-300x300
   fpmatch synth prints --size 600x700 --dpi 1000
-  fpmatch evaluate prints --ground-truth
-  fpmatch synth made.db --templates --fingers 100000 --impressions 2
 """,
 )
-@click.argument("out")
+@click.argument("out", type=click.Path(path_type=Path))
 @click.option("--fingers", metavar="N", type=int, default=10, help="How many.")
 @click.option("--impressions", metavar="M", type=int, default=8, help="Of each finger.")
 @click.option(
@@ -99,17 +96,10 @@ Examples:
     help="Instead of --sensor: width and height in pixels of a plain white one.",
 )
 @click.option("--dpi", type=float, help="Resolution of the sensor that --size describes.")
-@click.option(
-    "--templates",
-    is_flag=True,
-    help="Make templates alone, without images or ground truth, and enrol them in the gallery OUT: "
-    "a file, or the URL of a PostgreSQL database.",
-)
 @workers_option
 @json_option
 def synth(
-    out: str,
-    templates: bool,
+    out: Path,
     sensors: tuple[str, ...],
     size: str | None,
     dpi: float | None,
@@ -120,53 +110,24 @@ def synth(
 
     No person's finger is among them. The same options give the same files, to the last byte; a run
     that was interrupted goes on where it stopped, and more fingers may be added later. Files that
-    are damaged are made again; those that are not its own are never overwritten.
-
-    Templates take a hundredth of the time: with --templates, a gallery of a million takes minutes.
-    Templates show other fingers than images.
+    are not its own are never overwritten.
     """
     from fpmatch.lab.synthesis.database import make_database
 
-    if templates:
-        _make_templates(out, as_json=as_json, sensors=_sensors(sensors, size, dpi), **plan)
-        return
     chosen = _sensors(sensors, size, dpi)
     start = time.perf_counter()
     with ProgressBars(_STAGES) as bars:
-        made = make_database(Path(out), sensors=chosen, progress=bars.show, **plan)
+        made = make_database(out, sensors=chosen, progress=bars.show, **plan)
     seconds = time.perf_counter() - start
-    if made.faults:
-        say_note(f"{first_of(made.faults)}: made again")
     document = {
         "folder": str(made.folder),
         "fingers": made.fingers,
         "impressions": made.impressions,
         "made": made.made,
-        "faults": list(made.faults),
         "bytes": made.size,
         "seconds": round(seconds, 3),
     }
     show(json_text(document) if as_json else _in_words(made, seconds))
-
-
-def _make_templates(out: str, *, as_json: bool, **plan: Any) -> None:
-    """Make a gallery of templates, and say so."""
-    from fpmatch.lab.evaluation.synthetic_gallery import make_gallery
-
-    start = time.perf_counter()
-    with ProgressBars(_STAGES) as bars:
-        made = make_gallery(out, progress=bars.show, **plan)
-    seconds = time.perf_counter() - start
-    if as_json:
-        show(json_text(asdict(made) | {"seconds": round(seconds, 3)}))
-        return
-    there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
-    place = printable(made.gallery)
-    if not made.made:
-        show(f"nothing to do: {there}, all there in {place}")
-        return
-    rate = f"{count(made.made, 'template')} in {seconds:.1f} s, {made.made / seconds:,.0f} a second"
-    show(f"{there} in {place}: {rate}")
 
 
 def _sensors(

@@ -24,21 +24,33 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.errors import MatcherError
+from fpmatch.base.parameters import parameters_of
+from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.gallery.batch.decision import calibration_of
+from fpmatch.gallery.engine.workers import Progress, no_progress
+from fpmatch.gallery.listing.kinds import kind_of
+from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
-from fpmatch.lab.evaluation.rates.intervals import Interval, interval_of
+from fpmatch.lab.evaluation.rates.intervals import Interval, interval_json, interval_of
+from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
+from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
+from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
+from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.printable import count
 from fpmatch.prints.report import odds
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.lab.evaluation.impostors import ImpostorSet
+    from fpmatch.gallery.listing.entry import NamePattern
+    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
+    from fpmatch.lab.evaluation.report.results import RatesReport
+    from fpmatch.matching.result import Matcher
 
 
 _TINY: Final = 1e-290  # below, numbers lose digits
@@ -53,6 +65,88 @@ MAX_SHAPE: Final = 0.5  # where the variance becomes infinite
 KNOT_STEP: Final = 0.5  # greatest distance between knots in score
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ImpostorSet:
+    """One database's impostor comparisons, none of a print without template."""
+
+    name: str
+    trials: Trials
+
+
+def gather_impostors(
+    sources: Sequence[str | os.PathLike[str]],
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    workers: int | None = None,
+    progress: Progress = no_progress,
+    reading: Reading = Reading(),  # noqa: B008
+    pattern: str | NamePattern | None = None,
+    by_folder: bool = False,
+    dpi: float | None = None,
+) -> list[ImpostorSet]:
+    """Return the impostor comparisons of files of scores, then of databases of prints.
+
+    `sources`: files of scores, of which those of the matcher are read, and folders, manifests and
+    galleries, whose prints are compared by the extended protocol. `matcher`, `workers`, `progress`,
+    `reading`, `pattern`, `by_folder`: as for `fpmatch.lab.evaluation.run.evaluate`; in place of the
+    default matcher, the one whose similarities are not lowered by the pairs that chance makes
+    compares and is read. `dpi`: the resolution of all images. Raises a `DatasetError` if a source
+    cannot be used, or a database comes twice; a `MatcherError` if the matcher is unknown.
+    """
+    given = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    chosen = _calibrated(given)
+    files = [source for source in sources if kind_of(source) == "file"]
+    gathered = [
+        ImpostorSet(one.name, one.impostors)
+        for file in files
+        for one in _scores_of(chosen, given.name, file)
+    ]
+    if places := [source for source in sources if source not in files]:
+        named = load_datasets(places, pattern=pattern, by_folder=by_folder)
+        datasets = [dataset.at(dpi) for dataset in named]
+        how: dict[str, Any] = {"workers": workers, "progress": progress, "reading": reading}
+        (report,) = evaluate_matchers(datasets, [chosen], **how)
+        gathered += impostors_of_report(report)
+    for k, one in enumerate(gathered):
+        if one.name in {earlier.name for earlier in gathered[:k]}:
+            raise DatasetError(f"{one.name}: this database is given twice")
+    return gathered
+
+
+def impostors_of_report(report: RatesReport) -> list[ImpostorSet]:
+    """Return the impostor comparisons of an evaluation, a database each.
+
+    Pairs with an image that gave no template are left out: their similarity would make the matcher
+    look more certain than it is.
+    """
+    return [ImpostorSet(one.name, one.impostors) for one in report.scores]
+
+
+def _calibrated(matcher: Matcher) -> Matcher:
+    """Return the matcher to whose similarities a calibration of `matcher` is fitted.
+
+    The default matcher holds its pairs against chance, which lowers the similarities of the highest
+    impostors: fitted to those, a calibration would raise the scores again.
+    """
+    if not isinstance(matcher, UnitCircleMatcher):
+        return matcher
+    own = {name: one.value for name, one in parameters_of(matcher.parameters).items()}
+    return type(matcher)(**own | {"beyond_share": 0.0})
+
+
+def _scores_of(chosen: Matcher, given: str, source: str | os.PathLike[str]) -> list[ScoresSet]:
+    """Return the sets of scores of a matcher; say why scores of the given one are refused."""
+    sets = read_scores(source)
+    if {one.matcher for one in sets} == {given} != {chosen.name}:
+        raise DatasetError(
+            f"the highest similarities of {given} are lowered by the pairs that chance makes, and "
+            "a calibration would raise them again; give the prints, or scores of fpmatch evaluate "
+            f"--matcher {chosen.name}",
+            path=source,
+        )
+    return choose_matcher(sets, chosen.name, source)
+
+
 def calibrate_on(
     sets: Sequence[ImpostorSet],
     matcher: str,
@@ -64,7 +158,7 @@ def calibrate_on(
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
     confidence interval, since comparisons of the same two fingers are not independent. `sets`: the
-    comparisons; see `fpmatch.lab.evaluation.impostors.gather_impostors`. `matcher`, `command`:
+    comparisons; see `gather_impostors`. `matcher`, `command`:
     names for the provenance of the calibration. `shares`: weights of the databases (default: every
     comparison has the same weight). Raises a `MatcherError` if there are too few impostor
     comparisons, or too few distinct similarities.
@@ -216,7 +310,7 @@ class CalibrationReport:
             "impostors": self.impostors,
             "largest_measured_score": self.largest_measured_score,
             "smallest_measured_fmr": self.smallest_measured_fmr,
-            "smallest_measured_fmr_interval": self.fmr_interval,
+            "smallest_measured_fmr_interval": interval_json(self.fmr_interval),
             "highest_impostor_score": self.highest_score,
             "package_calibration": [{"score": s, "fmr": share} for s, share in self.package],
         }
@@ -233,7 +327,7 @@ class CalibrationReport:
             ("Measured", f"up to score {measured:.1f}, a false match rate of {fmr}"),
         ]
         if self.fmr_interval is not None:
-            low, high = self.fmr_interval
+            low, high = self.fmr_interval.low, self.fmr_interval.high
             lowest = odds(low) if low > 0 else "none"
             rows.append(("", f"(95 % interval over fingers: {odds(high)} to {lowest})"))
         rows.append(("Beyond", "scores are extrapolated, and verify notes it"))

@@ -1,20 +1,29 @@
-"""Evaluation of matchers on databases: extract, compare, count errors."""
+"""Evaluation of matchers on databases: plan the pairs of a protocol, score them, compute rates."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
+import shutil
+import tempfile
+from contextlib import nullcontext
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final, cast
 
+from fpmatch._version import __version__
+from fpmatch.base.folders import make_folder
+from fpmatch.base.output import atomic_write, check_writable
 from fpmatch.errors import DatasetError
+from fpmatch.gallery.batch.score import ImageFailure, ScoreSummary, score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.lab.evaluation.databases.comparison import compare_sets
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
-from fpmatch.lab.evaluation.databases.protocol import choose_pairs
-from fpmatch.lab.evaluation.enrolment import plan_enrolment, with_impostors
-from fpmatch.lab.evaluation.report.score_reports import summarise, summarise_set
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
+from fpmatch.lab.evaluation.databases.protocol import PairPlan, choose_pairs
+from fpmatch.lab.evaluation.rates.scores import read_scores
+from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
@@ -23,13 +32,16 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extractor
-    from fpmatch.lab.evaluation.enrolment import Enrolment
-    from fpmatch.lab.evaluation.report.results import EvaluationReport
     from fpmatch.matching.result import Matcher
+
+    AnyDataset = Dataset | str | os.PathLike[str]
+
+COMPARE: Final = "compare"  # the stage of `score`
+PARTS: Final = ".parts"
 
 
 def evaluate(
-    datasets: Dataset | str | os.PathLike[str] | Sequence[Dataset | str | os.PathLike[str]],
+    datasets: AnyDataset | Sequence[AnyDataset],
     *,
     matcher: str | Matcher = DEFAULT_MATCHER,
     protocol: str = "extended",
@@ -38,7 +50,7 @@ def evaluate(
     extractor: Extractor | None = None,
     pattern: str | NamePattern | None = None,
     by_folder: bool = False,
-) -> EvaluationReport:
+) -> RatesReport:
     r"""Evaluate a matcher on databases.
 
     Parameters
@@ -55,7 +67,9 @@ def evaluate(
     progress : callable
         Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
     extractor : callable
-        Makes a template from a path and a resolution; see `extract_datasets`.
+        Makes a template from a path and a resolution (None: the file's own), alone or in a
+        `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with
+        one worker any.
     pattern, by_folder
         Where the names or subfolders of folders contain the fingers, as for `load_dataset`.
 
@@ -89,68 +103,33 @@ def evaluate(
         protocol=protocol,
         workers=workers,
         progress=progress,
-        extractor=extractor,
+        reading=Reading(extractor=extractor),
     )
     return report
 
 
 def evaluate_matchers(
-    datasets: Sequence[Dataset | str | os.PathLike[str]],
+    datasets: Sequence[AnyDataset],
     matchers: Sequence[str | Matcher],
     *,
     protocol: str = "extended",
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    extractor: Extractor | None = None,
-    probe_extractor: Extractor | None = None,
-    enrolment: Enrolment | None = None,
-) -> list[EvaluationReport]:
+    reading: Reading = Reading(),  # noqa: B008
+    scores: str | os.PathLike[str] | None = None,
+) -> list[RatesReport]:
     """Evaluate some matchers on the same templates, extracted once.
 
-    `datasets`, `protocol`, `workers`, `progress`, `extractor`: as for `evaluate`. `matchers`: the
-    matchers, or their names. `engine`: an engine to work on instead of `workers` processes; it is
-    released at the end. `probe_extractor`: makes the templates of the probes, the first prints of
-    the pairs, in the stage "extract probes"; `extractor` then makes those of the references.
-    `enrolment`: several impressions of a finger are enrolled, and all others and its further
-    impostors are compared with the fingers. Similarities are then scores, and the protocol has no
-    effect. Raises an `FpmatchError` as `evaluate`; also if fingers are enrolled and a matcher has
-    no calibration.
+    `datasets`, `protocol`, `workers`, `progress`: as for `evaluate`. `matchers`: the matchers, or
+    their names. `engine`: an engine to work on instead of `workers` processes; it is released at
+    the end. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
+    database after the other, in the form of `fpmatch score`; the state of an interrupted run is
+    kept beside it, and the same call resumes the run. Raises an `FpmatchError` as `evaluate`; an
+    `OutputError` if the file cannot be written.
     """
-    loaded = load_datasets(datasets, protocol)
-    chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
-    if probe_extractor is not None and (stored := [d for d in loaded if d.in_gallery]):
-        raise DatasetError("a gallery has no images to crop", path=stored[0].name)
-    everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
-    with engine or processes(workers) as place:
-        extracted = extract_datasets(
-            everything, extractor=extractor, engine=place, progress=progress
-        )
-        probes = probe_extractor and extract_datasets(
-            loaded,
-            extractor=probe_extractor,
-            engine=place,
-            progress=progress,
-            stage="extract probes",
-        )
-
-        def part_of_progress(index: int) -> Progress:
-            parts = len(chosen)
-            return lambda stage, done, n: progress(stage, index * n + done, parts * n)
-
-        return [
-            evaluate_templates(
-                extracted[: len(loaded)],
-                matcher=matcher,
-                protocol=protocol,
-                engine=place,
-                progress=part_of_progress(k),
-                probes=probes,
-                enrolment=enrolment,
-                impostors=extracted[len(loaded) :],
-            )
-            for k, matcher in enumerate(chosen)
-        ]
+    sources = [DatasetSource(one, reading) for one in load_datasets(datasets, protocol)]
+    return _evaluate(sources, matchers, protocol, engine or processes(workers), progress, scores)
 
 
 def evaluate_templates(
@@ -159,50 +138,130 @@ def evaluate_templates(
     matcher: str | Matcher = DEFAULT_MATCHER,
     protocol: str = "extended",
     workers: int | None = None,
-    engine: Engine | None = None,
-    progress: Progress = no_progress,
-    probes: Sequence[ExtractedSet] | None = None,
-    enrolment: Enrolment | None = None,
-    impostors: Sequence[ExtractedSet] = (),
-) -> EvaluationReport:
-    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
+) -> RatesReport:
+    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`."""
+    sources = [DatasetSource.of(one) for one in sets]
+    (report,) = _evaluate(sources, [matcher], protocol, processes(workers), no_progress, None)
+    return report
 
-    `engine` is as for `fpmatch.gallery.engine.workers.run_chunks`, `probes` as for `compare_sets`.
-    With an `enrolment`, as for `evaluate_matchers`, the prints of the databases `impostors` are
-    probes too.
-    """
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    enrolled = None
-    if enrolment is None:
-        pairs = [
-            one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol) for one in sets
-        ]
-        if any(one.dataset.pairs is not None for one in sets):
-            protocol = "list"
+
+def _evaluate(
+    sources: Sequence[DatasetSource],
+    matchers: Sequence[str | Matcher],
+    protocol: str,
+    engine: Engine,
+    progress: Progress,
+    scores: str | os.PathLike[str] | None,
+) -> list[RatesReport]:
+    chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
+    plans = [
+        PairPlan(one.dataset.pairs or choose_pairs(one.dataset.impressions, protocol))
+        for one in sources
+    ]
+    if any(one.dataset.pairs is not None for one in sources):
+        protocol = "list"
+    progress = _over_all(progress, sources, plans, len(chosen))
+    if scores is None:
+        kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
     else:
-        own = [len(extracted.extractions) for extracted in sets]
-        sets = [with_impostors(extracted, impostors) for extracted in sets]
-        plans = [
-            plan_enrolment(extracted.dataset.impressions, enrolment, count)
-            for extracted, count in zip(sets, own, strict=True)
-        ]
-        pairs, enrolled = [plan.pairs for plan in plans], [plan.enrolled for plan in plans]
-    outcomes = compare_sets(
-        sets,
-        pairs,
-        chosen,
-        workers=workers,
-        engine=engine,
+        check_writable(scores)
+        kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
+        make_folder(kept.enter_result)
+    reports, files = [], []
+    with kept as folder, engine as place:
+        for matcher in chosen:
+            rows = []
+            for source, plan in zip(sources, plans, strict=True):
+                file, summary = _scored(Path(folder), source, plan, matcher, place, progress)
+                files.append(file)
+                rows.append(_rates(file, source, summary))
+            reports.append(RatesReport.of(rows, protocol))
+        if scores is not None:
+            _join(files, scores)
+            shutil.rmtree(folder)
+    return reports
+
+
+def _scored(
+    folder: Path,
+    source: DatasetSource,
+    plan: PairPlan,
+    matcher: Matcher,
+    engine: Engine,
+    progress: Progress,
+) -> tuple[Path, ScoreSummary]:
+    """Score the pairs of a database, unless an interrupted run has done so; return the file."""
+    about = __version__, matcher.name, source.place, source.content_hash, plan.identity
+    name = hashlib.sha256(repr((*about, source.title)).encode()).hexdigest()[:16]
+    file, beside = folder / f"{name}.csv", folder / f"{name}.json"
+    if file.exists() and beside.exists():
+        return file, _summary_of(json.loads(beside.read_text(encoding="utf-8")), file)
+    if matcher.wants_image:
+        matcher = source.with_images(matcher, engine)
+    summary = score(
+        source,
+        source,
+        file,
+        pairs=plan,
+        matcher=matcher,
+        engine=cast("Engine", nullcontext(engine)),
         progress=progress,
-        probes=probes,
-        enrolled=enrolled,
     )
-    rows = [summarise_set(chosen.name, *row) for row in zip(sets, pairs, outcomes, strict=True)]
-    return summarise(chosen.name, protocol, rows)
+    with atomic_write(beside) as stream:
+        stream.write(json.dumps(asdict(summary), default=str).encode())
+    return file, summary
+
+
+def _summary_of(document: dict[str, Any], file: Path) -> ScoreSummary:
+    """Return the summary of a database that an interrupted run has scored."""
+    failures = tuple(ImageFailure(**one) for one in document["failures"])
+    pairs = tuple(map(tuple, document["identical_pairs"]))
+    noted = {note: tuple(names) for note, names in document["noted"].items()}
+    return ScoreSummary(
+        **document
+        | {"output": file, "failures": failures, "identical_pairs": pairs, "noted": noted}
+    )
+
+
+def _rates(file: Path, source: DatasetSource, summary: ScoreSummary) -> SetRates:
+    """Return the rates of a file of scores of one database, whose fingers are known."""
+    of_print = {one.name: str(one.finger) or None for one in source.dataset.impressions}
+    (scores,) = read_scores(file, finger_of=lambda _, name: of_print[name])
+    return SetRates.of(scores, summary, source)
+
+
+def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
+    """Write the rows of some files of scores into one."""
+    with atomic_write(target) as stream:
+        for k, file in enumerate(files):
+            with file.open("rb") as part:
+                head = part.readline()
+                if not k:
+                    stream.write(head)
+                shutil.copyfileobj(part, stream)
+
+
+def _over_all(
+    progress: Progress, sources: Sequence[DatasetSource], plans: Sequence[PairPlan], times: int
+) -> Progress:
+    """Return what `score` calls with the progress of one database and stage after the other."""
+    totals = {
+        "extract": sum(len(one.names) for one in sources),
+        COMPARE: times * sum(map(len, plans)),
+    }
+    before = dict.fromkeys(totals, 0)
+
+    def show(stage: str, done: int, total: int) -> None:
+        stage = COMPARE if stage == COMPARE else "extract"
+        progress(stage, min(before[stage] + done, totals[stage]), totals[stage])
+        if done == total:
+            before[stage] += total
+
+    return show
 
 
 def load_datasets(
-    datasets: Sequence[Dataset | str | os.PathLike[str]],
+    datasets: Sequence[AnyDataset],
     protocol: str = "extended",
     *,
     pattern: str | NamePattern | None = None,

@@ -142,11 +142,11 @@ class DefaultMethod:
         return [self._ring(mesh, int(i), int(j)) for i, j in zip(*self.paired, strict=True)]
 
     def _ring(self, mesh: PairedMesh, i: int, j: int) -> Ring | None:
-        ring = mesh.pairing.mesh[0].rings[i]
-        a, b = mesh.pairing.places
-        if len(ring) < 3 or np.isnan(ring_weights(mesh.vertex[ring] - a[i])[0]):
+        whole, (a, b) = mesh.pairing.mesh[0], mesh.pairing.places
+        ring = whole.rings[i, whole.once(i)]
+        if not len(ring):
             return None
-        owner = mesh.pairing.mesh[0].owner[ring]
+        owner = whole.owner[ring]
         names = [
             [FRAME_NAME if k < 0 else str(n) for k, n in zip(owner, side.index[of], strict=True)]
             for side, of in zip(self.ordered, (owner, mesh.pairing.partner[owner]), strict=True)
@@ -166,7 +166,7 @@ class DefaultMethod:
         """Measure the ring of a pair as the matcher does."""
         (whole, predicted, *_), (a, b) = mesh.pairing.mesh, mesh.pairing.places
         i, j = (int(of[chosen]) for of in self.paired)
-        ring = whole.rings[i]
+        ring = whole.rings[i, whole.once(i)]
         weights = ring_weights(mesh.vertex[ring] - a[i])
         apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])
         alone = replace(whole, owner=np.append(whole.owner[:FRAME], i))

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, Any, Final, Literal, get_args
+from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
 
 from fpmatch.errors import PointSetError, unknown_name
 from fpmatch.lab.points.triangles.given_set import GivenSet, check_tolerance
 from fpmatch.lab.points.triangles.matcher import (
+    MAX_CHANCE,
     MIN_POINTS_TO_MATCH,
-    TriangleParameters,
     match_by_triangles,
 )
-from fpmatch.lab.points.triangles.search import MAX_CHANCE
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
 from fpmatch.pointset.geometry.point_match import PointMatch, check_rho, too_few
 from fpmatch.pointset.geometry.points import as_points
@@ -31,54 +29,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-
-TRIALS: Final = 2
-"""A search of the set and one of its mirror image: chance has twice the opportunity."""
-
-_FLIP: Final = np.array([1.0, -1.0])
-
-
-def match_either_way(
-    search: Callable[[NDArray[np.float64]], PointMatch], p: ArrayLike
-) -> PointMatch:
-    """Return the better of the matches that `search` finds for P and for its mirror image.
-
-    Better is what is less expected by chance; where chance is not estimated, or both are below
-    what a float holds, more pairs, and then the smaller residual. Of equals the map that is not
-    mirrored is taken. The chance of the result is that of two searches.
-    """
-    plain, flipped = search(as_points(p, "p")), search(mirror_image(p))
-    best = flipped if _order(flipped) < _order(plain) else plain
-    if best is flipped and flipped.transform is not None:
-        best = replace(flipped, transform=replace(flipped.transform, mirrored=True))
-    local_matches = plain.local_matches + flipped.local_matches
-    chance = None if best.chance is None else TRIALS * best.chance
-    reason = best.reason
-    if best.transform is None and flipped.reason != plain.reason:
-        reason = f"{plain.reason}; of the mirror image, {flipped.reason}"
-    equal_maps = max(plain.equal_maps, flipped.equal_maps) if best.transform is None else 1
-    best = replace(best, chance=chance, local_matches=local_matches, reason=reason)
-    return replace(best, equal_maps=equal_maps)
-
-
-def mirror_image(p: ArrayLike) -> NDArray[np.float64]:
-    """Return points (N, 2) with y turned to -y."""
-    return np.asarray(as_points(p, "p") * _FLIP)
-
-
-def _order(match: PointMatch) -> tuple[bool, float, int, float]:
-    """Return what orders matches from the best to none."""
-    chance = 0.0 if match.chance is None else match.chance
-    return match.transform is None, chance, -len(match.pairs), match.rms
-
-
 PointMatcher = Literal["triangles", "paper", "van-wamelen"]
 POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
 
-_SHORT: Final = 10  # proposals a point of a short search
-
 DEFAULT_LAMBDA: Final = 0.61
 """λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
+
+_FLIP: Final = np.array([1.0, -1.0])
+_TRIALS: Final = 2  # searches of a set and its mirror image: chance has twice the opportunity
 
 
 def match_points(
@@ -153,64 +111,44 @@ def match_points(
         raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
     if area_tolerance is not None and matcher != "paper":
         raise PointSetError("area tolerance is a parameter of the matcher paper")
-    search: Callable[[NDArray[np.float64]], PointMatch]
-    if matcher == "triangles":
-        search = _search_by_chance(q, tolerance, reflect, progress=progress)
-    else:
-        search = _search_by_share(p, q, tolerance, matcher, rho, area_tolerance)
-    match = match_either_way(search, p) if reflect else search(p)
-    share = DEFAULT_RHO if rho is None else rho
-    return decided(match, share) if matcher == "paper" else match
-
-
-def mirrored_matches(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    *,
-    tolerance: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> bool:
-    """Return whether a short search finds that two sets match with `reflect`.
-
-    At most 200,000 transforms are proposed, or 10 for each point of the larger set. So False does
-    not rule out a match.
-    """
-    how = {"proposals_per_point": _SHORT, "progress": progress}
-    return _search_by_chance(q, tolerance, True, **how)(mirror_image(p)).transform is not None
-
-
-def _search_by_chance(
-    q: ArrayLike, tolerance: float | None, reflect: bool, **how: Any
-) -> Callable[[ArrayLike], PointMatch]:
-    """Return the search of the matcher "triangles"; with `reflect` it is one of two."""
-    chance = MAX_CHANCE / TRIALS if reflect else MAX_CHANCE
-    parameters = TriangleParameters(max_chance=chance, **how)
-    return partial(match_by_triangles, q=q, tolerance=tolerance, parameters=parameters)
-
-
-def _search_by_share(
-    p: ArrayLike,
-    q: ArrayLike,
-    tolerance: float | None,
-    matcher: PointMatcher,
-    rho: float | None,
-    area_tolerance: float | None,
-) -> Callable[[ArrayLike], PointMatch]:
-    """Return the search of a matcher that decides by the share ρ, once the parameters are checked.
-
-    That of the paper's method returns the best transform, whatever its share.
-    """
     check_tolerance(tolerance)
     share = DEFAULT_RHO if rho is None else rho
     check_rho(share)
     areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
-    parameters = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
-    sets = [GivenSet(name, points) for name, points in (("p", p), ("q", q))]
-    if min(map(len, sets)) < MIN_POINTS_TO_MATCH:
-        return lambda _: PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
-    if matcher == "paper":
-        return partial(match_by_unit_circle, q=q, parameters=parameters)
-    return partial(match_van_wamelen, q=q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
+    given = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
+    chance = MAX_CHANCE / _TRIALS if reflect else MAX_CHANCE
+    if matcher != "triangles" and min(len(GivenSet("p", p)), len(GivenSet("q", q))) < 4:
+        return PointMatch.none(reason=too_few(MIN_POINTS_TO_MATCH))
+
+    def search(of_p: NDArray[np.float64]) -> PointMatch:
+        if matcher == "paper":
+            return decided(match_by_unit_circle(of_p, q, given), share)
+        if matcher == "van-wamelen":
+            return match_van_wamelen(
+                of_p, q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance
+            )
+        return match_by_triangles(
+            of_p, q, tolerance=tolerance, max_chance=chance, progress=progress
+        )
+
+    points = as_points(p, "p")
+    match = search(points)
+    if not reflect:
+        return match
+    flipped = search(points * _FLIP)
+    if flipped.transform is not None and _rank(flipped) < _rank(match):
+        match = replace(flipped, transform=replace(flipped.transform, mirrored=True))
+    return match if match.chance is None else replace(match, chance=_TRIALS * match.chance)
+
+
+def _rank(match: PointMatch) -> tuple[bool, float, int, float]:
+    """Return what orders matches from the best to none.
+
+    Where chance is not estimated, or below what a float holds, more pairs are better, and then the
+    smaller residual.
+    """
+    chance = 0.0 if match.chance is None else match.chance
+    return match.transform is None, chance, -len(match.pairs), match.rms
 
 
 def decided(match: PointMatch, rho: float) -> PointMatch:

@@ -107,7 +107,9 @@ def press(
     shape = (radius.shape[0], radius.shape[1])
     dryness = rng.uniform(*p.dryness)
     threshold = dryness + p.unevenness * smooth_noise(shape, px * p.unevenness_extent_px, rng)
-    threshold += rng.uniform(*p.tilt) * _towards_one_side(radius, rng)
+    tilt, angle = rng.uniform(*p.tilt), rng.uniform(0, 2 * np.pi)
+    y, x = np.linspace(-1, 1, shape[0])[:, None], np.linspace(-1, 1, shape[1])
+    threshold += tilt * (np.cos(angle) * x + np.sin(angle) * y)
     for _ in range(int(rng.integers(0, p.max_spots + 1))):
         threshold += _spot(radius, rng.uniform(*p.spot_radius_px) * px, px, rng)
     outline = 1 + p.outline * smooth_noise(shape, 60 * px, rng)
@@ -153,16 +155,6 @@ def is_legible(
     at_point = cv2.GaussianBlur(doubt, (0, 0), POINT_SIGMA_PX * px)[position]
     around = cv2.GaussianBlur(missing, (0, 0), AROUND_SIGMA_PX * px)[position]
     return np.asarray(inside & (at_point < LEGIBLE) & (around < MOST_MISSING))
-
-
-def _towards_one_side(
-    radius: NDArray[np.floating], rng: np.random.Generator
-) -> NDArray[np.float64]:
-    """Return a slope across the image in a random direction: -1 to 1 from side to side."""
-    rows, columns = radius.shape
-    angle = rng.uniform(0, 2 * np.pi)
-    y, x = np.linspace(-1, 1, rows)[:, None], np.linspace(-1, 1, columns)
-    return np.asarray(np.cos(angle) * x + np.sin(angle) * y)
 
 
 def _spot(

@@ -114,7 +114,12 @@ def develop(
     if details is not None:
         crest = np.clip((relief - RIM) / (1 - RIM), 0, 1)
         ink += details.uniform(*LIGHTER_CREST) * (sensor.paper - ink) * crest
-        _roughen(ink, paper, sensor, details)
+        if sensor.ink_grain > 0:
+            ink += sensor.ink_grain * smooth_noise(shape, GRAIN_PX * sensor.px, details)
+        if sensor.fibres > 0:
+            fibres = sensor.fibres * smooth_noise(shape, FIBRE_PX * sensor.px, details)
+            ink += fibres
+            paper += fibres
     grey = paper - spread * np.clip(paper - ink, 0, None)
     if details is not None and sensor.card:
         grey -= draw_card(shape, details) * np.clip(grey - sensor.ink, 0, None)
@@ -124,18 +129,6 @@ def develop(
         grey += framed(sensor) * (sensor.ceiling - grey)
     image = np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
     return image if details is None else _repeated(image, sensor.native, details)
-
-
-def _roughen(
-    ink: NDArray[np.float64], paper: NDArray[np.float64], sensor: Sensor, rng: np.random.Generator
-) -> None:
-    """Add to the grey levels of ink and of paper the grain of one and the fibres of both."""
-    if sensor.ink_grain > 0:
-        ink += sensor.ink_grain * smooth_noise(sensor.shape, GRAIN_PX * sensor.px, rng)
-    if sensor.fibres > 0:
-        fibres = sensor.fibres * smooth_noise(sensor.shape, FIBRE_PX * sensor.px, rng)
-        ink += fibres
-        paper += fibres
 
 
 def _repeated(

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.contact import is_legible, outline_radius, press, smear, stain
 from fpmatch.lab.synthesis.develop import develop, framed
 from fpmatch.lab.synthesis.noise import random_streams
@@ -49,18 +48,9 @@ class Impression:
     master: NDArray[np.int64] = field(repr=False)  # index of each among the master's, (N,)
     visible: NDArray[np.bool_] = field(repr=False)  # whether it is visible, (N,)
 
-    def __post_init__(self) -> None:
-        for array in (self.image, self.master, self.visible):
-            array.setflags(write=False)
-
 
 def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor) -> Impression:
-    """Press a finger on a sensor once.
-
-    Impressions are numbered from 1 (else ImageError); none depends on another.
-    """
-    if number < 1:
-        raise ImageError(f"impressions are numbered from 1, not {number}")
+    """Press a finger on a sensor once; impressions are numbered from 1, none depends on another."""
     streams = random_streams(master.seed, master.finger, number, range(31, 36))
     placing, pressing, smearing, sensing, taking = streams
     px = sensor.px
@@ -81,7 +71,8 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     image = develop(relief, contact, sensor, sensing, damp, details)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
-    inside = np.flatnonzero(_in_image(moved.xy, sensor.shape))
+    last = sensor.width - 1, sensor.height - 1
+    inside = np.flatnonzero(((moved.xy >= 0) & (moved.xy <= last)).all(axis=1))
     moved = moved.take(inside)
     column, row = np.floor(moved.xy).astype(np.intp).T
     visible = is_legible(moved.xy, contact, px) & (smeared[row, column] < SMEARED)
@@ -95,11 +86,6 @@ def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:
     """Return x and y of every `step`-th pixel, row by row, shape (N, 2)."""
     y, x = np.mgrid[: shape[0] : step, : shape[1] : step]
     return np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
-
-
-def _in_image(points: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    last = (shape[1] - 1, shape[0] - 1)
-    return np.asarray(((points >= 0) & (points <= last)).all(axis=1))
 
 
 def _share_of_print(silhouette: NDArray[np.bool_]) -> Field:

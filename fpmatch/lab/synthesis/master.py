@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.classes import PatternClass, Range, draw_pattern, draw_singular_points
 from fpmatch.lab.synthesis.growth import GrowthParameters, grow_ridges
 from fpmatch.lab.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Minutiae
 
 AVERAGE_ROWS: Final = 560  # of a print of average size, to which lengths in the classes refer
-SMALLEST_SIDE_PX: Final = 64
-LARGEST_SIDE_PX: Final = 2048
 PERIOD_LEVELS: Final = 64
 """Periods are whole multiples of a pixel over this, so that rounding differs on no machine."""
 
@@ -57,10 +54,7 @@ class SilhouetteParameters:
 
 @dataclass(frozen=True, slots=True)
 class MasterParameters:
-    """Set how masters are made; raise ImageError for a side not between 64 and 2048 pixels.
-
-    A smaller print has a smaller pattern of equal ridge width.
-    """
+    """Set how masters are made: a smaller print has a smaller pattern of equal ridge width."""
 
     shape: tuple[int, int] = (AVERAGE_ROWS, 440)  # rows and columns at 500 dpi
     finger_size: Range = (0.92, 1.06)  # relative to an average finger
@@ -70,14 +64,6 @@ class MasterParameters:
     silhouette: SilhouetteParameters = field(default_factory=SilhouetteParameters)
     growth: GrowthParameters = field(default_factory=GrowthParameters)
     minutiae: MinutiaeParameters = field(default_factory=MinutiaeParameters)
-
-    def __post_init__(self) -> None:
-        if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in self.shape):
-            rows, columns = self.shape
-            raise ImageError(
-                f"a master print of {rows} x {columns} pixels: each side must lie "
-                f"between {SMALLEST_SIDE_PX} and {LARGEST_SIDE_PX}"
-            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,11 +83,6 @@ class Master:
     minutiae: Minutiae = field(repr=False)  # all inside the silhouette
     cores: NDArray[np.float64] = field(repr=False)  # x and y in pixels, shape (K, 2)
     deltas: NDArray[np.float64] = field(repr=False)  # also beyond the silhouette
-
-    def __post_init__(self) -> None:
-        layers = self.orientation, self.period, self.relief, self.silhouette
-        for array in (*layers, self.cores, self.deltas):
-            array.setflags(write=False)
 
 
 def make_master(seed: int, finger: int, parameters: MasterParameters | None = None) -> Master:

@@ -26,10 +26,6 @@ DEFAULT_SENSOR: Final = "optical-388x374"
 LARGEST_SEED: Final = 2**63 - 1  # what TOML can hold
 MOST_IMPRESSIONS: Final = 1000
 _DIGITS_OF_PARAMETERS: Final = 16
-_LABELS: Final = {
-    "fpmatch": "fpmatch version",
-    "parameters": "other ranges of the preset, the sensors or the masters: digest",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,15 +111,10 @@ def check_same_plan(path: Path, plan: Plan) -> None:
     for key, value in plan.table().items():
         if stated.get(key) != value:
             raise DatasetError(
-                f"{path}: the prints there were made with {_LABELS.get(key, key)} "
-                f"{_as_text(stated.get(key))}, not {_as_text(value)}"
+                f"{path}: the prints there were made with {key} {stated.get(key)!r}, not {value!r}"
             )
 
 
 def _toml(entries: dict[str, Any]) -> str:
     """Return entries whose values TOML writes as JSON does: text, numbers, and lists of them."""
     return "".join(f"{key} = {json.dumps(value)}\n" for key, value in entries.items())
-
-
-def _as_text(value: object) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

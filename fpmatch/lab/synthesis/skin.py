@@ -105,21 +105,17 @@ def _incipient(relief: Field, rng: np.random.Generator) -> Field:
 def skin_of(master: Master) -> Skin:
     """Return the skin of a finger, the same for every impression of it."""
     streams = random_streams(master.seed, master.finger, NO_IMPRESSION, range(21, 24))
-    texture, pores, creases = streams
-    shape = master.relief.shape
-    roughness = TEXTURE * smooth_noise(shape, TEXTURE_EXTENT_PX, texture)
-    relief = master.relief + roughness.astype(np.float32) - draw_pores(master.relief, pores)
-    count = min(int(creases.poisson(MEAN_CREASES)), MOST_CREASES)
-    return Skin(relief, draw_lines(shape, count, creases, BROKEN_EXTENT_PX))
-
-
-def draw_pores(relief: Field, rng: np.random.Generator) -> Field:
-    """Return the depth of the pores, (H, W): pits along the crests of the ridges."""
     import cv2  # noqa: PLC0415
 
-    pores = _pore_places(relief, PORE_FLOOR, PORE_SPACING_PX, rng)
-    depth = cv2.GaussianBlur(pores, (0, 0), PORE_RADIUS_PX)
-    return np.asarray(PORE_DEPTH * 2 * np.pi * PORE_RADIUS_PX**2 * depth, np.float32)
+    texture, pitting, creases = streams
+    shape = master.relief.shape
+    roughness = TEXTURE * smooth_noise(shape, TEXTURE_EXTENT_PX, texture)
+    places = _pore_places(master.relief, PORE_FLOOR, PORE_SPACING_PX, pitting)
+    profile = cv2.GaussianBlur(places, (0, 0), PORE_RADIUS_PX)
+    pores = np.asarray(PORE_DEPTH * 2 * np.pi * PORE_RADIUS_PX**2 * profile, np.float32)
+    relief = master.relief + roughness.astype(np.float32) - pores
+    count = min(int(creases.poisson(MEAN_CREASES)), MOST_CREASES)
+    return Skin(relief, draw_lines(shape, count, creases, BROKEN_EXTENT_PX))
 
 
 def _pore_places(relief: Field, floor: float, window_px: int, rng: np.random.Generator) -> Field:

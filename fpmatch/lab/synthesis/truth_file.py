@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.lab.synthesis.displacement import DisplacementField
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -23,14 +21,13 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Minutiae
 
 TRUTH_FOLDER: Final = "truth"
-_DIGEST_KEY: Final = b',"sha256":"'  # of the truth, before its last two characters
 NODE_EVERY_PX: Final = 12  # of the displacement field, at 500 dpi
 POSITION_DIGITS: Final = 2
 FACTOR_DIGITS: Final = 8  # of scale and radians: a millionth of a pixel across a picture
 
 
 def finger_truth(master: Master, impressions: Mapping[str, dict[str, Any]]) -> bytes:
-    """Return the content of a finger's truth file: JSON in one line, with a digest of the rest.
+    """Return the content of a finger's truth file: JSON in one line.
 
     `impressions` holds the result of `impression_truth` by the stem of each image's name.
     """
@@ -45,16 +42,8 @@ def finger_truth(master: Master, impressions: Mapping[str, dict[str, Any]]) -> b
         "deltas": _rounded(master.deltas),
         "impressions": dict(impressions),
     }
-    text = json.dumps(truth, separators=(",", ":"), allow_nan=False).encode("ascii")[:-1]
-    return text + _DIGEST_KEY + hashlib.sha256(text).hexdigest().encode() + b'"}\n'
-
-
-def is_intact(content: bytes) -> bool:
-    """Return whether a truth file is as it was written; older ones have no digest and count so."""
-    text, key, digest = content.rpartition(_DIGEST_KEY)
-    if not key or b"}" in digest[:-2]:
-        return content.endswith(b"}}\n")
-    return digest == hashlib.sha256(text).hexdigest().encode() + b'"}\n'
+    text = json.dumps(truth, separators=(",", ":"), allow_nan=False)
+    return f"{text}\n".encode("ascii")
 
 
 def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dict[str, Any]:
@@ -71,11 +60,12 @@ def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dic
         round(t.ty, POSITION_DIGITS + 2),
     )
     height, width = impression.image.shape
-    field = DisplacementField.sampled(
-        lambda points: transform.apply(impression.warp.to_master(points)),
-        (height, width),
-        max(1, round(NODE_EVERY_PX * impression.dpi / 500)),
-    )
+    step = max(1, round(NODE_EVERY_PX * impression.dpi / 500))
+    # one node more than needed on each side, so that the image is interpolated from nodes around it
+    y, x = (np.arange(-1, (side - 1) // step + 3) * float(step) for side in (height, width))
+    nodes = np.stack(np.meshgrid(x, y), axis=-1)
+    placed = transform.apply(impression.warp.to_master(nodes.reshape(-1, 2)))
+    shift = placed.reshape(nodes.shape) - nodes
     return {
         "preset": impression.preset,
         "sensor": sensor.name,
@@ -93,9 +83,9 @@ def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dic
         "minutiae": _columns(impression.minutiae)
         | {"master": impression.master.tolist(), "visible": impression.visible.tolist()},
         "displacement": {
-            "step": int(field.step),
-            "dx": _rounded(field.shift[..., 0]),
-            "dy": _rounded(field.shift[..., 1]),
+            "step": step,
+            "dx": _rounded(shift[..., 0]),
+            "dy": _rounded(shift[..., 1]),
         },
     }
 

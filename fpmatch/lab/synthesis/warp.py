@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import ImageError
 from fpmatch.pointset.geometry.points import as_points
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -42,8 +41,7 @@ class Warp:
     """Map the master to the image: placed on the sensor, then dragged over it.
 
     The firmly pressed middle of the contact sticks to the glass. Around it the skin slips, the more
-    the further out; beyond, it follows the finger, which turns and slides as a whole. An ImageError
-    is raised if the contact is empty, or the skin would fold over itself.
+    the further out; beyond, it follows the finger, which turns and slides as a whole.
     """
 
     placement: Similarity  # before the finger moves; its scale includes the resolution
@@ -53,20 +51,11 @@ class Warp:
     traction: Pair = (0.0, 0.0)  # its slide, x and y in pixels of the image
     waves: tuple[Wave, ...] = ()  # of skin that is compressed in some places, stretched in others
 
-    def __post_init__(self) -> None:
-        values = (*self.centre, *self.half_axes, self.torsion, *self.traction)
-        if not all(map(math.isfinite, values)) or min(self.half_axes) <= 0:
-            raise ImageError("a contact needs finite measures and half axes above zero")
-        if self.steepness >= 1:
-            raise ImageError(
-                f"skin turned by {math.degrees(self.torsion):.1f}° and dragged by "
-                f"{math.hypot(*self.traction):.1f} pixels would fold over itself"
-            )
-
     @property
     def steepness(self) -> float:
         """Largest difference of the drag between two points, as a share of their distance.
 
+        From 1 on, the skin would fold over itself.
         The share of slip rises by at most π/2 a unit of radius. Distance from the centre times
         slope of the radius is at most the radius times (a/b + b/a) / 2 (Kantorovich).
         """

@@ -76,7 +76,7 @@ def _gather(
     partner, (linear, shift) = pairing.partner, pairing.move
     p, (mesh, predicted, _, _) = pairing.parameters, pairing.mesh
     paired = np.flatnonzero(partner >= 0)
-    others = np.setdiff1d(np.arange(len(b)), partner[paired])
+    others = np.flatnonzero(np.bincount(partner[paired], minlength=len(b)) == 0)
     back = (b.points[0, others] + 1j * b.points[1, others] - shift) / linear
     own = np.flatnonzero(partner < 0)
     common_a, unpaired_a = _unpaired(a, own, b.region, predicted[own], p)
@@ -108,15 +108,13 @@ def _unpaired(
 ) -> tuple[int, float]:
     """Return how many unpaired minutiae lie in the other print, and the weight of those well in."""
     margin = p.margin_px if other.has_flow else p.hull_margin_px
-    inside = codes_at(other, at) > 0
-    well = inside.copy()
-    for step in (margin, -margin, 1j * margin, -1j * margin):
-        well &= codes_at(other, at + step) > 0
+    steps = margin * np.array([0, 1, -1, 1j, -1j])
+    inside = codes_at(other, at + steps[:, None]) > 0
     squares = own.quality**2
     # poor qualities are raised to usual ones
     total, least = squares.sum(), fixed.LEAST_MEAN_SQUARE * len(own)
     raised = least / total if 0.0 < total < least else 1.0
-    return int(inside.sum()), float(squares[which[well]].sum() * raised)
+    return int(inside[0].sum()), float(squares[which[inside.all(axis=0)]].sum() * raised)
 
 
 def features_of(model: ScoreModel, e: dict[str, Any], p: MatchParameters) -> Floats:

@@ -7,7 +7,6 @@ around the print, mapped by the transform of the pairs, close the rings on the h
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +18,6 @@ from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.paper.parametrize import ring_angles, ring_weights
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
@@ -37,7 +34,15 @@ class PairMesh:
     image: Plane  # (V,): the same in B
     owner: Numbers  # (V,): which minutia of A a vertex is; -1 of the frame
     triangles: Numbers  # (T, 3): corners, counter-clockwise from the last vertex
-    rings: list[list[int]]  # of each minutia of A, a vertex or not; none where it has no ring
+    # (N, D): of each minutia of A, a vertex or not; the last of a ring is repeated up to D, and
+    # where a minutia has none, all are equal
+    rings: Numbers
+    weights: Floats  # (N, D): of the minutia in its ring, eq. (4); NaN where it has none
+
+    def once(self, which: Numbers | int) -> NDArray[np.bool_]:
+        """Return which vertices of the rings of minutiae are no repetitions, (..., D)."""
+        ring = self.rings[which]
+        return np.asarray(ring != np.roll(ring, 1, axis=-1))
 
 
 def mesh_of_pairs(
@@ -60,7 +65,10 @@ def mesh_of_pairs(
     last = (u > v) & (u > across[u, v])
     triangles = np.stack([u, v, across[u, v]], axis=1)[last]
     owner = np.append(np.full(FRAME, -1), paired)
-    return PairMesh(a, vertex, image, owner, triangles, _rings(a, vertex, owner, triangles))
+    rings = _rings(a, vertex, owner, triangles)
+    weights = ring_weights(vertex[rings] - a[:, None])
+    rings[np.isnan(weights[:, 0])] = 0
+    return PairMesh(a, vertex, image, owner, triangles, rings, weights)
 
 
 def triangulate(points: Plane) -> Numbers:
@@ -71,8 +79,6 @@ def triangulate(points: Plane) -> Numbers:
     diagonals of four points on one circle (within `ROUNDING`, px²), the last point is not on it.
     """
     p, q, r = _triangles(np.column_stack([points.real, points.imag])).T
-    left = cross(points[q] - points[p], points[r] - points[p]) > 0.0
-    q, r = np.where(left, q, r), np.where(left, r, q)
     across = np.full((len(points), len(points)), -1)
     across[p, q], across[q, r], across[r, p] = r, p, q
     for _ in range(len(points) ** 2):
@@ -88,7 +94,7 @@ def triangulate(points: Plane) -> Numbers:
 
 
 def _triangles(points: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return a Delaunay mesh (T, 3) of points (N, 2); `triangulate` checks it by the criterion.
+    """Return a Delaunay mesh (T, 3), counter-clockwise; `triangulate` checks it by the criterion.
 
     Where kernels are compiled it is that of point sets: to import SciPy's takes .2 s.
     """
@@ -103,22 +109,14 @@ def _wrong_diagonals(points: Plane, across: Numbers) -> Numbers:
     """Return the sides (K, 2) between two triangles of which the other diagonal is right."""
     u, v = np.nonzero(np.triu((across >= 0) & (across.T >= 0)))
     corners = np.stack([u, v, across[u, v], across[v, u]])
-    p, q, r = points[corners[:3]] - points[corners[3]]
+    spokes = points[corners[:3]] - points[corners[3]]
+    p, q, r = spokes
     # positive where the fourth corner is inside the circle of the three
-    inside = _square(p) * cross(q, r) + _square(q) * cross(r, p) + _square(r) * cross(p, q)
+    inside = (_square(spokes) * cross(spokes[[1, 2, 0]], spokes[[2, 0, 1]])).sum(axis=0)
     near = ROUNDING * abs(cross(q - p, r - p))
     last_on_diagonal = corners.argmax(axis=0) < 2
     wrong = (inside > near) | ((abs(inside) <= near) & last_on_diagonal)
     return np.asarray(np.column_stack([u, v])[wrong])
-
-
-def chain(following: dict[int, int]) -> list[int]:
-    """Return the one closed polygon that sides make up, given as their ends by their starts."""
-    ring = [next(iter(following), -1)]
-    while len(ring) < len(following):
-        ring.append(following.get(ring[-1], -1))
-    closed = len(set(ring)) >= 3 and following.keys() == set(ring)
-    return ring if closed and following[ring[-1]] == ring[0] else []
 
 
 def cross(p: Plane, q: Plane) -> NDArray[np.float64]:
@@ -131,42 +129,26 @@ def _square(p: Plane) -> Floats:
     return np.asarray(p.real * p.real + p.imag * p.imag)
 
 
-def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> list[list[int]]:
-    """Return the rings of minutiae: round the triangles of a vertex, counter-clockwise.
+def _rings(at: Plane, vertex: Plane, owner: Numbers, triangles: Numbers) -> Numbers:
+    """Return the rings of minutiae: the corners round a vertex, counter-clockwise.
 
-    One that is no vertex has the ring that it would have as one: round the triangles in whose
-    circles it lies.
+    One that is no vertex has the ring that it would have as one: the corners of the triangles in
+    whose circles it lies.
     """
     p, q, r = vertex[triangles.T]
     u, v = q - p, r - p
     with np.errstate(divide="ignore", invalid="ignore"):  # a flat triangle has no circle
-        centre = 1j * (u * abs(v) ** 2 - v * abs(u) ** 2) / (2.0 * cross(u, v))
-        inside = abs(at[:, None] - (p + centre)) ** 2 < abs(centre) ** 2 - ROUNDING
-    corners = triangles == np.arange(FRAME, len(vertex))[:, None, None]
-    inside[owner[FRAME:]] = corners.any(axis=2)
-    start, end = triangles, np.roll(triangles, -1, axis=1)
-    number = np.full((len(vertex), len(vertex)), len(triangles))
-    number[start, end] = np.arange(len(triangles))[:, None]
-    beyond = np.pad(inside, ((0, 0), (0, 1)))[:, number[end, start]]
-    minutia, *side = np.nonzero(inside[:, :, None] & ~beyond)
-    sides = list(zip(start[*side].tolist(), end[*side].tolist(), strict=True))
-    first = np.searchsorted(minutia, np.arange(len(at) + 1)).tolist()
-    rings: list[list[int]] = []
-    for low, high in pairwise(first):
-        following = dict(sides[low:high])
-        rings.append(chain(following) if len(following) == high - low else [])
-    for k, i in enumerate(owner[FRAME:].tolist(), FRAME):
-        if k in rings[i]:  # on the border of the mesh: nothing encloses it
-            rings[i] = []
-    return rings
-
-
-def by_degree(rings: list[list[int]], which: Numbers) -> Iterator[tuple[Numbers, Numbers]]:
-    """Yield minutiae with their rings (K, d), for each degree d that occurs among `which`."""
-    degree = np.array([len(rings[i]) for i in which], np.intp)
-    for d in np.unique(degree[degree >= 3]):
-        of = which[degree == d]
-        yield of, np.array([rings[i] for i in of])
+        centre = 1j * (u * _square(v) - v * _square(u)) / (2.0 * cross(u, v))
+        inside = _square(at[:, None] - (p + centre)) < _square(centre) - ROUNDING
+    corner = (triangles[:, :, None] == np.arange(len(vertex))).any(axis=1)
+    paired = owner[FRAME:]
+    inside[paired] = corner.T[FRAME:]
+    around = inside.astype(np.float32) @ corner > 0.0
+    around[paired, np.arange(FRAME, len(vertex))] = False
+    angle = np.where(around, np.angle(vertex - at[:, None]), np.inf)
+    degree = around.sum(axis=1, keepdims=True)
+    rank = np.minimum(np.arange(degree.max()), degree - 1)
+    return np.take_along_axis(angle.argsort(axis=1), rank, axis=1)
 
 
 def predict(
@@ -177,34 +159,31 @@ def predict(
     A minutia is a weighted mean of its ring by eq. (4), and so is its image; its direction turns as
     the spokes of the ring do. One without a ring is mapped by the transform.
     """
-    place, nearest = move[1] + move[0] * mesh.at, np.full(len(mesh.at), FAR_AWAY)
-    turn = np.full(len(mesh.at), move[0] / (abs(move[0]) or 1.0))
-    for i, ring in by_degree(mesh.rings, np.arange(len(mesh.at))):
-        away = mesh.vertex[ring] - mesh.at[i, None]
-        weight = ring_weights(away)
-        image = (weight * mesh.image[ring]).sum(axis=1)
-        spokes = mesh.image[ring] - image[:, None]
-        turned = (weight / (abs(away) ** 2 + NEAR2) * away.conj() * spokes).sum(axis=1)
-        known = abs(turned) > 0.0  # not NaN either
-        of = i[known]
-        place[of], turn[of] = image[known], turned[known] / abs(turned[known])
-        nearest[of] = np.where(ring >= FRAME, abs(away), FAR_AWAY).min(axis=1)[known]
-    return place, turn * direction, nearest
+    away = mesh.vertex[mesh.rings] - mesh.at[:, None]
+    image = (mesh.weights * mesh.image[mesh.rings]).sum(axis=1)
+    spokes = mesh.image[mesh.rings] - image[:, None]
+    turned = (mesh.weights / (_square(away) + NEAR2) * away.conj() * spokes).sum(axis=1)
+    known = abs(turned) > 0.0  # not NaN either
+    place = np.where(known, image, move[1] + move[0] * mesh.at)
+    turn = np.where(known, turned, move[0])
+    nearest = np.where(known[:, None] & (mesh.rings >= FRAME), abs(away), FAR_AWAY).min(axis=1)
+    return place, turn / abs(turn) * direction, nearest
 
 
 def measure(
     mesh: PairMesh, b: Plane, partner: Numbers, predicted: Plane, p: MatchParameters = USUAL
 ) -> dict[str, float]:
     """Measure the pairs on their rings: sums over the pairs, each 0 to 1."""
-    features = dict.fromkeys(("places", "weights", "fullness"), 0.0)
-    for i, ring in by_degree(mesh.rings, mesh.owner[FRAME:]):
-        spokes_a = mesh.vertex[ring] - mesh.at[i, None]
-        weight = ring_weights(spokes_a)
-        of_pairs = ring >= FRAME
-        features["fullness"] += float(weight[of_pairs].sum())
-        off = abs(predicted[i] - b[partner[i]])
-        off /= p.residual_px + p.residual_per_px * (weight * abs(spokes_a)).sum(axis=1)
-        features["weights"] += float(np.exp(-0.5 * off**2).sum())
-        apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])  # eq. (3)
-        features["places"] += float(np.exp(-0.5 * apart.var(axis=1) / p.place_tolerance**2).sum())
-    return features
+    i = mesh.owner[FRAME:]
+    i = i[mesh.weights[i, 0] >= 0.0]  # those with a ring
+    ring, weight = mesh.rings[i], mesh.weights[i]
+    spokes = mesh.vertex[ring] - mesh.at[i, None]
+    off = abs(predicted[i] - b[partner[i]])
+    off /= p.residual_px + p.residual_per_px * (weight * abs(spokes)).sum(axis=1)
+    apart = ring_angles(mesh.vertex[ring]) - ring_angles(mesh.image[ring])  # eq. (3)
+    spread = apart.var(axis=1, where=mesh.once(i))
+    return {
+        "places": float(np.exp(-0.5 * spread / p.place_tolerance**2).sum()),
+        "weights": float(np.exp(-0.5 * off**2).sum()),
+        "fullness": float(weight[ring >= FRAME].sum()),
+    }

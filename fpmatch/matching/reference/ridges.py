@@ -194,8 +194,11 @@ def count_agreeing(ours: Bits, picture: Bits, u: Floats, v: Floats) -> NDArray[n
     They lie in column u and row v of B's picture with an edge of two cells, less `REACH`; beyond
     it, as wherever B has no cell, there is a valley.
     """
-    windows = sliding_window_view(np.pad(picture, 2 * BITS_ALONG), (SHIFTS, SHIFTS))
     rows, columns = picture.shape
+    edge = 2 * BITS_ALONG
+    padded = np.zeros((rows + 2 * edge, columns + 2 * edge), bool)
+    padded[edge:-edge, edge:-edge] = picture
+    windows = sliding_window_view(padded, (SHIFTS, SHIFTS))
     seen = (u >= 0.0) & (u < columns + 3 * BITS_ALONG) & (v >= 0.0) & (v < rows + 3 * BITS_ALONG)
     theirs = np.zeros((*u.shape, SHIFTS, SHIFTS), bool)
     theirs[seen] = windows[v[seen].astype(np.intp), u[seen].astype(np.intp)]

@@ -69,17 +69,16 @@ def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.f
 def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Return the weights (..., d) of the origin in rings (..., d) of x + iy, counter-clockwise.
 
-    They are NaN where a ring does not go round the origin.
+    They are NaN where a ring does not go round the origin. Points that repeat the one before share
+    its weight.
     """
-    d = away.shape[-1]
     cross = away.real[..., :, None] * away.imag[..., None, :]
     cross = cross - cross.swapaxes(-1, -2)
     right = cross < 0
     leaves = ~right & np.concatenate([right[..., 1:], right[..., :1]], axis=-1)
-    line = np.arange(d)
     r = leaves.argmax(axis=-1)
-    s = np.where(r < d - 1, r + 1, 0)
-    rings = np.ix_(*map(np.arange, r.shape))[:-1]
+    s = (r + 1) % away.shape[-1]
+    *rings, line = np.indices(r.shape, sparse=True)
     share = np.zeros(cross.shape)
     share[*rings, line, line] = own = cross[*rings, r, s]
     share[*rings, line, r] += cross[*rings, s, line]
@@ -87,7 +86,9 @@ def ring_weights(away: NDArray[np.complex128]) -> NDArray[np.float64]:
     whole = share.sum(axis=-1, keepdims=True)
     around = (leaves.any(axis=-1) & (own > 0) & (whole[..., 0] > 0)).all(axis=-1)
     whole[~around] = np.nan
-    return np.asarray((share / whole).mean(axis=-2))
+    new = away != np.concatenate([away[..., -1:], away[..., :-1]], axis=-1)
+    total = (share / whole * new[..., None]).sum(axis=-2)
+    return np.asarray(total / new.sum(axis=-1, keepdims=True))
 
 
 def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:

@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Final, Literal
 import click
 
 from fpmatch.cli.command import Command
-from fpmatch.cli.notes import say_note, say_slow_kernels, show_line
+from fpmatch.cli.notes import say_slow_kernels, show_line
 from fpmatch.cli.options import file_option
-from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.cli.notes import say_damaged
 from fpmatch.gallery.cli.options import key_option, workers_option
 
 if TYPE_CHECKING:
@@ -140,18 +138,8 @@ def serve(
     say_slow_kernels()
     with server.listener, suppress(KeyboardInterrupt):
         if gallery is not None:
-            _prepare(gallery, workers)
+            from fpmatch.gallery.gallery import open_gallery
+
+            with open_gallery(gallery, create=True) as opened:
+                opened.check_keys()
         serve_requests(server, log=log, ready=say_ready)
-
-
-def _prepare(gallery: str, workers: int | None) -> None:
-    """Make the gallery where it is missing, and prepare its prints for searches."""
-    from fpmatch.gallery.engine.engine import processes
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.search.opening import open_search
-
-    bars = ProgressBars({"prepare": "preparing prints"})
-    with open_gallery(gallery, create=True) as opened, bars:
-        opened.check_keys()
-        open_search(opened, engine=processes(workers), progress=bars.show, note=say_note)
-        say_damaged(opened.name, opened.damaged)

@@ -2,8 +2,7 @@
 
 import { ask } from "./api.js";
 import { byId, complain, el, say } from "./dom.js";
-import * as layer from "./marks.js";
-import { showResult } from "./result.js";
+import { comparisonBy, showResult } from "./result.js";
 import { count, odds } from "./words.js";
 
 export async function describeGallery() {
@@ -28,39 +27,26 @@ export async function identify(slot, signal) {
     ? `${prints} compared in ${found.seconds.toFixed(2)} s; the best candidate is ${called(best)}, score ${best.score.toFixed(1)}.`
     : `${prints} compared; there is no candidate.`);
   byId("identify-words").hidden = !best;
-  const cards = found.candidates.map((candidate) => card(candidate, () => open(candidate)));
-  list.replaceChildren(...cards.map(({ root }) => root));
+  const cards = found.candidates.map((candidate) => card(candidate, (event) => open(candidate, event.currentTarget)));
+  list.replaceChildren(...cards.map((button) => el("li", {}, button)));
 
-  const comparisons = new Map();
-  const comparison = (candidate) => {
-    if (!comparisons.has(candidate.id)) {
-      const asked = ask(`gallery/${candidate.id}/compare`, probe, signal).then((answer) => answer.json());
-      comparisons.set(candidate.id, asked);
-    }
-    return comparisons.get(candidate.id);
-  };
-  async function open(candidate) {
-    for (const other of cards) other.button.setAttribute("aria-pressed", String(other.candidate === candidate));
+  async function open(candidate, chosen) {
+    for (const button of cards) button.setAttribute("aria-pressed", String(button === chosen));
     try {
-      const shown = await comparison(candidate);
       const path = `gallery/${candidate.id}`;
+      const shown = await (await ask(`${path}/compare`, probe, signal)).json();
+      if (chosen.getAttribute("aria-pressed") !== "true") return; // another was chosen meanwhile
       slot.tell(shown.probe);
-      showResult(shown, {
-        verify: async (threshold) => (await (await ask(`${path}/compare`, { ...probe, threshold })).json()).result,
-        overlay: async (format, view, threshold) =>
-          (await ask(`${path}/overlay`, { ...probe, format, ...view, threshold })).blob(),
-        views: async () => (await ask(`${path}/views`, probe)).json(),
-      });
+      showResult(shown, comparisonBy(probe, path, async (threshold) =>
+        (await (await ask(`${path}/compare`, { ...probe, threshold })).json()).result));
     } catch (error) {
       if (error.name !== "AbortError") complain(error.message);
     }
   }
-  if (cards.length) await open(cards[0].candidate);
-  for (const one of cards) one.draw(await comparison(one.candidate));
+  if (cards.length) await open(best, cards[0]);
 }
 
 function card(candidate, open) {
-  const thumb = el("span", { class: "thumb", "aria-hidden": "true" });
   const rate = `${odds(candidate.fmr)}${candidate.extrapolated ? " (extrapolated)" : ""}`;
   const { expected_false_matches: chance, impressions, impression_score: alone } = candidate;
   const words = el(
@@ -71,19 +57,9 @@ function card(candidate, open) {
     el("span", {}, `${impressions === 1 ? "its only impression" : `best of ${impressions} impressions`}: score ${alone.toFixed(1)}`),
     el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
   );
-  const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, thumb, words);
+  const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, words);
   button.addEventListener("click", open);
-  const draw = (shown) => {
-    const { transform } = shown.result;
-    const move = transform && layer.mover(transform);
-    const bounds = move
-      ? layer.together(layer.extentOf(shown.reference), layer.extentOf(shown.probe, move), 0.2)
-      : layer.extentOf(shown.reference);
-    const layers = [layer.paper(bounds), layer.thumbnail(shown.reference, "reference")];
-    if (move) layers.push(layer.thumbnail(shown.probe, "probe", move));
-    thumb.replaceChildren(layer.small(bounds, ...layers));
-  };
-  return { root: el("li", {}, button), button, candidate, draw };
+  return button;
 }
 
 export async function enrol(slot, signal) {

@@ -3,7 +3,7 @@
 import { ApiError, ask, hasToken, setToken } from "./api.js";
 import { byId, complain, el, say } from "./dom.js";
 import { describeGallery, enrol, identify } from "./gallery.js";
-import { showResult } from "./result.js";
+import { comparisonBy, showResult } from "./result.js";
 import { Slot } from "./slot.js";
 import { lookThrough } from "./stages.js";
 
@@ -91,14 +91,7 @@ function makeSlots() {
       say("");
       probe.tell(shown.probe);
       reference.tell(shown.reference);
-      showResult(shown, {
-        verify: async (threshold) => (await ask("verify", { ...asked, threshold })).json(),
-        report: async (threshold, { caseNumber, notes, marks }) =>
-          (await ask("case-report", { ...asked, threshold, case_number: caseNumber, notes, marks: JSON.stringify(marks) })).blob(),
-        overlay: async (format, view, threshold) =>
-          (await ask("overlay", { ...asked, format, ...view, threshold })).blob(),
-        views: async () => (await ask("views", asked)).json(),
-      });
+      showResult(shown, comparisonBy(asked, ".", async (threshold) => (await ask("verify", { ...asked, threshold })).json()));
     });
   }
 

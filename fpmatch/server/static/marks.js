@@ -29,18 +29,6 @@ export function ink(print, side, move = null) {
   return layer;
 }
 
-// A print in a small picture of some bounds: its ridges, or the minutiae of one without.
-export function thumbnail(print, side, move = null) {
-  return print.ink ? ink(print, side, move) : minutiae(print, side, [], move).lone;
-}
-
-export function small(bounds, ...layers) {
-  const { x, y, width, height } = bounds;
-  const made = svg("svg", { viewBox: `${x} ${y} ${width} ${height}`, class: "panes" }, ...layers);
-  made.style.setProperty("--k", Math.max(width, height) / 130); // size of the marks
-  return made;
-}
-
 // q = t + s R(theta) p, as the transform of a result says it.
 export function mover({ scale, rotation_deg: degrees, tx, ty }) {
   const c = scale * Math.cos((degrees * Math.PI) / 180);

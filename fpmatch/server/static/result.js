@@ -1,5 +1,6 @@
 // The decision, its evidence, and both prints to look at.
 
+import { ask } from "./api.js";
 import { byId, complain, el, save } from "./dom.js";
 import { Examination } from "./examination.js";
 import * as layer from "./marks.js";
@@ -10,8 +11,18 @@ import { count, minutia, odds, place, stem } from "./words.js";
 const ALWAYS_MISSING = ["no ridges", "no finger", "unknown resolution"]; // at any threshold
 const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
 
-// Show one comparison. `source.verify(threshold)` and `source.overlay(format, view, threshold)`
-// ask the server for it again, at another threshold, as files; `source.views()` for further views.
+// What asks the server for a comparison again, by the same fields: as files, for further views.
+export function comparisonBy(fields, path, verify) {
+  return {
+    verify,
+    report: async (threshold, { caseNumber, notes, marks }) =>
+      (await ask(`${path}/case-report`, { ...fields, threshold, case_number: caseNumber, notes, marks: JSON.stringify(marks) })).blob(),
+    overlay: async (format, view, threshold) =>
+      (await ask(`${path}/overlay`, { ...fields, format, ...view, threshold })).blob(),
+    views: async () => (await ask(`${path}/views`, fields)).json(),
+  };
+}
+
 export function showResult(shown, source) {
   const view = new ResultView(shown, source);
   const root = byId("result");
@@ -121,9 +132,9 @@ class ResultView {
       el("span", {}, "Export"),
       button("Overlay PNG", "export-png", () => this.#overlay("png")),
       button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
-      ...(this.source.report ? [button("Case report", "export-report", async () => {
+      button("Case report", "export-report", async () => {
         this.#save(await this.source.report(this.threshold, this.examination), "case.html");
-      })] : []),
+      }),
       button("Result JSON", "export-json", async () => {
         const result = await this.source.verify(this.threshold);
         this.#save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");

@@ -1,7 +1,6 @@
 // A place to drop files on, or to choose them at.
 
 import { el } from "./dom.js";
-import * as layer from "./marks.js";
 import { count, size } from "./words.js";
 
 const SHOWN_BY_BROWSERS = /\.(png|jpe?g|bmp|gif|webp)$/i;
@@ -14,14 +13,12 @@ export class Slot {
     this.input = el("input", { type: "file", id, multiple, class: "visually-hidden" });
     this.input.addEventListener("change", () => this.take([...this.input.files]));
     this.preview = el("img", { class: "preview", alt: "", hidden: true });
-    this.drawing = el("span", { class: "preview", "aria-hidden": "true", hidden: true });
     this.words = el("span", { class: "hint" }, hint);
     this.hint = hint;
     const drop = el(
       "label",
       { class: "drop", for: id },
       this.preview,
-      this.drawing,
       el("span", { class: "drop-words" }, el("strong", {}, title), this.words),
     );
     this.dpi = el("input", {
@@ -90,24 +87,14 @@ export class Slot {
   show(url) {
     if (this.preview.src.startsWith("blob:")) URL.revokeObjectURL(this.preview.src);
     this.preview.hidden = !url;
-    this.drawing.hidden = true;
     if (url) this.preview.src = url;
     else this.preview.removeAttribute("src");
   }
 
   tell(print) {
     this.show(print.ink || print.kind === "image" ? print.picture : null);
-    if (this.preview.hidden) this.#draw(print);
     const facts = `${print.width} × ${print.height} px, ${Number(print.dpi.toFixed(1))} dpi, ${count(print.minutiae.length, "minutia", "minutiae")}`;
     this.notes.textContent = [facts, ...print.notes].join("; ");
     if (this.stages) this.stages.disabled = print.kind !== "image";
-  }
-
-  // A template without ridges is shown by its minutiae.
-  #draw(print) {
-    const bounds = layer.extentOf(print);
-    const side = this.root.classList.contains("reference") ? "reference" : "probe";
-    this.drawing.replaceChildren(layer.small(bounds, layer.paper(bounds), layer.thumbnail(print, side)));
-    this.drawing.hidden = false;
   }
 }

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import zlib
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fpmatch.gallery.batch.pair_list import read_pairs
-from fpmatch.gallery.encryption.keys import load_keys, new_key
+from fpmatch.gallery.encryption.keys import Key, load_keys
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
-from fpmatch.gallery.store.audit_chain import START, check_audit_log, event_line, hash_of
 from fpmatch.image.dataset_folder import read_dataset_info
-from fpmatch.lab.evaluation.ground_truth.truth import load_truth
 from fpmatch.lab.evaluation.rates.scores import read_genuine_and_impostor, read_scores
-from fpmatch.lab.evaluation.report.score_reports import evaluate_scores
+from fpmatch.lab.evaluation.report.results import evaluate_scores
 from fpmatch.lab.points.points_csv import load_points
-from fpmatch.lab.synthesis.database import make_database
-from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import Plan, plain_sensor, sensors_named
+from fpmatch.lab.synthesis.plan import Plan, sensors_named
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, load_calibration
 from fpmatch.server.settings import load_settings
 from research.fuzzing.target import SAMPLES, Reader, Target, scratch, written
@@ -53,7 +47,7 @@ _SCORES = (
     b"probe reference distance label\na b 0.5 mated\na c 0.75 nonmated\n",
 )
 _POINTS = (
-    *(b"name;x;y\nVega;279.23;38.78\nDeneb;310.36;45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
+    *(b"name,x,y\nVega,279.23,38.78\nDeneb,310.36,45.28\n", b"1,2\n3,4\n5.5,-6e2\n"),
     *(b"# stars\n1.0 2.0\n3.0 4.0\n", b'x,y,"a, b"\n1,2,"c"\n'),
 )
 
@@ -68,9 +62,7 @@ def text_targets() -> list[Target]:
         Target("scores-of-one-kind", _one_kind, (b"similarity", b"impostor", b"genuine")),
         Target("dataset-info", _dataset_info, (b"dpi", b"polarity", b'"""', b"inf")),
         Target("settings", lambda: _of_file("c.toml", load_settings, [_SERVER])),
-        Target("truth", _truth, (b'"visible"', b'"displacement"')),
         Target("calibration", _calibration),
-        Target("audit-log", _audit_log),
         Target("keys", _keys, (b"=", b"#", b"A" * 44)),
     ]
 
@@ -139,31 +131,6 @@ def _dataset_info() -> Reader:
     return Reader([_DATASET, plan.description().encode()], read)
 
 
-def _truth() -> Reader:
-    folder = scratch() / "synthetic"
-    master, sensors = MasterParameters(shape=(96, 96)), (plain_sensor(64, 64),)
-    make_database(folder, fingers=1, impressions=2, master=master, sensors=sensors, workers=1)
-    (made,) = (folder / "truth").iterdir()
-    document = json.loads(made.read_text())
-    for one in document["impressions"].values():  # fewer nodes: a smaller file
-        grid = one["displacement"]
-        grid |= {key: [row[:4] for row in grid[key][:4]] for key in ("dx", "dy")}
-    names = list(document["impressions"])
-    root = scratch() / "database"
-    (root / "truth").mkdir(parents=True, exist_ok=True)
-    finger = names[0].partition("_")[0]
-    images = [SimpleNamespace(path=root / f"{name}.tif") for name in names]
-    dataset: Any = SimpleNamespace(impressions=images)
-
-    def read(data: bytes) -> None:
-        (root / "truth").mkdir(parents=True, exist_ok=True)
-        (root / "truth" / f"{finger}.json").write_bytes(data)
-        for truth in load_truth(dataset):
-            truth.from_master([[0.0, 0.0], [100.0, 50.0]])
-
-    return Reader([json.dumps(document).encode()], read)
-
-
 def _calibration() -> Reader:
     def read(path: Path) -> None:
         calibration = load_calibration("unit-circle", path)
@@ -173,18 +140,10 @@ def _calibration() -> Reader:
     return _of_file("calibration.json", read, [made])
 
 
-def _audit_log() -> Reader:
-    lines: list[bytes] = []
-    for client, action in (("ada", "enrol"), ("bob", "identify"), ("ada", "remove")):
-        previous = hash_of(lines[-1]) if lines else START
-        lines.append(event_line(previous, client, action, {"entries": [1, 2], "score": 50.5}))
-    return _of_file("audit.jsonl", check_audit_log, [b"".join(lines)])
-
-
 def _keys() -> Reader:
     def read(path: Path) -> None:
         path.chmod(0o600)
         load_keys(f"file:{path}")
 
-    lines = "".join(f"{new_key().as_line()}\n" for _ in range(2))
+    lines = "".join(f"{Key(bytes(range(32))).as_line()}\n" for _ in range(2))
     return _of_file("keys.txt", read, [lines.encode(), f"# one\n\n{lines}".encode()])

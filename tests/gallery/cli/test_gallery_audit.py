@@ -1,4 +1,4 @@
-"""`fpmatch gallery audit`, `enrol --audit`: what is asked of commands, in a gallery or a log."""
+"""`fpmatch gallery audit`, `enrol --audit`: what is asked of commands."""
 
 import hashlib
 import json
@@ -7,8 +7,7 @@ import pytest
 
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
-from fpmatch.gallery.store.audit import check_audit
-from fpmatch.gallery.store.audit_chain import OPERATOR, acting_as
+from fpmatch.gallery.store.audit import OPERATOR, acting_as, check_audit
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -51,28 +50,17 @@ def test_commands_are_events(gallery, run, tmp_path, monkeypatch):
     assert "previous" not in text
 
 
-def test_an_audit_is_verified_with_its_gallery_and_as_a_file(gallery, run, tmp_path):
+def test_an_audit_is_verified(gallery, run):
     with open_gallery(gallery) as opened:
         state = check_audit(opened)
     told = f"3 events, last hash {state.last}\n"
     assert run("gallery", "audit", "verify", gallery).stdout == told
     expected = ("--expect", f"{state.events}:{state.last}")
-    assert run("gallery", "audit", "verify", gallery, *expected).stdout == told
-    document = json.loads(run("gallery", "audit", "verify", gallery, "--json").stdout)
+    document = json.loads(run("gallery", "audit", "verify", gallery, "--json", *expected).stdout)
     assert document == {"events": 3, "last": state.last}
-    copy = tmp_path / "copy.jsonl"
-    copy.write_text(run("gallery", "audit", "show", gallery, "--lines").stdout)
-    assert run("gallery", "audit", "verify", str(copy)).stdout == told
-    assert run("gallery", "audit", "verify", str(copy), *expected).stdout == told
-
     run("gallery", "remove", gallery, "1")
     assert run("gallery", "audit", "verify", gallery, *expected).exit_code == 0
-    copy.write_text("".join(copy.read_text().splitlines(keepends=True)[:2]))
-    result = run("gallery", "audit", "verify", str(copy), *expected)
-    assert result.exit_code == 2
-    assert result.stderr == (
-        f"fpmatch: error: {copy}: has 2 lines, not the 3 expected: the last ones were removed\n"
-    )
+    assert run("gallery", "audit", "verify", gallery, "--expect", "3:00").exit_code == 2
 
 
 def test_it_ends_with_a_confirmation_only(gallery, run):
@@ -107,15 +95,8 @@ def test_a_gallery_without_and_a_file_that_is_none(run, tmp_path):
     result = run("gallery", "audit", "show", str(tmp_path / "plain.db"))
     assert result.exit_code == 2
     assert "gallery audit switch GALLERY on" in result.stderr
-    for name in ("missing.jsonl", "."):
-        result = run("gallery", "audit", "verify", str(tmp_path / name))
-        assert result.exit_code == 2
-        assert result.stderr.count("\n") == 1
-    (tmp_path / "text.jsonl").write_bytes(b"\x1b[2Jhello\n" * 3)
-    for words in (("show",), ("verify",), ("show", "--lines")):
-        result = run("gallery", "audit", *words, str(tmp_path / "text.jsonl"))
-        assert "\x1b" not in result.stdout + result.stderr
-    for name, why in (("text.jsonl", "not a gallery"), ("missing.db", "no such gallery")):
-        result = run("gallery", "audit", "switch", str(tmp_path / name), "on")
-        assert result.exit_code == 2
-        assert why in result.stderr
+    for name in ("missing.db", "."):
+        for words in (("show",), ("verify",)):
+            result = run("gallery", "audit", *words, str(tmp_path / name))
+            assert result.exit_code == 2
+            assert result.stderr.count("\n") == 1

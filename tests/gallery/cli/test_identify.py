@@ -4,8 +4,9 @@ import pytest
 from PIL import Image
 
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing import prints as listing
 from fpmatch.prints.reading import ASSUMED_DPI
-from tests.conftest import ROOT, copied, rows_of
+from tests.conftest import ROOT, assert_refused, copied, rows_of
 
 
 def test_candidates_as_json(run, gallery, prints, tmp_path):
@@ -13,7 +14,7 @@ def test_candidates_as_json(run, gallery, prints, tmp_path):
     words = ("--threshold", 60, "--transform", "--json", "--workers", 1)
     result = run("identify", gallery, folder, *words)
     assert result.exit_code == 1
-    assert result.stderr == f"fpmatch: error: {folder}/empty.png: the file is empty\n"
+    assert f"fpmatch: error: {folder}/empty.png: the file is empty\n" in result.stderr
     document = json.loads(result.stdout)
     assert document["compared"] == 3
     assert document["failures"] == [f"{folder}/empty.png: the file is empty"]
@@ -48,7 +49,33 @@ def test_a_person_is_listed_once_or_with_all_fingers(run, prints, tmp_path):
 
     assert listed() == ("subjects", [(1, "left")])
     assert listed("--all") == ("fingers", [(1, "left"), (2, "right")])
-    assert listed("--impressions") == ("impressions", [(1, "left"), (2, "right"), (3, "right")])
+
+
+def test_a_candidate_that_is_the_same_image_is_named(run, gallery, prints, tmp_path):
+    Image.open(prints / "1_1.png").save(tmp_path / "copy.bmp", dpi=(500, 500))
+    result = run("identify", gallery, tmp_path / "copy.bmp", prints / "1_2.png", "--workers", 1)
+    notes = [line for line in result.stderr.splitlines() if "the same image as entry" in line]
+    same = "the same image as entry"
+    assert [note.removeprefix("fpmatch: note: ") for note in notes] == [
+        f"{tmp_path}/copy.bmp: {same} 1, 1_1: its score proves nothing",
+        f"{prints}/1_2.png: {same} 3, 1_2: its score proves nothing",
+    ]
+
+
+def test_a_probe_that_is_changed_while_it_is_read_is_not_searched_for(
+    run, gallery, prints, tmp_path, monkeypatch
+):
+    [probe] = copied(prints, tmp_path / "probes", "1_1.png").iterdir()
+    read = listing.read_one_print
+
+    def changed(file, *rest):
+        made = read(file, *rest)
+        probe.write_bytes(probe.read_bytes() + b"more")
+        return made
+
+    monkeypatch.setattr(listing, "read_one_print", changed)
+    result = run("identify", gallery, probe, "--workers", 1)
+    assert_refused(result, f"{probe}: was changed while it was read")
 
 
 def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
@@ -103,9 +130,13 @@ def people(run, prints, tmp_path):
     return db
 
 
-def test_two_fingers_are_searched_together(run, people, prints):
+def test_two_fingers_are_searched_together(run, people, prints, tmp_path):
+    probes = []
+    for finger, name in (("left", "1_1"), ("right", "2_1")):
+        probes.append(tmp_path / f"{finger}.csv")
+        probes[-1].write_text(f"path,subject,finger\n{prints}/{name}.png,unknown,{finger}\n")
     words = ("identify", people, prints / "1_1.png", "--with", prints / "2_1.png", "--workers", 1)
-    result = run(*words, "--finger", "left", "--finger", "right")
+    result = run("identify", people, probes[0], "--with", probes[1], "--workers", 1)
     assert (result.exit_code, result.stderr) == (0, "")
     head, columns, first, second, note = result.stdout.splitlines()
     assert head.startswith(f"{prints}/1_1.png with {prints}/2_1.png: 4 prints compared in ")
@@ -129,14 +160,9 @@ def test_two_fingers_are_searched_together(run, people, prints):
 @pytest.mark.parametrize(
     "words",
     [
-        ("--finger", "left"),
-        ("--with", "1_2.png", "--finger", "left"),
         ("--with", "1_2.png", "--all"),
-        ("--with", "1_2.png", "--impressions"),
-        ("--with", "1_2.png", "--consolidate"),
         ("--with", "1_2.png", "--transform"),
         ("2_1.png", "--with", "1_2.png"),
-        ("--with", "1_2.png", "--finger", "left", "--finger", "left"),
     ],
 )
 def test_what_two_fingers_exclude_is_refused(run, gallery, prints, words):
@@ -187,6 +213,7 @@ def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
         (("p.png", "-o", "c.csv", "--transform"), "--transform needs -o OUT.jsonl"),
         (("p.png", "-o", "c.csv", "--with", "q.png"), "-o excludes"),
         (("p.png", "--workers", 2, "--scheduler", "tcp://x:1"), "exclude each other"),
+        (("p.png", "--scheduler", "tcp://x:1"), "--scheduler goes with -o"),
         (("p.png", "-o", "c.csv", "--scheduler", "nonsense"), "no Dask scheduler answers"),
         (("p.png", "-o", "c.txt"), "candidates are written as .csv"),
         (("p.png", "-o", "prints.db/c.csv"), "not a directory"),

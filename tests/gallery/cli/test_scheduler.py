@@ -62,7 +62,7 @@ def test_enrolled_on_a_cluster_a_gallery_is_the_same(run, folder, tmp_path, clus
 
 @pytest.mark.parametrize(
     "words",
-    ["enrol {new}", "identify {old}", "identify {old} -o {new}"],
+    ["enrol {new}", "identify {old} -o {new}"],
 )
 def test_without_a_scheduler_it_is_one_line_and_status_2(
     run, gallery, prints, tmp_path, monkeypatch, words

@@ -7,8 +7,8 @@ from fpmatch.base.network import Network
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.index import embedding
 from fpmatch.gallery.index.embedding import LENGTH, SIDE, embeddings, pictures
-from fpmatch.lab.synthesis.templates import make_templates
 from fpmatch.matching.matchers.unit_circle import MATCHER
+from research.templates.making import make_templates
 
 
 def prepared(finger, impressions=1):

@@ -1,4 +1,4 @@
-"""Prints of another finger are found among the impressions of a finger, and refused on request."""
+"""Prints of another finger are found among those of a finger, before and after enrolment."""
 
 from dataclasses import replace
 
@@ -6,8 +6,9 @@ import pytest
 from made_prints import entry_of, print_of
 
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.tasks import consistency
-from fpmatch.gallery.tasks.consistency import check_added, check_fingers, find_added, find_copies
+from fpmatch.gallery.store.rows import pack_entry
+from fpmatch.gallery.tasks.consistency import check_fingers
+from fpmatch.gallery.tasks.screening import Screening, find_unmatched
 from fpmatch.matching.compiled import COMPILED
 
 
@@ -42,74 +43,58 @@ def test_a_print_of_another_finger_is_told_with_the_pair_that_disagrees(gallery)
     assert list(check_fingers(gallery, subjects={"c"})) == []
 
 
-def test_what_disagrees_with_what_was_there_is_refused(gallery):
+def screened(gallery, new, *, strict=False):
+    """Return a run that enrols new entries one by one."""
+    screening = Screening(gallery, strict=strict)
+    for entry in new:
+        screening.add([pack_entry(entry)])
+    return screening
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_what_matches_nothing_of_its_finger_is_named_or_refused(gallery, together):
     gallery.add(entries(("a", 1, 1)))
-    new = entries(("a", 2, 2), ("a", 3, 2), ("a", 4, 1), ("b", 1, 5))
-    gallery.add(new)
-    found, unmatched = check_added(gallery, [entry.label for entry in new], {}, strict=True)
-    refused = sorted(found.values(), key=lambda failure: failure.source)
-    assert [failure.source for failure in refused] == ["a_2.tif", "a_3.tif"]
-    assert "does not match a_1" in refused[0].reason
+    new = entries(("a", 2, 2), ("a", 3, 2), ("a", 4, 1), ("b", 1, 5), ("b", 2, 6))
+    run = Screening(gallery, strict=True)
+    if together:
+        run.add(list(map(pack_entry, new)))
+    else:
+        run = screened(gallery, new, strict=True)
+    assert [failure.source for failure in run.failures] == ["a_2.tif", "a_3.tif", "b_2.tif"]
+    assert run.failures[0].reason.startswith("refused: a_2 does not match a_1: another finger")
     assert [str(entry.label) for entry in gallery.entries()] == ["a_1", "a_4", "b_1"]
-    assert gallery.failures() == refused
-    assert unmatched == []
+    assert sorted(gallery.failures(), key=str) == sorted(run.failures, key=str)
+    assert (run.enrolled, run.added, run.unmatched) == (2, {"a": 1}, [])
+    run = screened(gallery, new)
+    assert (run.enrolled, run.known, run.failures) == (3, 2, [])
+    assert run.added == {"a": 2}  # b is of this run alone
+    assert [one.source for one in run.unmatched] == ["a_2.tif", "a_3.tif"]
+
+
+def test_a_print_is_compared_with_the_last_eight_before_it_is_stored(gallery, monkeypatch):
+    gallery.add(entries(*(("a", number, 1) for number in range(1, 12))))
+    read, find_template = [], gallery.find_template
+    monkeypatch.setattr(gallery, "find_template", lambda k: read.append(k) or find_template(k))
+    (new,) = entries(("a", 20, 9))
+    existing = list(gallery.entries(subject="a"))
+    why = find_unmatched(gallery, new.label, new.template, existing)
+    assert why.startswith("a_20 does not match a_4 or 7 other impressions: another finger")
+    assert read == list(range(4, 12))
+    assert len(gallery) == 11
 
 
 def test_a_print_with_too_little_skin_is_not_called_another_finger(gallery):
     gallery.add(entries(("a", 1, 1)))
     (new,) = entries(("a", 2, 2))
     few = replace(new.template, minutiae=new.template.minutiae.take([0, 1]), field=None)
-    gallery.add([replace(new, template=few)])
-    _, unmatched = check_added(gallery, [new.label], {"a": [2]})
-    assert unmatched[0].reason.startswith("a_2 cannot be compared with a_1: 2 minutiae on ")
+    run = screened(gallery, [replace(new, template=few)])
+    assert run.unmatched[0].reason.startswith("a_2 cannot be compared with a_1: 2 minutiae on ")
 
 
-def added_to(gallery, new):
-    """Return what `find_added` finds of new entries and those that were enrolled with them."""
-    given = {entry.content for entry in new}
-    return find_added(gallery, {entry.label.subject for entry in new}, given.intersection)
-
-
-def test_what_joins_a_subject_is_told_however_often_a_run_was_interrupted(gallery):
-    gallery.add(entries(("a", 1, 1), ("a", 2, 1), ("c", 1, 3)))
-    new = entries(("a", 3, 2), ("a", 4, 1), ("a", 5, 2), ("b", 1, 5), ("b", 2, 6))
-    gallery.add(new[:1])  # by the part of the run before it was interrupted
-    gallery.add(new[1:])
-    assert added_to(gallery, new) == {"a": [4, 5, 6]}
-    last = [entry.label for entry in new[1:]]
-    refused, unmatched = check_added(gallery, last, added_to(gallery, new))
-    assert refused == {}
-    assert [one.source for one in unmatched] == ["a_3.tif", "a_5.tif"]
-    assert unmatched[0].reason.startswith("a_3 does not match a_1 or any other of 3 impressions")
-    refused, unmatched = check_added(gallery, last, added_to(gallery, new), strict=True)
-    assert [one.source for one in refused.values()] == ["a_5.tif", "b_2.tif"]
-    assert [one.source for one in unmatched] == ["a_3.tif"]  # enrolled before: not removed
-    assert [entry.id for entry in gallery.entries()] == [1, 2, 3, 4, 5, 7]
-
-
-def test_a_print_that_matches_any_group_of_its_finger_is_accepted(gallery):
+def test_a_print_that_matches_any_of_its_finger_is_accepted(gallery):
     gallery.add(entries(("a", 1, 1), ("a", 2, 1), ("a", 3, 2)))
-    new = entries(("a", 4, 2))
-    gallery.add(new)
-    assert check_added(gallery, [new[0].label], added_to(gallery, new), strict=True) == ({}, [])
-
-
-def test_copies_are_found_whatever_their_subject_and_file(gallery, monkeypatch):
-    old = entries(("a", 1, 1), ("a", 2, 1))
-    copies = [
-        replace(old[0], label=Label("b"), source="b.tif", content=b"b" * 32),
-        replace(old[1], label=Label("a", "", "3"), source="a_3.tif", content=b"c" * 32),
-    ]
-    gallery.add([*old, *copies, *entries(("d", 1, 7))])
-    labels = [*(entry.label for entry in copies), Label("d", "", "1")]
-    found = find_copies(gallery, labels, {27})
-    assert [(str(entry.label), str(other)) for entry, other in found] == [
-        ("b", "a_1"),
-        ("a_3", "a_2"),
-    ]
-    monkeypatch.setattr(consistency, "SEARCHED_UP_TO", 1)
-    monkeypatch.setattr(consistency, "SEARCHED_PER_PRINT", 1)
-    assert find_copies(gallery, labels, {27}) == []
+    run = screened(gallery, entries(("a", 4, 2)), strict=True)
+    assert (run.enrolled, run.failures, run.unmatched) == (1, [], [])
 
 
 @pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")

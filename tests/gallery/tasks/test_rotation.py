@@ -1,24 +1,25 @@
-"""Rotation of keys: nothing is lost, nothing stays readable, others go on meanwhile."""
+"""Rotation of keys: all templates are sealed anew in one transaction; nothing stays readable."""
 
 import os
 import signal
 import subprocess
 import sys
-import time
-from pathlib import Path
 
 import pytest
-from made_prints import changed, entries_of, entry_of, readable, scattered
+from made_prints import changed, entries_of, entry_of, readable, refused, scattered
 
-from fpmatch.errors import GalleryError
-from fpmatch.gallery.encryption.key_text import add_key, make_keys, remove_key
+from fpmatch.gallery.encryption.key_text import add_key, make_keys
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.gallery import Gallery, open_gallery
+from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.opening import open_search
+from fpmatch.gallery.store.rows import row_digest
 from fpmatch.gallery.store.stored_template import pack_template
+from fpmatch.gallery.store.summary import summarize
+from fpmatch.gallery.store.tables import ENTRY, WHOLE
 from fpmatch.gallery.tasks import rotation
 from fpmatch.gallery.tasks.rotation import rotate
+from tests.gallery.conftest import remove_key
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
 PACKED = [(k, pack_template(template)) for k, template in enumerate(PRINTS, 1)]
@@ -26,7 +27,7 @@ PACKED = [(k, pack_template(template)) for k, template in enumerate(PRINTS, 1)]
 
 @pytest.fixture(autouse=True)
 def few_rows(source, monkeypatch):
-    monkeypatch.setattr(rotation, "ROWS_PER_COMMIT", 3)
+    monkeypatch.setattr(rotation, "_ROWS_PER_READ", 3)
 
 
 def make(where, *, encrypt):
@@ -35,14 +36,14 @@ def make(where, *, encrypt):
     return where
 
 
-def packed(where, **options):
-    with open_gallery(where, **options) as gallery:
+def packed(where):
+    with open_gallery(where) as gallery:
         return list(gallery.packed_templates())
 
 
 def keys_in_use(where):
     with open_gallery(where) as gallery:
-        return gallery.summary().keys
+        return summarize(gallery).keys
 
 
 def test_all_templates_are_sealed_with_the_current_key(where, source):
@@ -59,30 +60,26 @@ def test_all_templates_are_sealed_with_the_current_key(where, source):
         assert rotate(gallery).sealed == 0
 
 
-def test_a_plain_gallery_is_encrypted_and_decrypted(where, source):
+def test_a_plain_gallery_is_encrypted_and_decrypted_while_another_is_open(where, source):
     make(where, encrypt=False)
-    with open_gallery(where) as other, open_gallery(where) as gallery:
+    with open_gallery(where) as gallery, open_gallery(where) as other:
         assert len(list(other.templates())) == len(PRINTS)
         assert rotate(gallery).sealed == len(PRINTS)
-        assert list(other.packed_templates()) == PACKED  # opened before
+        assert list(other.packed_templates()) == PACKED
         assert other.add([entry_of(99)]) == [None]
-        assert gallery.summary().keys == load_keys(source).ids
+        add_key(source)
+        assert rotate(gallery).sealed == len(PRINTS) + 1
+        assert list(other.packed_templates())[:-1] == PACKED
+        assert summarize(gallery).keys == (load_keys(source).current.id,)
         done = rotate(gallery, decrypt=True)
         assert (done.key, done.sealed) == ("plain", len(PRINTS) + 1)
         assert list(other.packed_templates())[:-1] == PACKED
-        assert gallery.summary().version == 3
-        with pytest.raises(GalleryError, match="is not encrypted"):
-            rotate(gallery, decrypt=True)
+        assert summarize(gallery).version == 3
+        refused(rotate, gallery, decrypt=True, code="not encrypted")
 
 
-@pytest.fixture
-def indexed(monkeypatch):
-    """Have small galleries indexed."""
+def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, source, monkeypatch):
     monkeypatch.setattr("fpmatch.gallery.search.opening.EXHAUSTIVE_UP_TO", 2)
-
-
-@pytest.mark.usefixtures("indexed")
-def test_nothing_of_the_plain_templates_is_left(tmp_path):
     path = make(tmp_path / "g.db", encrypt=False)
     with open_gallery(path) as gallery:
         before = open_search(gallery, engine=serial()).index.segments[0].embedding.tobytes()
@@ -91,149 +88,95 @@ def test_nothing_of_the_plain_templates_is_left(tmp_path):
         assert not any(readable(tmp_path, template) for template in PRINTS)
         assert not list(tmp_path.glob("g.db.prepared/*"))
         after = open_search(gallery, engine=serial(), note=pytest.fail)
-    assert after.index.segments[0].embedding.tobytes() == before
-    for file in tmp_path.glob("g.db.prepared/*"):
-        assert before[:64] not in file.read_bytes()
-
-
-@pytest.mark.usefixtures("indexed")
-def test_the_index_follows_the_key(tmp_path, source):
-    path = make(tmp_path / "g.db", encrypt=True)
-    with open_gallery(path) as gallery:
-        open_search(gallery, engine=serial())
+        assert after.index.segments[0].embedding.tobytes() == before
+        assert len(list(tmp_path.glob("g.db.prepared/*"))) == 2
         first = load_keys(source).current.id
         add_key(source)
         rotate(gallery)
     remove_key(source, first)
-    notes = []
     with open_gallery(path) as gallery:
-        assert len(open_search(gallery, engine=serial(), note=notes.append)) == len(PRINTS)
-    assert notes == []
+        assert len(open_search(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)
 
 
-def test_a_plain_file_of_an_earlier_version_is_deleted(tmp_path, source):
-    path = make(tmp_path / "g.db", encrypt=True)
-    (tmp_path / "g.db.prepared").mkdir()
-    planted = tmp_path / "g.db.prepared" / "unit-circle-0-planted.arrays"
-    planted.write_bytes(b"fpmatch arrays 1")
-    add_key(source)
-    with open_gallery(path) as gallery:
-        rotate(gallery)
-    assert not planted.exists()
-
-
-def test_entries_of_meanwhile_are_sealed_with_the_new_key(tmp_path, source):
-    path = make(tmp_path / "g.db", encrypt=True)
-    (first,) = keys_in_use(path)
-    second = add_key(source).current.id
-
-    def enrol_more(_stage, done, _total):
-        with open_gallery(path) as other:
-            other.add([entry_of(1000 + done)])
-            assert [p for p in other.packed_templates() if p[0] <= len(PRINTS)] == PACKED
-            if done < len(PRINTS):
-                assert other.summary().keys == (second, first)
-
-    with open_gallery(path) as gallery:
-        rotate(gallery, progress=enrol_more)
-    remove_key(source, first)
-    assert packed(path)[: len(PRINTS)] == PACKED
-    assert len(packed(path)) > len(PRINTS) + 5
-    assert keys_in_use(path) == (second,)
-
-
-class Killed(Exception):
+class Stopped(Exception):
     pass
 
 
 @pytest.mark.parametrize(("encrypt", "decrypt"), [(False, False), (True, False), (True, True)])
-def test_wherever_it_is_killed_it_goes_on(tmp_path, source, monkeypatch, encrypt, decrypt):
+def test_what_is_stopped_has_changed_nothing_and_is_done_again(
+    tmp_path, source, monkeypatch, encrypt, decrypt
+):
     path = make(tmp_path / "g.db", encrypt=encrypt)
+    before = keys_in_use(path)
     target = add_key(source).current.id
-    for stop in ("delete_files", "_seal_some", "vacuum", "_end"):
-        with monkeypatch.context() as patch:
-            place = Gallery if stop == "vacuum" else rotation
-            original, calls = getattr(place, stop), []
 
-            def killed(*args, original=original, calls=calls):
-                calls.append(args)
-                if len(calls) == 2 or original.__name__ != "_seal_some":
-                    raise Killed
-                return original(*args)
+    def stop(_stage, done, _total):
+        if done == 6:
+            raise Stopped
 
-            patch.setattr(place, stop, killed)
-            with open_gallery(path) as gallery:
-                if stop != "vacuum" or not encrypt:
-                    with pytest.raises(Killed):
-                        rotate(gallery, decrypt=decrypt)
-        assert packed(path) == PACKED
-    with open_gallery(path) as gallery:
-        rotate(gallery, decrypt=decrypt)
+    def stop_now(*_):
+        raise Stopped
+
+    with open_gallery(path) as gallery, pytest.raises(Stopped):
+        rotate(gallery, decrypt=decrypt, progress=stop)
+    assert (packed(path), keys_in_use(path)) == (PACKED, before)
+    with monkeypatch.context() as patch, open_gallery(path) as gallery:  # after the transaction
+        patch.setattr(gallery, "vacuum", stop_now)
+        with pytest.raises(Stopped):
+            rotate(gallery, decrypt=decrypt)
     assert packed(path) == PACKED
-    assert keys_in_use(path) == (() if decrypt else (target,))
-    assert decrypt or not any(readable(tmp_path, template) for template in PRINTS)
-
-
-@pytest.mark.slow
-def test_a_killed_process_loses_nothing(tmp_path, source):
-    path = make(tmp_path / "g.db", encrypt=True)
-    second = add_key(source).current.id
-    code = (
-        "from fpmatch.gallery.tasks import rotation\n"
-        "from fpmatch.gallery.gallery import Gallery, open_gallery\n"
-        "rotation.ROWS_PER_COMMIT = 1\n"
-        f"with open_gallery({str(path)!r}) as gallery:\n"
-        "    rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))\n"
-    )
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    lines = [process.stdout.readline() for _ in range(6)]
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait(timeout=30)
-    process.stdout.close()
-    assert lines[5] == f"rotate 5 {len(PRINTS)}\n"
-    assert packed(path) == PACKED
-    assert len(keys_in_use(path)) == 2
-    with open_gallery(path) as gallery:
-        assert rotate(gallery).sealed <= len(PRINTS) - 5
-    assert keys_in_use(path) == (second,)
-    assert packed(path) == PACKED
-
-
-@pytest.mark.slow
-def test_two_processes_search_and_enrol_during_a_rotation(tmp_path, source):
-    path = make(tmp_path / "g.db", encrypt=True)
-    code = (
-        "import sys\n"
-        f"sys.path.insert(0, {str(Path(__file__).parents[1])!r})\n"
-        "from made_prints import entry_of\n"
-        "from fpmatch.gallery.gallery import Gallery, open_gallery\n"
-        f"with open_gallery({str(path)!r}) as gallery:\n"
-        "    print('ready', flush=True)\n"
-        "    for k in range(8):\n"
-        "        assert gallery.add([entry_of(int(sys.argv[1]) + k)]) == [None]\n"
-        f"        assert len(list(gallery.templates())) > {len(PRINTS)}\n"
-        "    assert not gallery.damaged\n"
-    )
-    others = [
-        subprocess.Popen([sys.executable, "-c", code, start], stdout=subprocess.PIPE, text=True)
-        for start in ("1000", "2000")
-    ]
-    for other in others:
-        assert other.stdout.readline() == "ready\n"
-    rounds = 0
-    while any(other.poll() is None for other in others):
-        add_key(source)
+    if not decrypt:
         with open_gallery(path) as gallery:
             rotate(gallery)
-        rounds += 1
-        time.sleep(0.05)
-    for other in others:
-        other.stdout.close()
-    assert [other.returncode for other in others] == [0, 0]
-    assert rounds > 1
-    assert packed(path)[: len(PRINTS)] == PACKED
-    assert len(packed(path)) == len(PRINTS) + 16
-    assert keys_in_use(path) == (load_keys(source).current.id,)
+        assert not any(readable(tmp_path, template) for template in PRINTS)
+    assert keys_in_use(path) == (() if decrypt else (target,))
+
+
+ROTATE = """
+import sys
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.tasks import rotation
+rotation._ROWS_PER_READ = 1
+with open_gallery(sys.argv[1]) as gallery:
+    rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))
+"""
+
+
+@pytest.mark.slow
+def test_a_killed_process_has_changed_nothing(tmp_path, source):
+    path = make(tmp_path / "g.db", encrypt=True)
+    before = keys_in_use(path)
+    add_key(source)
+    command = [sys.executable, "-c", ROTATE, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        lines = [process.stdout.readline() for _ in range(6)]
+        os.kill(process.pid, signal.SIGKILL)
+    assert lines[5] == f"rotate 5 {len(PRINTS)}\n"
+    assert (packed(path), keys_in_use(path)) == (PACKED, before)
+
+
+@pytest.mark.parametrize("recorded", ["{} {}", "{} plain", "plain {}"])
+def test_a_rotation_that_an_earlier_version_left_unfinished_is_read_and_finished(
+    tmp_path, source, recorded
+):
+    path = make(tmp_path / "g.db", encrypt=True)
+    first = load_keys(source).current.id
+    second = add_key(source).current.id
+    if "plain" in recorded:
+        keys = recorded.format(first)
+        plain = dict(PACKED)[2]
+        with open_gallery(path) as gallery, gallery.reading() as connection:
+            row = connection.execute(WHOLE.where(ENTRY.c.id == 2)).one()
+        digest = row_digest(row._asdict() | {"template": plain})
+        statement = "UPDATE fpmatch_entry SET template = ?, digest = ? WHERE id = 2"
+        changed(path, statement, plain, digest)
+    else:
+        keys = recorded.format(second, first)
+    changed(path, "UPDATE fpmatch_encryption SET keys = ?", keys)
+    with open_gallery(path) as gallery:
+        assert list(gallery.packed_templates()) == PACKED
+        rotate(gallery)
+    assert (packed(path), keys_in_use(path)) == (PACKED, (second,))
 
 
 def test_a_damaged_entry_is_left_and_named(tmp_path, source):
@@ -252,10 +195,9 @@ def test_without_all_keys_nothing_is_changed(tmp_path, source, monkeypatch):
     before = path.read_bytes()
     other = f"file:{tmp_path / 'other'}"
     make_keys(other)
-    with open_gallery(path, key=other) as gallery, pytest.raises(GalleryError) as caught:
-        rotate(gallery)
-    assert caught.value.code == "missing key"
+    with open_gallery(path, key=other) as gallery:
+        refused(rotate, gallery, code="missing key")
     monkeypatch.delenv("FPMATCH_KEY")
-    with open_gallery(path) as gallery, pytest.raises(GalleryError, match="FPMATCH_KEY"):
-        rotate(gallery)
+    with open_gallery(path) as gallery:
+        refused(rotate, gallery, code="missing key")
     assert path.read_bytes() == before

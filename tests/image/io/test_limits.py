@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch import extract, read_image
+from fpmatch import extract
 from fpmatch.errors import ImageError
 from fpmatch.image.io.grey import GreyImage, ImageLimits, RawSize, grey_image
 from fpmatch.image.io.read import decode_image
@@ -135,16 +135,6 @@ def test_the_limit_of_pixels_is_that_of_four_palms_at_the_resolution(side, dpi, 
     changed[18:26] = np.array([side, side], "<u4").tobytes()  # there are no such pixels
     with pytest.raises(ImageError, match=f"more than {most}"):
         decode_image(bytes(changed), "print.bmp", dpi=given)
-
-
-def test_a_resolution_admits_larger_images(tmp_path):
-    path = tmp_path / "print.png"
-    path.write_bytes(white("PNG", dpi=(1000, 1000)))
-    assert read_image(path).pixels.shape == (SIDE, SIDE)
-    path.write_bytes(saved(np.full((4100, 4100), 255, np.uint8), "PNG"))
-    with pytest.raises(ImageError, match=r"\(--dpi\)"):
-        read_image(path)
-    assert read_image(path, dpi=1000).pixels.shape == (4100, 4100)
 
 
 def test_frames_and_arrays_have_the_limit_too():

@@ -71,6 +71,12 @@ def test_any_array_is_an_image_or_a_typed_error_of_one_line(array):
     assert "\n" not in words
 
 
+def test_a_value_far_beyond_all_others_is_white():
+    array = np.zeros((50, 50))
+    array[::2], array[0, 0] = 5e-324, 1e300
+    assert (grey_image(array).pixels == np.where(array, 255, 0)).all()
+
+
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.7, 0.95])
 @pytest.mark.parametrize("name", FILES)
 def test_a_truncated_file_is_never_read_in_silence(name, share):

@@ -26,17 +26,6 @@ def exif(dpi, unit=2):
 
 
 @pytest.mark.parametrize(
-    ("tags", "expected"),
-    [
-        ({"resolution": 500, "resolution_unit": 1}, (500, (ASSUMED_UNIT,))),
-        ({"resolution": 1, "resolution_unit": 1}, (None, ())),
-    ],
-)
-def test_a_tiff_without_a_unit_is_noted(tags, expected):
-    assert told(saved(GREY, "TIFF", **tags)) == expected
-
-
-@pytest.mark.parametrize(
     ("comment", "dpi"),
     [
         ("NIST_COM 9\nPIX_WIDTH 300\nPPI 500\nLOSSY 1", 500),
@@ -58,6 +47,8 @@ def test_comments(comment, dpi):
 
 
 def test_what_is_usable():
+    assert told(saved(GREY, "TIFF", resolution=500, resolution_unit=1)) == (500, (ASSUMED_UNIT,))
+    assert told(saved(GREY, "TIFF", resolution=1, resolution_unit=1)) == (None, ())
     assert told(saved(GREY, "JPEG", exif=exif(500))) == (500, ())
     assert told(saved(GREY, "JPEG", exif=exif(200, unit=3))) == (508, ())
     assert told(saved(GREY, "JPEG", dpi=(500, 500), comment=b"PPI 569"))[0] == 500

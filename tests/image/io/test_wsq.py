@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from PIL import Image
 
-from fpmatch.errors import FpmatchError, ImageError, ImageReadError
+from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.formats.agency.wsq import decode_wsq
 from fpmatch.image.io.grey import DEFAULT_LIMITS, ImageLimits
 from tests.image.made_files import DATA, wsq
@@ -58,9 +56,3 @@ def test_the_size_is_checked_before_anything_is_decoded():
 def test_damage_is_named(data, reason):
     with pytest.raises(ImageReadError, match=reason):
         decode_wsq(data, DEFAULT_LIMITS)
-
-
-@given(st.binary(max_size=300))
-def test_arbitrary_segments_do_no_more(data):
-    with pytest.raises(FpmatchError):
-        decode_wsq(START + data, DEFAULT_LIMITS)

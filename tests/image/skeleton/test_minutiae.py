@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.image.skeleton import _trace_kernel as kernel
 from fpmatch.image.skeleton import minutiae as module
 from fpmatch.image.skeleton.minutiae import (
     RADIUS_PX,
@@ -71,17 +70,6 @@ def test_agrees_with_the_twin(binary, limit, thinned):
         for branch, (path, target) in enumerate(branches):
             assert [(y, x) for x, y in walked(nodes, node, branch)] == path
             assert nodes.target[node, branch] == target
-
-
-@given(shapes, st.integers(1, 12))
-def test_interpreted_the_kernel_finds_the_same(interpreted, binary, limit):
-    compiled = find_nodes(binary, limit)
-    plain = interpreted("_trace_kernel")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernel, "trace_branches", plain.trace_branches)
-        found = find_nodes(binary, limit)
-    for one, other in zip(found, compiled, strict=True):
-        assert np.array_equal(one, other)
 
 
 def test_weights_fall_off_as_a_gaussian_and_end_with_the_image(rng):

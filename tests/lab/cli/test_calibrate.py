@@ -4,21 +4,25 @@ import json
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation import impostors
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.listing.entry import Label, NewEntry
+from fpmatch.lab.evaluation import calibrate
+from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.matching.calibration import load_calibration
+from research.templates.making import make_templates
 
 
 @pytest.fixture
 def known_answers(monkeypatch, bench):
     """Let the command run with a matcher and an extractor whose answers are known."""
-    known = impostors.evaluate
+    known = calibrate.evaluate_matchers
     command = importlib.import_module("fpmatch.lab.cli.calibrate")
     monkeypatch.setattr(command, "get_matcher", lambda name: bench.MATCHER)
 
-    def evaluate(folders, **options):
-        return known(folders, **{**options, "extractor": bench.extractor})
+    def evaluate(*given, **options):
+        return known(*given, **{**options, "reading": Reading(extractor=bench.extractor)})
 
-    monkeypatch.setattr(impostors, "evaluate", evaluate)
+    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -44,11 +48,11 @@ def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
 ):
     used = []
 
-    def evaluate(*_, **options):
-        used.append(options["matcher"].name)
+    def evaluate(datasets, matchers, **_):
+        used.append(matchers[0].name)
         raise DatasetError("that is all")
 
-    monkeypatch.setattr(impostors, "evaluate", evaluate)
+    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
     database = make_database(fingers=2, impressions=2)
     run("calibrate", database, "-o", tmp_path / "c.json", "--workers", 1)
     assert used == ["unit-circle:beyond_share=0"]
@@ -58,8 +62,14 @@ def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
 def test_scores_of_the_default_matcher_are_refused_with_the_reason_and_the_command(run, tmp_path):
     """The command that the reason names makes a file that is taken: as the prints are."""
     prints = tmp_path / "prints.db"
-    made = run("synth", prints, "--templates", "--fingers", 17, "--impressions", 3)
-    assert made.exit_code == 0, made.stderr
+    with open_gallery(prints, create=True) as gallery:
+        templates = make_templates(0, range(17), 3)
+        gallery.add(
+            [
+                NewEntry(Label(str(k // 3), impression=str(k % 3)), f"{k}", bytes([k]), template)
+                for k, template in enumerate(templates)
+            ]
+        )
     scores, output = tmp_path / "scores.csv", tmp_path / "c.json"
     options = ["--scores", scores, "--bootstrap", 0]
     assert run("evaluate", prints, *options).exit_code == 0

@@ -63,8 +63,6 @@ def test_score_knows_genuine_pairs_from_lists_and_manifests(run, prints, scans, 
 def test_options_that_exclude_each_other(run, prints, tmp_path):
     listed = tmp_path / "list.txt"
     listed.write_text("1_1 1_2\n")
-    result = run("evaluate", prints, "--pairs", listed, "--enrol", 1)
-    assert (result.exit_code, "--enrol" in result.stderr) == (2, True)
     assert_refused(run("evaluate", prints, prints, "--pairs", listed), "one database")
     assert_refused(run("evaluate", prints, "--pattern", "("), "pattern '('")
     assert_refused(run("evaluate", tmp_path / "gone", "--by-folder"), "gone: ")

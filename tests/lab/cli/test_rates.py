@@ -10,11 +10,11 @@ def test_scores_of_other_matchers_stand_side_by_side(run, tmp_path):
     rng = np.random.default_rng(4)
     for name, shift in (("good", 3.0), ("poor", 1.0)):
         lines = [
-            f"{a // 4}_{a} {b // 4}_{b} {rng.normal(shift * (a // 4 == b // 4), 1):.6f}\n"
+            f"{a // 4}_{a},{b // 4}_{b},{rng.normal(shift * (a // 4 == b // 4), 1):.6f}\n"
             for a in range(32)
             for b in range(a)
         ]
-        (tmp_path / f"{name}.txt").write_text("".join(lines))
+        (tmp_path / f"{name}.txt").write_text("probe,reference,score\n" + "".join(lines))
     files = (tmp_path / "good.txt", tmp_path / "poor.txt")
     result = run("rates", *files, "--bootstrap", 100)
     assert result.exit_code == 0
@@ -31,10 +31,12 @@ def test_a_report_of_scores_names_the_hardest_pairs_where_they_have_names(run, t
     path, page = tmp_path / "theirs.csv", tmp_path / "report" / "index.html"
     for text, shown in (
         ("probe,reference,genuine,score\nann<1>,ann 2,1,0.9\nann<1>,bob,0,0.1\n", True),
-        ("genuine,impostor\n0.9,0.1\n0.8,0.2\n", False),
+        ("score\n0.9\n", False),
     ):
         path.write_text(text)
-        assert run("rates", path, "--report", page.parent).exit_code == 0
+        kinds = ["--genuine-scores", path, "--impostor-scores", path]
+        given = [path] if shown else kinds
+        assert run("rates", *given, "--report", page.parent).exit_code == 0
         assert ("ann&lt;1&gt; and ann 2" in page.read_text(encoding="utf-8")) == shown
 
 
@@ -43,10 +45,10 @@ def test_a_full_disk_does_not_cost_the_rates(run, tmp_path, tiny_disk, option, n
     if option == "--det":
         pytest.importorskip("matplotlib")
     path = tmp_path / "x.csv"
-    path.write_text("genuine,impostor\n" + "0.9,0.1\n0.8,0.2\n" * 50)
+    path.write_text("probe,reference,score\n1_1,1_2,9\n1_1,2_1,1\n")
     (tiny_disk / "fill").write_bytes(bytes(61_440))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fpmatch.lab.evaluation.report.papers.csv_lines", lambda rows: bytes(9000))
+        patch.setattr("fpmatch.lab.evaluation.report.tables.csv_lines", lambda rows: bytes(9000))
         result = run("rates", path, option, tiny_disk / name)
     assert result.exit_code == 2
     assert result.stdout == run("rates", path).stdout != ""

@@ -51,16 +51,3 @@ def test_options_reach_the_database(run, tmp_path, asked):
     run("synth", tmp_path, "--size", "600x700", "--dpi", "1000")
     (sensor,) = asked["sensors"]
     assert (sensor.name, sensor.shape, sensor.dpi) == ("600x700@1000dpi", (700, 600), 1000)
-
-
-def test_a_gallery_of_templates_is_made_and_then_left_alone(run, tmp_path):
-    out = tmp_path / "made.db"
-    words = ("synth", out, "--templates", "--fingers", 3, "--workers", 1)
-    first, again = (run(*words, "--impressions", 2) for _ in range(2))
-    assert first.exit_code == 0
-    assert first.stdout.startswith(f"3 fingers x 2 impressions in {out}: 6 templates in ")
-    assert again.stdout.startswith("nothing to do: ")
-    more = json.loads(run(*words, "--impressions", 3, "--json").stdout)
-    assert more.pop("seconds") >= 0
-    assert more == {"gallery": str(out), "fingers": 3, "impressions": 3, "made": 3}
-    assert_refused(run(*words, "--seed", 1), "101_1")

@@ -10,5 +10,5 @@ from fpmatch.lab.evaluation.databases.protocol import Impression
 def extracted_set(templates, name="made"):
     """Return a database of templates by finger and number; None where there is none."""
     taken = tuple(Impression(f, k, Path(f"{f}_{k}.tif")) for f, k in templates)
-    made = tuple(Extraction(one, "" if one else "no ridges", 1.0) for one in templates.values())
+    made = tuple(Extraction(one, "" if one else "no ridges") for one in templates.values())
     return ExtractedSet(Dataset(name, 500.0, "", taken), made)

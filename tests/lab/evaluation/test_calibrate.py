@@ -9,13 +9,18 @@ from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.image.folder_traits import FolderTraits
-from fpmatch.lab.evaluation import calibrate, impostors
-from fpmatch.lab.evaluation.calibrate import calibrate_on, fit_calibration, report_calibration
-from fpmatch.lab.evaluation.impostors import ImpostorSet, gather_impostors, impostors_of_report
+from fpmatch.lab.evaluation import calibrate
+from fpmatch.lab.evaluation.calibrate import (
+    ImpostorSet,
+    calibrate_on,
+    fit_calibration,
+    gather_impostors,
+    impostors_of_report,
+    report_calibration,
+)
+from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.scores_set import Trials
-from fpmatch.lab.evaluation.report.score_rows import write_scores
-from fpmatch.lab.evaluation.run import evaluate
+from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 
 
@@ -23,7 +28,7 @@ def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_data
     folders = [make_database(name, fingers=10, contents={"3_3": "broken"}) for name in "ab"]
     report = evaluate(folders, **options)
     calibration = calibrate_on(impostors_of_report(report), report.matcher, "here")
-    impostors = np.concatenate([r.outcomes["similarity"][~r.pairs.genuine] for r in report.sets])
+    impostors = np.concatenate([one.split()[1] for one in report.scores])
     expected = fit_calibration(impostors[impostors > 0])
     assert replace(calibration, provenance=expected.provenance) == expected
     origin = calibration.provenance
@@ -155,44 +160,43 @@ def test_unusable_impostors(similarities, reason):
         fit_calibration(similarities)
 
 
-def test_scores_and_folders_give_the_same(options, report, tmp_path):
+@pytest.fixture
+def gathering(bench):
+    return {
+        "matcher": bench.MATCHER,
+        "reading": Reading(extractor=bench.extractor),
+        "workers": 1,
+    }
+
+
+def test_scores_and_folders_give_the_same(gathering, report, tmp_path):
     scores = tmp_path / "scores.csv"
-    folders = [row.extracted.dataset.impressions[0].path.parent for row in report.sets]
-    write_scores(scores, report)
+    folders = [row.source.dataset.impressions[0].path.parent for row in report.sets]
+    how = {"workers": 1, "reading": gathering["reading"], "scores": scores}
+    evaluate_matchers(folders, [gathering["matcher"]], **how)
     expected = impostors_of_report(report)
     assert sum(one.trials.similarity.size for one in expected) == 252 - 21 + 240
     for sources in (folders, [scores]):
-        found = gather_impostors(sources, **options)
+        found = gather_impostors(sources, **gathering)
         assert [one.name for one in found] == ["set, one", "b"]
         for one, other in zip(found, expected, strict=True):
             assert not one.trials.genuine.any()
             assert one.trials.fingers == other.trials.fingers
             np.testing.assert_array_equal(one.trials.similarity, other.trials.similarity)
-    with pytest.raises(DatasetError, match="set, one: scores of this database are given twice"):
-        gather_impostors([scores, scores], **options)
-    with pytest.raises(DatasetError, match="b: given both as a folder and as scores"):
-        gather_impostors([scores, folders[1]], **options)
+    for sources, name in (([scores, scores], "set, one"), ([scores, folders[1]], "b")):
+        with pytest.raises(DatasetError, match=f"{name}: this database is given twice"):
+            gather_impostors(sources, **gathering)
 
 
-def test_unusable_sources(options, tmp_path):
+def test_unusable_sources(gathering, tmp_path):
     with pytest.raises(DatasetError, match="no such folder"):
-        gather_impostors([tmp_path / "nowhere"], **options)
+        gather_impostors([tmp_path / "nowhere"], **gathering)
     with pytest.raises(MatcherError, match="unknown matcher 'nobody'"):
         gather_impostors([tmp_path], matcher="nobody")
-
-
-def test_dpi_and_polarity_of_the_prints_may_be_given(make_database, options, monkeypatch):
-    asked = set()
-
-    def extract(path, dpi, reader):
-        asked.add((dpi, reader.folders[path.parent]))
-        return options["extractor"](path, dpi)
-
-    monkeypatch.setattr(impostors, "extract_image", extract)
-    place = make_database("prints", toml="dpi = 569\n")
-    given = {name: options[name] for name in ("matcher", "workers")}
-    gather_impostors([place], **given, dpi=1000, reading={"polarity": "white"})
-    assert asked == {(1000.0, FolderTraits("white"))}
+    two = tmp_path / "two.csv"
+    two.write_text("matcher,probe,reference,similarity\na,1_1,2_1,1\nb,1_1,2_1,2\n")
+    with pytest.raises(DatasetError, match="holds scores of a, b, none of fake"):
+        gather_impostors([two], **gathering)
 
 
 def impostor_set(name, seed, fingers=12, impressions=5):
@@ -216,7 +220,8 @@ def test_the_largest_measured_score_is_where_the_knots_end():
     assert found.package == ()
     document = json.loads(json.dumps(found.as_json()))
     assert document["smallest_measured_fmr"] == pytest.approx(20 / 3300)
-    assert document["smallest_measured_fmr_interval"] == list(found.fmr_interval)
+    interval = [found.fmr_interval.low, found.fmr_interval.high]
+    assert document["smallest_measured_fmr_interval"] == interval
     text = found.as_text()
     assert "3,300 impostor comparisons\n              of 24 fingers (2 databases)" in text
     assert "Measured    up to score 22.2, a false match rate of 1 in 160" in text

@@ -1,6 +1,4 @@
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError, ScoringError
 from fpmatch.gallery.batch.pair_list import PrintNames, read_pairs
@@ -87,7 +85,10 @@ def test_fingers_by_name_unless_the_list_states_them(make_database, tmp_path):
     rows = ("1_1", "1_2", 0), ("2_1", "1_2", 1), ("1_2", "2_1", 1), ("2_1", "3_1", 1)
     stated = load_dataset(folder, pairs=write(tmp_path / "b", *rows))
     assert stated.pairs.genuine.tolist() == [False, True, True]
-    assert [i.finger for i in stated.impressions] == ["1_1.tif", "1_2.tif", "1_2.tif", "1_2.tif"]
+    assert {i.finger for i in stated.impressions} == {""}  # not known: the names say otherwise
+    rows = ("1_1", "1_2", 1), ("2_1", "1_2", 0)
+    agreeing = load_dataset(folder, pairs=write(tmp_path / "c", *rows))
+    assert [i.finger for i in agreeing.impressions] == ["1", "1", "2"]
 
 
 def test_any_names_in_any_folders_will_do_where_the_list_states_all(tmp_path, bench):
@@ -107,10 +108,6 @@ def test_any_names_in_any_folders_will_do_where_the_list_states_all(tmp_path, be
     [
         ([("1_1", "1_1", 1)], "line 1: 1_1 is compared with itself"),
         ([("1_1", "9_1", 1)], "line 1: there is no reference '9_1'"),
-        (
-            [("1_1", "1_2", 1), ("1_2", "2_1", 1), ("1_1", "2_1", 0)],
-            "line 3, column genuine: genuine is 0, but other rows make 1_1 and 2_1 one finger",
-        ),
         ([("1_1", "1_2", 1), ("1_2", "1_1", 0)], "line 2, column genuine"),
     ],
 )
@@ -125,19 +122,3 @@ def test_a_list_goes_with_one_database(make_database, tmp_path):
     folders = [make_database("a"), make_database("b")]
     with pytest.raises(DatasetError, match="a list of pairs goes with one database"):
         load_datasets(folders, pairs=write(tmp_path / "list", ("1_1", "1_2")))
-
-
-@given(fingers=st.lists(st.integers(0, 3), min_size=2, max_size=8), data=st.data())
-def test_genuine_pairs_give_the_fingers_back(tmp_path_factory, fingers, data):
-    folder = tmp_path_factory.mktemp("db")
-    for k in range(len(fingers)):
-        (folder / f"p{k}.tif").touch()
-    every = [(i, j) for i in range(len(fingers)) for j in range(i)]
-    order = data.draw(st.permutations(every))
-    rows = [(f"p{i}", f"p{j}", int(fingers[i] == fingers[j])) for i, j in order]
-    dataset = load_dataset(folder, pairs=write(folder / "list", *rows))
-    found = {i.name: i.finger for i in dataset.impressions}
-    assert dataset.pairs.genuine.tolist() == [bool(row[2]) for row in rows]
-    for i, j in every:
-        same = found[f"p{i}.tif"] == found[f"p{j}.tif"]
-        assert same == (fingers[i] == fingers[j])

@@ -32,29 +32,11 @@ def worn_copy(seed):
 
 def triangles(room, p, q):
     matcher = room("lab.points.triangles.matcher")
-    return matcher.match_by_triangles(
-        p, q, parameters=matcher.TriangleParameters(max_proposals=100)
-    )
-
-
-def descriptors(room, p, _):
-    mesh, found = (
-        room("pointset.delaunay.triangulate").triangulate(p),
-        room("lab.points.triangles.descriptors"),
-    )
-    points = np.array(mesh.points.T, order="C")
-    of_rings = found.ring_triangles(mesh, points)
-    large = found.describe_large(points, of_rings, 0.8, 0.05)
-    density = found.density_of(mesh, points) if len(mesh.triangles) else 0.0
-    described = found.describe_all(points, mesh.triangles, 0.3)
-    # past their number, the arrays hold nothing
-    parts = [[part[..., : each[0]] for part in each[2:]] for each in (large, described)]
-    return of_rings, large.corner[: large.number], parts, density
+    return matcher.match_by_triangles(p, q, max_proposals=100)
 
 
 ROOMS = {
     "triangles": triangles,
-    "descriptors": descriptors,
     "paper": lambda room, p, q: room("pointset.paper.matcher").match_by_unit_circle(p, q),
     "rings": lambda room, p, _: room("pointset.paper.one_rings").prepare_points(p).rings,
     "van-wamelen": lambda room, p, q: room("lab.points.van_wamelen.matcher").match_van_wamelen(

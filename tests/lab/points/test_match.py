@@ -22,7 +22,7 @@ from pointset_strategies import (
 from fpmatch.errors import PointSetError
 from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.lab.points.triangles import _proposal_kernel
-from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.lab.points.triangles.matcher import match_by_triangles
 from fpmatch.lab.points.van_wamelen.matcher import match_van_wamelen
 from fpmatch.pointset.geometry.similarity import Similarity
 from fpmatch.pointset.paper.matcher import match_by_unit_circle
@@ -144,44 +144,17 @@ def test_the_order_of_the_points_does_not_matter(seed, move):
     assert {*map(tuple, one.pairs.tolist())} == again
 
 
-@every_matcher
-def test_the_same_sets_give_the_same_result_and_stay_as_they_are(matcher):
-    p = even_points(5, 20)
-    q, _ = worn(p, Similarity(2.0, 0.5, 1.0, 1.0), 5)
-    given_p, given_q = p.copy(), q.copy()
-    rho = 0.0 if matcher == "paper" else None
-    one, other = (match_points(p, q, matcher=matcher, rho=rho) for _ in range(2))
-    assert one.transform is not None
-    assert repr(one) == repr(other)
-    assert p.flags.writeable
-    assert q.flags.writeable
-    assert (p.tolist(), q.tolist()) == (given_p.tolist(), given_q.tolist())
-
-
-def test_anything_like_an_array_will_do():
-    p = np.round(even_points(8, 12) * 100)
-    match = match_points(p.astype(np.int16), (2 * p[:, ::-1]).tolist()[::-1])
-    assert match.transform is None  # mirrored
-    match = match_points(np.asfortranarray(p), (2 * p).astype(np.float32)[::-1])
-    check_aligned(match, p, 2 * p)
-
-
-def test_coincident_points_have_a_partner_each():
+def test_the_first_of_coincident_points_is_matched():
     base = even_points(9, 20)
-    everything = np.vstack([base, base, base[:5]])
-    move = Similarity(2.0, 0.3, 5.0, 1.0)
-    q = move.apply(everything)[::-1]
-    for p in (everything, base):
-        match = match_points(p, q)
-        check_sound(match, p, q)
-        check_aligned(match, p, move.apply(p))
-        assert match.matched_share == 1
+    q = Similarity(2.0, 0.3, 5.0, 1.0).apply(np.vstack([base, base[:5]])[::-1])
+    match = match_points(np.vstack([base, base]), q)
+    check_aligned(match, base, q[:4:-1][:20])
+    assert match.pairs.tolist() == [[i, (4 if i < 5 else 24) - i] for i in range(20)]
+    assert match.matched_share == 1
 
 
 BOUNDED = {
-    "triangles": partial(
-        match_by_triangles, parameters=TriangleParameters(max_proposals=20_000 if COMPILED else 200)
-    ),
+    "triangles": partial(match_by_triangles, max_proposals=20_000 if COMPILED else 200),
     "paper": match_by_unit_circle,
     "van-wamelen": partial(
         match_van_wamelen, rho=0.6, lambda_=0.61, max_steps=20_000 if COMPILED else 2_000
@@ -245,20 +218,6 @@ def test_lattices_are_aligned_with_lattices(matcher, shape):
     quarters = (match.transform.rotation - 0.3) / (math.pi / 2)
     assert quarters == pytest.approx(round(quarters), abs=1e-9)
     assert match.rms < 1e-9
-
-
-@every_matcher
-def test_no_match_has_a_reason(matcher):
-    match = match_points(even_points(1, 9), even_points(2, 9), matcher=matcher)
-    assert match.transform is None
-    assert match.reason
-
-
-def test_three_points_match_too_many_others_to_tell_anything():
-    p = even_points(1, 3)
-    assert match_points(p, p).transform is None
-    assert "fewer than 4 points" in match_points(p, p).reason
-    assert match_points(p, np.vstack([p, even_points(2, 9)])).transform is None
 
 
 LINES = [np.outer(np.arange(8.0) ** 1.5, to) for to in ((1, 0), (0, 1), (3, 4), (0, 0))]
@@ -332,6 +291,7 @@ def test_extreme_coordinates_and_tolerances_are_matched_or_refused(value, matche
 @every_matcher
 def test_three_points_match_by_no_matcher(matcher):
     p = even_points(1, 3)
-    match = match_points(p, p * 2, matcher=matcher)
-    assert match.transform is None
-    assert "fewer than 4 points" in match.reason
+    for q in (p * 2, np.vstack([p, even_points(2, 9)])):
+        match = match_points(p, q, matcher=matcher)
+        assert match.transform is None
+        assert "fewer than 4 points" in match.reason

@@ -12,9 +12,7 @@ from pointset_strategies import (
     worn,
 )
 
-from fpmatch.lab.points.match import POINT_MATCHERS, match_either_way, match_points
-from fpmatch.lab.points.triangles import _proposal_kernel as kernel
-from fpmatch.pointset.geometry.point_match import PointMatch
+from fpmatch.lab.points.match import POINT_MATCHERS, match_points
 from fpmatch.pointset.geometry.similarity import Similarity
 
 
@@ -55,7 +53,6 @@ def test_chance_is_that_of_two_searches():
     once, twice = match_points(p, q), match_points(p, q, reflect=True)
     assert twice.chance == pytest.approx(2 * once.chance)
     assert twice.pairs.tolist() == once.pairs.tolist()
-    assert twice.local_matches >= once.local_matches
 
 
 def test_a_symmetric_set_is_not_mirrored_without_need():
@@ -64,19 +61,3 @@ def test_a_symmetric_set_is_not_mirrored_without_need():
     match = match_points(p, p, reflect=True)
     assert not match.transform.mirrored
     assert match.matched_share == 1
-
-
-@pytest.mark.parametrize("seed", range(8 if kernel.COMPILED else 1))
-def test_independent_sets_do_not_match(seed):
-    p, q = even_points(seed, 14), even_points(seed + 100, 16)
-    match = match_points(p, q, reflect=True)
-    assert match.transform is None
-    check_sound(match, p, q)
-
-
-def test_reasons_of_both_searches_are_given_where_they_differ():
-    searches = iter([PointMatch.none(reason="one"), PointMatch.none(reason="other")])
-    match = match_either_way(lambda _: next(searches), even_points(1, 5))
-    assert match.reason == "one; of the mirror image, other"
-    same = match_either_way(lambda _: PointMatch.none(reason="one"), even_points(1, 5))
-    assert same.reason == "one"

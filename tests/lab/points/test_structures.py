@@ -22,7 +22,7 @@ def test_a_copy_gets_the_true_map_and_all_pairs(kind):
     for seed in range(COPIES):
         p, q, truth = copied_pair(kind, seed)
         match = match_points(p, q)
-        assert len(match.pairs) == len(p)
+        assert len(match.pairs) == len(np.unique(p, axis=0))
         assert match.transform.apply(p) == pytest.approx(truth.apply(p), abs=1e-6)
         assert match.chance < 1e-3
         assert match.equal_maps == 1

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -11,20 +10,18 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
 from fpmatch.errors import DatasetError, ImageError, OutputError
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.synthesis.database import DatabaseMade, fault, make_database
+from fpmatch.lab.synthesis.database import DatabaseMade, make_database
 from fpmatch.lab.synthesis.master import MasterParameters
-from fpmatch.lab.synthesis.plan import Plan, plain_sensor
+from fpmatch.lab.synthesis.plan import plain_sensor
 
 SMALL = MasterParameters(shape=(96, 96))
 TINY = plain_sensor(64, 72)
 FINE = plain_sensor(128, 144, 1000)
-PLAN = Plan(7, "clean", (TINY,), 2, SMALL)
 
 
 def make(out, **changes):
@@ -113,7 +110,7 @@ from fpmatch.lab.synthesis.plan import plain_sensor
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
     write, left = database._write, [int(sys.argv[2])]
-    def slowly(path, content, *, replace=False):
+    def slowly(path, content):
         if not left[0]:
             unfinished = path.with_name(".0123456789abcdef.part")
             unfinished.write_bytes(content[: len(content) // 2])
@@ -178,7 +175,7 @@ def assert_refused(folder, reason, error, **changes):
 def test_folders_of_others_and_other_databases_are_left_alone(tmp_path):
     make(tmp_path, fingers=1)
     assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
-    assert_refused(tmp_path, "other ranges", DatasetError, sensors=[replace(TINY, noise=3.0)])
+    assert_refused(tmp_path, "parameters '", DatasetError, sensors=[replace(TINY, noise=3.0)])
     (tmp_path / "dataset.toml").unlink()
     assert_refused(tmp_path, "holds files but no dataset.toml", DatasetError)
 
@@ -191,78 +188,6 @@ def test_what_is_in_the_way_is_not_overwritten(tmp_path, name):
     with pytest.raises(DatasetError, match="is in the way"):
         make(tmp_path)
     assert (tmp_path / name).read_bytes() in (b"mine", b"")
-
-
-def flipped(data):
-    at = len(data) // 2
-    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
-
-
-DAMAGES = {
-    "truncated": lambda data: data[: len(data) // 2],
-    "flipped": flipped,
-    "emptied": lambda _: b"",
-    "zeroed": lambda data: bytes(len(data)),
-}
-every_damage = pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-
-
-@pytest.mark.parametrize("name", ["102_1.tif", "101_2.tif", "truth/101.json"])
-@every_damage
-def test_damaged_files_are_found_and_made_again(tmp_path, undisturbed, name, damage):
-    make(tmp_path)
-    path = tmp_path / name
-    path.write_bytes(damage(path.read_bytes()))
-    made = make(tmp_path)
-    assert made.made == 1
-    (fault,) = made.faults
-    assert fault.startswith(f"{path}: is damaged")
-    assert contents(tmp_path) == undisturbed
-    assert make(tmp_path).faults == ()
-
-
-def test_any_changed_byte_of_a_truth_is_noticed(tmp_path):
-    make(tmp_path, fingers=1)
-    path = tmp_path / "truth" / "101.json"
-    whole = path.read_bytes()
-    files = [tmp_path / "101_1.tif", tmp_path / "101_2.tif", path]
-    for at in np.random.default_rng(2).integers(0, len(whole), 200):
-        path.write_bytes(whole[:at] + bytes([whole[at] ^ 4]) + whole[at + 1 :])
-        assert fault(files, 101, PLAN)
-    path.write_bytes(whole)
-    assert not fault(files, 101, PLAN)
-
-
-@pytest.mark.parametrize(
-    ("changes", "reason"),
-    [
-        ({"seed": 8}, "is of seed 8, not 7"),
-        ({"preset": "easy"}, "is of presets easy, easy, not clean, clean"),
-        ({"impressions": 3}, "is of impressions 101_1, 101_2, 101_3, not 101_1, 101_2"),
-        ({"sensors": [FINE]}, "is of sensors 128x144@1000dpi"),
-    ],
-)
-def test_files_of_another_database_are_made_again(tmp_path, undisturbed, changes, reason):
-    make(tmp_path / "other", fingers=1, **changes)
-    make(tmp_path / "prints")
-    for path in (tmp_path / "other").rglob("101*"):
-        shutil.copy(path, tmp_path / "prints" / path.relative_to(tmp_path / "other"))
-    (tmp_path / "prints" / "101_3.tif").unlink(missing_ok=True)
-    made = make(tmp_path / "prints")
-    (found,) = made.faults
-    assert reason in found
-    assert contents(tmp_path / "prints") == undisturbed
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"[]", b"{}", b'{"impressions":3}', b"[" * 100_000, b"\xff\xfe", b"null"]
-)
-def test_a_truth_of_any_content_is_damaged_and_nothing_worse(tmp_path, content):
-    make(tmp_path, fingers=1)
-    path = tmp_path / "truth" / "101.json"
-    path.write_bytes(content)
-    files = [tmp_path / "101_1.tif", tmp_path / "101_2.tif", path]
-    assert fault(files, 101, PLAN) == f"{path}: is damaged"
 
 
 @pytest.mark.parametrize(
@@ -281,9 +206,9 @@ def test_impossible_arguments_are_refused_before_a_folder_is_made(tmp_path, chan
 
 def test_folders_that_cannot_be_written_are_refused(tmp_path):
     (tmp_path / "file").touch()
-    assert_refused(tmp_path / "file", "file: cannot be made: ", OutputError)
-    assert_refused(tmp_path / "file" / "new", "new: cannot be made: ", OutputError)
+    assert_refused(tmp_path / "file", "file: cannot be used: ", OutputError)
+    assert_refused(tmp_path / "file" / "new", "new: cannot be used: ", OutputError)
     (tmp_path / "new").mkdir()
     make(tmp_path / "new", fingers=1)
     (tmp_path / "new" / "102_1.tif").mkdir()
-    assert_refused(tmp_path / "new", r"102_1\.tif: cannot be read: ", OutputError)
+    assert_refused(tmp_path / "new", "new: cannot be used: ", OutputError)

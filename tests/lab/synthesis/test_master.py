@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.classes import PatternClass
 from fpmatch.lab.synthesis.master import (
     PERIOD_LEVELS,
@@ -70,12 +69,10 @@ def test_fingers_and_seeds_differ_in_everything(masters):
         assert masters[0].minutiae != other.minutiae
 
 
-def test_arrays_have_the_shape_asked_for_and_cannot_be_changed(masters):
+def test_arrays_have_the_shape_asked_for(masters):
     for master in masters:
         for name in ("orientation", "period", "relief", "silhouette"):
             assert getattr(master, name).shape == SMALL.shape
-        for name in ARRAYS:
-            assert not getattr(master, name).flags.writeable
         assert master.relief.dtype == master.period.dtype == master.orientation.dtype == np.float32
         assert master.silhouette.dtype == np.bool_
 
@@ -107,12 +104,6 @@ def test_a_class_can_be_asked_for(pattern):
     assert master.pattern is pattern
     points = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
     assert len(master.cores) == len(master.deltas) == points
-
-
-@pytest.mark.parametrize("shape", [(0, 0), (63, 440), (560, -1), (560, 5000)])
-def test_an_impossible_size_is_refused_by_name(shape):
-    with pytest.raises(ImageError, match=f"{shape[0]} x {shape[1]} pixels"):
-        MasterParameters(shape=shape)
 
 
 def period_of(seed, p=None):

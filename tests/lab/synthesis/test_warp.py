@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.errors import ImageError
 from fpmatch.lab.synthesis.presets import PRESETS
 from fpmatch.lab.synthesis.warp import STICKING_RADIUS, Warp, draw_warp
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -91,16 +90,3 @@ def test_drag_never_differs_more_than_the_steepness_says(rng):
     apart = np.hypot(*(one - other).T)
     difference = np.hypot(*(WARP.drag(one) - WARP.drag(other)).T)
     assert (difference <= WARP.steepness * apart).all()
-
-
-@pytest.mark.parametrize(
-    ("half_axes", "torsion", "traction"),
-    [
-        ((0.0, 50.0), 0.0, (0.0, 0.0)), ((50.0, -1.0), 0.0, (0.0, 0.0)),
-        ((50.0, 50.0), math.nan, (0.0, 0.0)), ((50.0, 50.0), 0.0, (math.inf, 0.0)),
-        ((50.0, 50.0), 0.0, (40.0, 0.0)), ((50.0, 50.0), 0.5, (0.0, 0.0)),
-    ],
-)  # fmt: skip
-def test_impossible_contacts_and_folded_skin_are_refused(half_axes, torsion, traction):
-    with pytest.raises(ImageError, match=r"^[^\n]+$"):
-        Warp(Similarity(), (0.0, 0.0), half_axes, torsion, traction)

@@ -1,46 +1,41 @@
-"""Extraction of the templates of whole databases."""
+"""The prints of a database as a side of `fpmatch score`, and their templates."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+import hashlib
+from contextlib import closing, nullcontext
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, cast
 
-import numpy as np
-
-from fpmatch.errors import DatasetError
+from fpmatch.errors import DatasetError, MatcherError, without_path
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.gallery.engine.workers import (
-    Attempt,
-    Progress,
-    attempt_all,
-    no_progress,
-    results_of_each,
-)
+from fpmatch.gallery.batch.sources import GallerySource, StoredTemplate, pack, unpack
+from fpmatch.gallery.engine.engine import processes, serial
+from fpmatch.gallery.engine.workers import Progress, attempt_each, no_progress
 from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
-from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print
-from fpmatch.image.folder_traits import FolderReader, find_traits
+from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
+from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.image.quality.print_quality import why_no_minutiae
+from fpmatch.matching.result import Comparison, Matcher, call_matcher, compare_prepared
 from fpmatch.prints.reading import PrintReader, dpi_source
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.image.folder_traits import FolderReader
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
     from fpmatch.lab.evaluation.databases.dataset import Dataset
-    from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.templates.minutiae import Template
 
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
-
-Result = TypeVar("Result")
+    ImageReader = Callable[[Path], GreyImage | TemplateRecord]
 
 _READER: Final = PrintReader()
 
@@ -55,7 +50,6 @@ class Extraction:
 
     template: Template | None
     reason: str
-    cpu_ms: float
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
     quality: int | None = None
@@ -68,43 +62,160 @@ class ExtractedSet:
     dataset: Dataset
     extractions: tuple[Extraction, ...]
 
-    @property
-    def failures(self) -> list[tuple[Path, str]]:
-        """The images that gave no template, and why."""
-        return [(path, one.reason) for path, one in self._each() if one.template is None]
 
-    @property
-    def assumed(self) -> list[Path]:
-        """The images whose resolution had to be assumed."""
-        return [path for path, one in self._each() if one.dpi_assumed]
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How the images of a database are read and their templates extracted.
 
-    @property
-    def notes(self) -> list[tuple[Path, tuple[str, ...]]]:
-        """The images with notes, and these; those on the whole database are with its place."""
-        whole = [(Path(self.dataset.place), self.dataset.notes)] if self.dataset.notes else []
-        templates = [one.template for one in self.extractions]
-        on_dpi = resolution_notes([None if one is None else one.dpi for one in templates])
-        noted = [
-            (path, (*one.notes, *more))
-            for (path, one), more in zip(self._each(), on_dpi, strict=True)
+    `reader` reads a file, `polarity` is that of all images, `enhance` names the ridge enhancement,
+    and images are `graded` with their quality, which takes a tenth of the time. An `extractor`
+    takes the place of all of them.
+    """
+
+    reader: Callable[..., GreyImage | TemplateRecord] = _READER
+    polarity: Polarity = "auto"
+    enhance: str | None = None
+    graded: bool = False
+    extractor: Extractor | None = None
+
+
+class DatasetSource:
+    """The prints of a database, as `fpmatch.gallery.batch.sources.PrintSource` describes.
+
+    Templates are extracted when they are first needed, and kept in memory; those of a gallery are
+    taken as they are.
+    """
+
+    def __init__(self, dataset: Dataset, reading: Reading = Reading()) -> None:
+        self.dataset, self._how = dataset, reading
+        first = dataset.impressions[0].path
+        self.place, self.title = dataset.place or str(first.parent), dataset.name
+        self.names = [one.name for one in dataset.impressions]
+        self.fingers = [str(one.finger) for one in dataset.impressions]
+        self._files = [
+            PrintFile(
+                one.path,
+                one.dpi or dataset.dpi,
+                name=one.name,
+                place=Path(dataset.place) if dataset.place else None,
+            )
+            for one in dataset.impressions
         ]
-        return [*whole, *((path, notes) for path, notes in noted if notes)]
+        self._on_dpi = resolution_notes([file.dpi for file in self._files])
+        self._gallery = GallerySource(dataset.place) if dataset.in_gallery else None
+        self._made: dict[int, StoredTemplate] = {}
+        self._open: FolderReader[GreyImage | TemplateRecord] | None = None
+        state = repr([_state(file) for file in self._files])
+        if self._gallery is not None:
+            state = f"{self._gallery.content_hash} {self.names}"
+        how = reading.polarity, reading.enhance, reading.graded, repr(reading.extractor)
+        self.content_hash = hashlib.sha256(f"{state} {how}".encode()).hexdigest()
 
-    @property
-    def median_cpu_ms(self) -> float:
-        """Median CPU time of an image, in milliseconds."""
-        return float(np.median([one.cpu_ms for one in self.extractions]))
+    @classmethod
+    def of(cls, extracted: ExtractedSet) -> DatasetSource:
+        """Return a database whose templates are there."""
+        source = cls(extracted.dataset)
+        source._made = {
+            k: _stored(
+                one.reason
+                if one.template is None
+                else ExtractedPrint(one.template, quality=one.quality)
+            )
+            for k, one in enumerate(extracted.extractions)
+        }
+        return source
 
-    def _each(self) -> Iterator[tuple[Path, Extraction]]:
-        paths = (impression.path for impression in self.dataset.impressions)
-        return zip(paths, self.extractions, strict=True)
+    def templates(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
+        if self._gallery is not None and not self._made:
+            place = {name: k for k, name in enumerate(self._gallery.names)}
+            if gone := [name for name in self.names if name not in place]:
+                raise DatasetError(f"{gone[0]} has been removed meanwhile", path=self.place)
+            at = {place[name]: k for k, name in enumerate(self.names)}
+            made = self._gallery.templates(engine, sorted(at))
+            self._made = {at[n]: one for n, one in zip(sorted(at), made, strict=True)}
+        missing = [n for n in numbers if n not in self._made]
+        if not missing:
+            yield from (self._made[n] for n in numbers)
+            return
+        work = partial(_on_file, self._how.extractor or self._extractor(engine))
+        files = [(self._files[n].path, self._files[n].dpi) for n in missing]
+        with closing(attempt_each(engine, work, files)) as attempts:
+            extracted = iter(attempts)
+            for n in numbers:
+                if n not in self._made:
+                    _, attempt = next(extracted)
+                    reason = without_path(attempt.reason, self._files[n].path)
+                    one = _stored(attempt.result or reason)
+                    self._made[n] = replace(one, notes=(*one.notes, *self._on_dpi[n]))
+                yield self._made[n]
+
+    def read(self, name: str) -> tuple[Template, GreyImage | NDArray[np.uint8]]:
+        """Return the template of a print, and its image; of a template its ridges are drawn."""
+        from fpmatch.drawing.scene.ink import ridge_picture  # noqa: PLC0415  (for pages only)
+
+        number = self.names.index(name)
+        (stored,) = self.templates(serial(), [number])
+        if stored.data is None:
+            raise DatasetError(stored.reason, path=name)
+        template = unpack(stored.data)
+        content = None if self._gallery is not None else self._reader()(self._files[number].path)
+        if content is None or isinstance(content, TemplateRecord):
+            return template, ridge_picture(template)
+        return template, content
+
+    def with_images(self, matcher: Matcher, engine: Engine) -> Matcher:
+        """Return a matcher of templates that gives the images of these prints to `matcher`."""
+        if self._gallery is not None:
+            raise MatcherError(
+                f"matcher {matcher.name} compares images: a gallery has templates alone"
+            )
+        made = self.templates(engine, range(len(self.names)))
+        paths = {
+            one.digest: file.path
+            for one, file in zip(made, self._files, strict=True)
+            if one.data is not None
+        }
+        return _OnImages(matcher, paths, self._reader(engine))
+
+    def _reader(self, engine: Engine | None = None) -> FolderReader[GreyImage | TemplateRecord]:
+        """Return the reader of the images, which reads those of a folder with one polarity."""
+        if self._open is None:
+            how: dict[str, Any] = {"polarity": self._how.polarity, "reader": self._how.reader}
+            self._open = folder_reader(self._files, engine=engine, **how)
+        return self._open
+
+    def _extractor(self, engine: Engine) -> Extractor:
+        how = {"enhance": self._how.enhance, "graded": self._how.graded}
+        return partial(extract_image, reader=self._reader(engine), **cast("Any", how))
+
+
+class _OnImages(Matcher):
+    """A matcher of templates that reads their images for a matcher that wants these."""
+
+    def __init__(self, matcher: Matcher, paths: Mapping[bytes, Path], reader: ImageReader) -> None:
+        super().__init__()
+        self.name, self.rho = matcher.name, matcher.rho
+        self._matcher, self._paths, self._reader = matcher, paths, reader
+
+    def prepare(self, template: Template) -> Any:
+        path = self._paths[minutiae_digest(template)]
+        image = self._reader(path)
+        if isinstance(image, TemplateRecord):
+            raise DatasetError("is a template, and the matcher compares images", path=path)
+        return call_matcher(self._matcher, "prepare", template, image.pixels)
+
+    def compare(self, probe: Any, reference: Any) -> Comparison:
+        return compare_prepared(self._matcher, probe, reference)
 
 
 def extract_image(
     path: Path,
     dpi: float | None,
     enhance: str | None = None,
-    reader: Callable[[Path], GreyImage | TemplateRecord] = _READER,
+    reader: ImageReader = _READER,
     *,
     graded: bool = False,
 ) -> ExtractedPrint:
@@ -127,148 +238,55 @@ def extract_image(
     return ExtractedPrint(template, source == "assumed", notes, quality, why)
 
 
-def extractor_of(
-    enhance: str,
-    reader: Callable[[Path], GreyImage | TemplateRecord] = _READER,
-    *,
-    graded: bool = False,
-) -> Extractor:
-    """Return the extractor with the ridge enhancement of a name; see `extract_image`."""
-    return partial(extract_image, enhance=enhance, reader=reader, graded=graded)
-
-
-def dataset_reader(
-    datasets: Sequence[Dataset],
-    reader: Callable[..., GreyImage | TemplateRecord] = _READER,
-    engine: Engine | None = None,
-    *,
-    polarity: Polarity = "auto",
-) -> FolderReader[GreyImage | TemplateRecord]:
-    """Return a reader of the prints of some databases; see `find_traits`.
-
-    An `engine` looks at the images (default: this process).
-    """
-    files = [dataset for dataset in datasets if not dataset.in_gallery]
-    paths = [impression.path for dataset in files for impression in dataset.impressions]
-    each = map if engine is None else partial(results_of_each, engine)
-    places = {i.path.parent: Path(one.place) for one in files if one.place for i in one.impressions}
-    how: dict[str, Any] = {"polarity": polarity, "reader": reader, "each": each, "places": places}
-    traits = find_traits(paths, **how)
-    return FolderReader(reader, traits)
-
-
-@dataclass(frozen=True, slots=True)
-class SetImages:
-    """The images of some databases, for matchers that want them; read anew where they are used."""
-
-    paths: tuple[tuple[Path, ...], ...]
-    reader: FolderReader[GreyImage | TemplateRecord]
-
-    @classmethod
-    def of(cls, datasets: Sequence[Dataset]) -> SetImages:
-        """Return the images of databases, of which none is a gallery."""
-        paths = tuple(tuple(i.path for i in one.impressions) for one in datasets)
-        return cls(paths, dataset_reader(datasets))
-
-    def pixels(self, database: int, number: int) -> NDArray[np.uint8]:
-        """Return the pixels of an image; raise DatasetError where a print is a template."""
-        path = self.paths[database][number]
-        image = self.reader(path)
-        if isinstance(image, TemplateRecord):
-            raise DatasetError("is a template, and the matcher compares images", path=path)
-        return image.pixels
-
-
 def extract_datasets(
     datasets: Sequence[Dataset],
     *,
-    extractor: Extractor | None = None,
+    reading: Reading = Reading(),
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
-    stage: str = "extract",
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases; failures are kept as such.
 
-    The templates of a gallery are taken as they are, whatever the extractor. `datasets`: the
-    databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`. `extractor`: a function
-    at the top of a module that makes a template from a path and a resolution (None: the file's
-    own), alone or in an `ExtractedPrint` with notes. By default it is `extract_image` with
-    the reader of `dataset_reader`. `workers`, `engine`, `progress`, `stage`: as for
-    `fpmatch.gallery.engine.workers.attempt_all`, in images. The result is each database with its
-    templates, CPU times and reasons of failures.
+    `datasets`: the databases; see `fpmatch.lab.evaluation.databases.dataset.load_dataset`.
+    `workers`: processes to use (default: one a core), or an `engine` to work on instead, which is
+    not released here. `progress` is called with the stage "extract" and numbers of images.
     """
-    work = extractor or partial(extract_image, reader=dataset_reader(datasets))
-    files = [dataset for dataset in datasets if not dataset.in_gallery]
-    attempts = iter(
-        attempt_each_image(
-            files, work, stage=stage, workers=workers, engine=engine, progress=progress
-        )
-    )
-    return [
-        ExtractedSet(
-            dataset,
-            _stored(dataset)
-            if dataset.in_gallery
-            else tuple(map(_extraction, dataset.impressions, next(attempts))),
-        )
-        for dataset in datasets
-    ]
+    total, done = sum(len(one.impressions) for one in datasets), 0
+    progress("extract", done, total)
+    extracted = []
+    with processes(workers) if engine is None else nullcontext(engine) as place:
+        for dataset in datasets:
+            extractions = []
+            numbers = range(len(dataset.impressions))
+            for one in DatasetSource(dataset, reading).templates(place, numbers):
+                template = None if one.data is None else unpack(one.data)
+                beside = one.reason, one.dpi_assumed, one.notes, one.quality
+                extractions.append(Extraction(template, *beside))
+                progress("extract", done := done + 1, total)
+            extracted.append(ExtractedSet(dataset, tuple(extractions)))
+    return extracted
 
 
-def attempt_each_image(
-    datasets: Sequence[Dataset],
-    work: Callable[[Path, float | None], Result],
-    *,
-    stage: str,
-    workers: int | None = None,
-    engine: Engine | None = None,
-    progress: Progress = no_progress,
-) -> list[list[Attempt[Result]]]:
-    """Return the attempts at all images of each database; see `attempt_all`.
-
-    `work` is called with a path and a resolution (None: the file's own).
-    """
-    images = [(i.path, i.dpi or dataset.dpi) for dataset in datasets for i in dataset.impressions]
-    on_image = partial(_on_image, work)
-    attempts = iter(
-        attempt_all(
-            on_image, images, stage=stage, workers=workers, engine=engine, progress=progress
-        )
-    )
-    return [list(islice(attempts, len(dataset.impressions))) for dataset in datasets]
+def _on_file(extractor: Extractor, file: tuple[Path, float | None]) -> ExtractedPrint:
+    made = extractor(*file)
+    return made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
 
 
-def _on_image(
-    work: Callable[[Path, float | None], Result], image: tuple[Path, float | None]
-) -> Result:
-    return work(*image)
+def _stored(made: ExtractedPrint | str) -> StoredTemplate:
+    """Return a print as bytes; without minutiae, or with a reason in its place, it has none."""
+    if isinstance(made, str):
+        return StoredTemplate(None, made)
+    template = made.template
+    beside = made.dpi_assumed, made.notes, made.quality
+    if not len(template.minutiae):
+        return StoredTemplate(None, made.why_empty or why_no_minutiae(None), *beside)
+    return StoredTemplate(pack(template), "", *beside, minutiae_digest(template))
 
 
-def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPrint]) -> Extraction:
-    made, cpu_ms = attempt.result, attempt.cpu_ms
-    if made is None:
-        return Extraction(None, attempt.reason, cpu_ms)
-    extracted = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
-    beside = cpu_ms, extracted.dpi_assumed, extracted.notes, extracted.quality
-    if len(extracted.template.minutiae):
-        return Extraction(extracted.template, "", *beside)
-    why = extracted.why_empty or why_no_minutiae(None)
-    return Extraction(None, f"{impression.path}: {why}", *beside)
-
-
-def _stored(dataset: Dataset) -> tuple[Extraction, ...]:
-    """Return the templates of a database that is a gallery, in the order of its impressions."""
-    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415
-    from fpmatch.gallery.store.audit import ranges  # noqa: PLC0415  (imports a database)
-
-    numbers = [i.entry for i in dataset.impressions if i.entry is not None]
-    with open_gallery(dataset.place) as gallery:
-        gallery.record("read templates", entries=ranges(numbers))
-        stored = {number: Extraction(made, "", math.nan) for number, made in gallery.templates()}
-        for number, why in gallery.damaged.items():
-            stored[number] = Extraction(None, f"entry {number} is damaged: {why}", math.nan)
-        name = gallery.name
-    if missing := [i.name for i in dataset.impressions if i.entry not in stored]:
-        raise DatasetError(f"{missing[0]} has been removed meanwhile", path=name, code="changed")
-    return tuple(stored[i.entry] for i in dataset.impressions if i.entry is not None)
+def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
+    try:
+        status = file.path.stat()
+    except OSError:  # a missing file fails when it is read
+        return file.name, -1, -1, file.dpi
+    return file.name, status.st_size, status.st_mtime_ns, file.dpi

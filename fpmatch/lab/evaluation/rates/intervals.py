@@ -1,22 +1,20 @@
 """95 % intervals of rates.
 
-They come from the bootstrap over fingers. Without an error every draw has none, which limits
-nothing: the limit is then that of Clopper and Pearson, one-sided, where each finger is one trial,
-because its impressions are not independent. Nor are pairs of fingers that share one, which a finger
-that matches many others shows; for the EER, a trial is a pair of fingers, each finger in one pair.
+They come from the bootstrap over fingers. If no error occurs, every draw has none, which limits
+nothing: the limit is then one-sided, by Clopper and Pearson, where each finger is one trial,
+because its impressions are not independent. Nor are pairs of fingers that share one: for the EER, a
+trial is a pair of fingers, each finger in one pair.
 
 References
 ----------
 Clopper, Pearson, "The use of confidence or fiducial limits illustrated in the case of the
 binomial", Biometrika 26 (1934); without an error it is about the rule of 3 of ISO/IEC 19795-1.
-Finner, "A generalization of Hölder's inequality and some probability inequalities", Annals of
-Probability 20 (1992), for the number of pairs that may be taken as independent.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -30,85 +28,66 @@ if TYPE_CHECKING:
 MIN_FINGERS: Final = 5  # of a database
 MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
 CONFIDENCE: Final = 0.95
-
-
-class Interval(NamedTuple):
-    """The limits between which a rate lies, as fractions."""
-
-    low: float
-    high: float
-
-    @property
-    def excludes_zero(self) -> bool:
-        """Whether zero lies outside."""
-        return self.low > 0 or self.high < 0
+BOOTSTRAP: Final = "bootstrap"
+CLOPPER_PEARSON: Final = "clopper-pearson"
+_CHANCE: Final = 0.5  # the EER of guessing, which no limit of an EER exceeds
 
 
 @dataclass(frozen=True, slots=True)
-class ExactBound:
-    """The basis of an interval with one limit: the method, and the independent trials.
+class Interval:
+    """The limits between which a rate lies, as fractions, and the method that gives them.
 
-    A trial is a `unit`: "finger", "pair of fingers", "subject" or, where the fingers are not known,
-    "comparison". The limit is `CONFIDENCE` sure where in none of the `units`, or in each of them,
-    the rate shows.
+    By Clopper and Pearson there is one limit: in none of the `trials`, or in each of them, the rate
+    shows. A trial is a `unit`: "finger", "pair of fingers", "subject" or, where the fingers are not
+    known, "comparison".
     """
 
-    unit: str
-    units: int
-    method: str = "clopper-pearson"
-
-    def interval(self, rate: float) -> Interval:
-        """Return the limit of a rate that is 0 or 1, and that rate.
-
-        Of n trials without an error the upper limit p solves (1 - p)^n = 1 - `CONFIDENCE`.
-        """
-        least = (1 - CONFIDENCE) ** (1 / self.units)
-        return Interval(least, 1.0) if rate else Interval(0.0, 1 - least)
+    low: float
+    high: float
+    method: str = BOOTSTRAP
+    trials: int = 0
+    unit: str = ""
 
 
-def exact_bound(rate: str, trials: Sequence[Trials], *, mean: bool = False) -> ExactBound:
-    """Return the basis of the limit of a rate of databases pooled, or of their mean.
+def rate_interval(
+    name: str,
+    rate: float | None,
+    draws: NDArray[np.float64] | None,
+    trials: Sequence[Trials],
+    *,
+    mean: bool = False,
+) -> Interval | None:
+    """Return the interval of the rate called `name`, of databases pooled or of their `mean`.
 
-    Of the EER it is that of FNMR or FMR, whichever has fewer trials and so the higher limit.
+    `draws` are its bootstrap replicates. There is no interval where there are too few fingers.
     """
-    genuine = combined([_fnmr_bound(t) for t in trials], mean=mean)
-    if rate != "eer":
-        return genuine
-    impostor = combined([_fmr_bound(t) for t in trials], mean=mean)
-    return min(genuine, impostor, key=lambda bound: bound.units)
+    enough = draws is not None and all(map(_are_enough, trials))
+    drawn = interval_of(draws) if enough and draws is not None else None
+    if rate is None or 0 < rate < 1:
+        return drawn
+    known = all(one.fingers for one in trials)
+    counts = [_count(name, one) for one in trials]
+    number = len(counts) * min(counts) if mean else sum(counts)
+    unit = ("pair of fingers" if name == "eer" else "finger") if known else "comparison"
+    return wider(drawn, exact_interval(rate, number, unit, highest=_CHANCE if name == "eer" else 1))
 
 
-def combined(bounds: Sequence[ExactBound], *, mean: bool = False) -> ExactBound:
-    """Return the basis of the limit of databases pooled, or of their mean, from that of each.
+def exact_interval(rate: float, trials: int, unit: str, *, highest: float = 1) -> Interval | None:
+    """Return the limit of a rate of 0 or 1; None without trials, or if it exceeds `highest`."""
+    from scipy.stats import binomtest  # noqa: PLC0415  (imports for half a second)
 
-    The mean is at most as high as if each database had as few trials as the smallest.
-    """
-    units = [one.units for one in bounds]
-    unit = " or ".join(dict.fromkeys(one.unit for one in bounds))
-    return ExactBound(unit, len(units) * min(units) if mean else sum(units))
-
-
-def drawn_or_exact(
-    rate: float, drawn: Interval | None, bound: ExactBound | None
-) -> tuple[Interval | None, ExactBound | None]:
-    """Return the wider of the bootstrap interval and, of a rate of 0 or 1, the exact limit.
-
-    The second result is `bound` where the limit is that.
-    """
-    if bound is None or rate not in {0.0, 1.0}:
-        return drawn, None
-    exact = bound.interval(rate)
-    if drawn is not None and drawn.high - drawn.low > exact.high - exact.low:
-        return drawn, None
-    return exact, bound
+    if not trials:
+        return None
+    side: Literal["greater", "less"] = "greater" if rate else "less"
+    limits = binomtest(trials if rate else 0, trials, alternative=side).proportion_ci(CONFIDENCE)
+    low, high = (float(limits.low), 1.0) if rate else (0.0, float(limits.high))
+    return Interval(low, high, CLOPPER_PEARSON, trials, unit) if high <= highest else None
 
 
-def enough_for_interval(trials: Trials) -> bool:
-    """Return whether there are enough fingers or, where they are not known, comparisons."""
-    if trials.fingers:
-        return trials.fingers >= MIN_FINGERS
-    genuine = int(trials.genuine.sum())
-    return min(genuine, trials.genuine.size - genuine) >= MIN_COMPARISONS
+def wider(drawn: Interval | None, exact: Interval | None) -> Interval | None:
+    """Return the wider of two intervals, either of which may be missing."""
+    known = [one for one in (exact, drawn) if one is not None]
+    return max(known, key=lambda one: one.high - one.low, default=None)
 
 
 def interval_of(draws: NDArray[np.float64]) -> Interval | None:
@@ -123,27 +102,37 @@ def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     return Interval(float(low), float(high))
 
 
-def _fnmr_bound(trials: Trials) -> ExactBound:
-    """Take each finger with genuine pairs as one trial."""
-    if not trials.fingers:
-        return ExactBound("comparison", int(trials.genuine.sum()))
-    return ExactBound("finger", np.unique(trials.probe[trials.genuine]).size)
+def interval_json(interval: Interval | None) -> list[float] | None:
+    """Return the limits as JSON values."""
+    return None if interval is None else [interval.low, interval.high]
 
 
-def _fmr_bound(trials: Trials) -> ExactBound:
-    """Take pairs of fingers as trials, as many of those compared as have no finger in common.
+def bound_json(interval: Interval | None) -> dict[str, Any] | None:
+    """Return the basis of an interval with one limit as JSON values; None for any other."""
+    if interval is None or interval.method == BOOTSTRAP:
+        return None
+    return {"unit": interval.unit, "units": interval.trials, "method": interval.method}
 
-    It is the greatest fractional matching, rounded down: half of the fingers in all pairs of them.
+
+def _are_enough(trials: Trials) -> bool:
+    """Return whether there are enough fingers or, where they are not known, comparisons."""
+    if trials.fingers:
+        return trials.fingers >= MIN_FINGERS
+    genuine = int(trials.genuine.sum())
+    return min(genuine, trials.genuine.size - genuine) >= MIN_COMPARISONS
+
+
+def _count(name: str, trials: Trials) -> int:
+    """Return the number of independent trials of a database for a rate of 0 or 1.
+
+    For the EER it is that of the FNMR or of the FMR, whichever has fewer and so the higher limit.
     """
-    from scipy.sparse import coo_array  # noqa: PLC0415
-    from scipy.sparse.csgraph import maximum_bipartite_matching  # noqa: PLC0415
-
-    impostor = ~trials.genuine
+    genuine = trials.genuine
     if not trials.fingers:
-        return ExactBound("comparison", int(impostor.sum()))
-    pairs = trials.probe[impostor], trials.reference[impostor]
-    sides = np.concatenate(pairs), np.concatenate(pairs[::-1])
-    shape = (trials.fingers, trials.fingers)
-    compared = coo_array((np.ones(sides[0].size), sides), shape=shape).tocsr()
-    matched = int(np.count_nonzero(maximum_bipartite_matching(compared) >= 0))
-    return ExactBound("pair of fingers", matched // 2)
+        of_kinds = [int(genuine.sum()), int((~genuine).sum())]
+        return min(of_kinds) if name == "eer" else of_kinds[0]
+    mated = np.unique(trials.probe[genuine]).size
+    if name != "eer":
+        return mated
+    others = np.unique([trials.probe[~genuine], trials.reference[~genuine]]).size
+    return min(mated, others // 2)

@@ -24,10 +24,8 @@ from fpmatch.lab.evaluation.rates.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTR
 from fpmatch.lab.evaluation.rates.error_rates import FMR_LIMITS, error_rates, threshold_at_fmr
 from fpmatch.lab.evaluation.rates.intervals import (
     MIN_FINGERS,
-    ExactBound,
     Interval,
-    combined,
-    exact_bound,
+    interval_json,
     interval_of,
 )
 from fpmatch.lab.evaluation.rates.scores_set import Trials
@@ -40,62 +38,53 @@ if TYPE_CHECKING:
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
 
 DECISION_FMRS: Final = (FMR_LIMITS["fmr1000"], FMR_LIMITS["fmr100"])
-"""Decisions, and errors by quality, are those at the first of these that the pairs allow."""
-
-
-NO_CHANGE: Final = Interval(0.0, 0.0)
+"""Decisions are those at the first of these that the pairs allow."""
 
 
 @dataclass(frozen=True, slots=True)
 class RateDifference:
     """A rate before and now, over the pairs that both runs compared.
 
-    `interval` is the 95 % interval of ``now - before``; None where there are too few fingers.
-    `bound` is its basis where no draw changes the rate though the order of the scores changed: 0 of
-    its trials changed.
+    `interval` is the 95 % interval of ``now - before``; None where there are too few fingers, or
+    where neither the rates nor those of any draw differ, which is then "no change".
     """
 
     rate: str
     before: float
     now: float
     interval: Interval | None
-    bound: ExactBound | None = None
+    verdict: str
 
-    @property
-    def verdict(self) -> str:
-        """Whether the rate got better or worse."""
-        if self.now == self.before and self.interval == NO_CHANGE:
-            return "no change"
-        if self.interval is None:
-            return "too few fingers to tell"
-        if not self.interval.excludes_zero:
-            return "within chance"
-        return "better" if self.now < self.before else "worse"
-
-
-@dataclass(frozen=True, slots=True)
-class ChangedPair:
-    """Name a genuine pair that only one run accepts: its database and its two images."""
-
-    set: str
-    probe: str
-    reference: str
+    @classmethod
+    def of(
+        cls, rate: str, before: float, now: float, draws: NDArray[np.float64] | None
+    ) -> RateDifference:
+        """Return the difference; `draws` are bootstrapped ones, None with too few fingers."""
+        interval = None if draws is None else interval_of(draws)
+        if draws is not None and now == before and not np.nan_to_num(draws).any():
+            return cls(rate, before, now, None, "no change")
+        if interval is None:
+            return cls(rate, before, now, None, "too few fingers to tell")
+        if interval.low <= 0 <= interval.high:
+            return cls(rate, before, now, interval, "within chance")
+        return cls(rate, before, now, interval, "better" if now < before else "worse")
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionChange:
     """The changed decisions on genuine pairs, all databases under one threshold.
 
-    Either run has its threshold at the false match rate `fmr`. `gained` and `lost` are the pairs
-    that only the later, and only the earlier run accepts. `mcnemar_p` is the p-value of McNemar's
-    exact test: the probability of a split as uneven if neither run is better.
+    Either run has its threshold at the false match rate `fmr`. `mcnemar_p` is the p-value of
+    McNemar's exact test: the probability of a split as uneven if neither run is better. `gained`
+    and `lost` are the pairs that only the later, and only the earlier run accepts: database, probe
+    and reference of each.
     """
 
+    mcnemar_p: float
     fmr: float
     genuine: int
-    gained: tuple[ChangedPair, ...]
-    lost: tuple[ChangedPair, ...]
-    mcnemar_p: float
+    gained: tuple[dict[str, str], ...]
+    lost: tuple[dict[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +101,7 @@ class SetComparison:
             d.rate: {
                 "before": d.before,
                 "now": d.now,
-                "change_interval": d.interval,
-                "change_bound": d.bound and asdict(d.bound),
+                "change_interval": interval_json(d.interval),
                 "verdict": d.verdict,
             }
             for d in self.differences
@@ -140,10 +128,6 @@ class RunComparison:
     pooled: SetComparison
     decisions: DecisionChange | None
 
-    def titles(self) -> tuple[str, str]:
-        """Return the column titles of the two runs: their matchers, where these differ."""
-        return ("before", "now") if self.before in {"", self.now} else (self.before, self.now)
-
     def shown(self) -> list[tuple[SetComparison, tuple[RateDifference, ...]]]:
         """Return the rates that tables have: the EER of each database, and all of mean and pooled.
 
@@ -157,21 +141,26 @@ class RunComparison:
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values; rates as fractions."""
         return {
-            **asdict(self),
+            "before": self.before,
+            "now": self.now,
+            "only_before": self.only_before,
+            "only_now": self.only_now,
+            "identical": self.identical,
             "sets": [one.as_json() for one in self.sets],
             "mean": self.mean.as_json(),
             "pooled": self.pooled.as_json(),
+            "decisions": None if self.decisions is None else asdict(self.decisions),
         }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Common:
-    """The pairs that both runs compared, in one order."""
+    """The pairs of a database that both runs compared, in one order, and their names."""
 
-    now: ScoresSet
-    rows: NDArray[np.intp]  # of `now`
+    name: str
     before: Trials
-    after: Trials
+    now: Trials
+    pairs: list[tuple[str, str]]
 
 
 def compare_runs(
@@ -185,37 +174,29 @@ def compare_runs(
 
     Raises a `DatasetError` if they have no genuine or no impostor pair in common.
     """
-    earlier = {one.name: one for one in before}
-    common = [_in_common(earlier[one.name], one) for one in now if one.name in earlier]
+    common = common_pairs(before, now)
     if not common:
-        raise DatasetError(
-            "the two runs have no database in common: "
-            f"{', '.join(sorted(earlier))}; {', '.join(one.name for one in now)}"
-        )
-    common = [c for c in common if c.after.genuine.any() and not c.after.genuine.all()]
-    if not common:
-        raise DatasetError("the two runs have no genuine and impostor pairs in common")
-    rates_before, rates_now = (
-        bootstrap_rates(trials, bootstrap, seed)
-        for trials in ([c.before for c in common], [c.after for c in common])
-    )
-    enough = [c.after.fingers >= MIN_FINGERS for c in common]
+        names = "; ".join(", ".join(sorted(one.name for one in run)) for run in (before, now))
+        raise DatasetError(f"the two runs have no genuine and impostor pairs in common: {names}")
+    earlier, later = [one.before for one in common], [one.now for one in common]
+    rates_before, rates_now = (bootstrap_rates(run, bootstrap, seed) for run in (earlier, later))
+    enough = [bootstrap > 0 and one.fingers >= MIN_FINGERS for one in later]
+    changes = rates_now.sets - rates_before.sets
     sets = tuple(
-        _compare(c.now.name, [c], rates_now.sets[k] - rates_before.sets[k] if enough[k] else None)
-        for k, c in enumerate(common)
+        _compare(one.name, [one], changes[k] if enough[k] else None) for k, one in enumerate(common)
     )
-    shared = sum(one.pairs for one in sets)
     of_mean = of_pooled = None
     if all(enough):
         of_mean = rates_now.mean - rates_before.mean
         of_pooled = rates_now.pooled - rates_before.pooled
-    similarity_before, similarity_now, _ = _pooled(common)
+    shared = sum(one.pairs for one in sets)
+    same = [np.count_nonzero(one.before.similarity == one.now.similarity) for one in common]
     return RunComparison(
         before=before[0].matcher,
         now=now[0].matcher,
         only_before=sum(one.probe.size for one in before) - shared,
         only_now=sum(one.probe.size for one in now) - shared,
-        identical=int(np.count_nonzero(similarity_now == similarity_before)),
+        identical=int(sum(same)),
         sets=sets,
         mean=_mean(sets, of_mean),
         pooled=_compare("pooled", common, of_pooled),
@@ -223,30 +204,34 @@ def compare_runs(
     )
 
 
-def have_common_pairs(before: Sequence[ScoresSet], now: Sequence[ScoresSet]) -> bool:
-    """Return whether `compare_runs` finds genuine and impostor pairs in both."""
+def common_pairs(before: Sequence[ScoresSet], now: Sequence[ScoresSet]) -> list[_Common]:
+    """Return the pairs of each database that both runs compared, if some of either kind are."""
     earlier = {one.name: one for one in before}
     common = [_in_common(earlier[one.name], one) for one in now if one.name in earlier]
-    return any(c.after.genuine.any() and not c.after.genuine.all() for c in common)
+    return [one for one in common if one.now.genuine.any() and not one.now.genuine.all()]
 
 
 def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     """Find the pairs of one database that both runs compared, whichever print came first."""
     number = {name: k for k, name in enumerate(now.prints)}
     renumbered = np.array([number.get(name, -1) for name in before.prints], np.intp)
-    known = (renumbered[before.probe] >= 0) & (renumbered[before.reference] >= 0)
-    earlier = np.flatnonzero(known)
+    sides = renumbered[before.probe], renumbered[before.reference]
+    earlier = np.flatnonzero((sides[0] >= 0) & (sides[1] >= 0))
     size = len(now.prints)
-    keys = _keys(renumbered[before.probe[earlier]], renumbered[before.reference[earlier]], size)
     _, at_before, at_now = np.intersect1d(
-        keys, _keys(now.probe, now.reference, size), return_indices=True
+        _keys(sides[0][earlier], sides[1][earlier], size),
+        _keys(now.probe, now.reference, size),
+        return_indices=True,
     )
-    t, count = now.trials, at_now.size
-    both = np.concatenate([t.probe[at_now], t.reference[at_now]])
-    fingers, flat = np.unique(both, return_inverse=True)
-    trials = Trials(t.similarity[at_now], flat[:count], flat[count:], int(fingers.size))
-    similarity_before = before.trials.similarity[earlier[at_before]]
-    return _Common(now, at_now, replace(trials, similarity=similarity_before), trials)
+    t = now.trials
+    both = t.probe[at_now], t.reference[at_now]
+    if t.fingers:  # those of the common pairs alone are drawn
+        fingers, flat = np.unique(np.concatenate(both), return_inverse=True)
+        both = flat[: at_now.size], flat[at_now.size :]
+    trials = Trials(t.similarity[at_now], *both, fingers.size if t.fingers else 0)
+    similarity = before.trials.similarity[earlier[at_before]]
+    names = [(now.prints[now.probe[k]], now.prints[now.reference[k]]) for k in at_now.tolist()]
+    return _Common(now.name, replace(trials, similarity=similarity), trials, names)
 
 
 def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> NDArray[np.intp]:
@@ -259,8 +244,8 @@ def _pooled(
     """Return similarities before and now, and which pairs are genuine, of all databases."""
     return (
         np.concatenate([c.before.similarity for c in common]),
-        np.concatenate([c.after.similarity for c in common]),
-        np.concatenate([c.after.genuine for c in common]),
+        np.concatenate([c.now.similarity for c in common]),
+        np.concatenate([c.now.genuine for c in common]),
     )
 
 
@@ -268,20 +253,18 @@ def _compare(
     name: str, common: Sequence[_Common], draws: NDArray[np.float64] | None
 ) -> SetComparison:
     """Compare the rates; `draws` are bootstrapped differences, None with too few fingers."""
-    from scipy.stats import rankdata  # noqa: PLC0415
-
     before, now, genuine = _pooled(common)
     was, is_now = (error_rates(s[genuine], s[~genuine]) for s in (before, now))
-    same_order = np.array_equal(rankdata(before), rankdata(now))
-    differences = []
-    for column, rate in enumerate(BOOTSTRAPPED):
-        if getattr(is_now, rate) is not None:
-            interval, bound = _interval(draws, column), None
-            if interval == NO_CHANGE and not same_order:
-                bound = exact_bound(rate, [c.after for c in common])
-            differences.append(
-                _difference(rate, getattr(was, rate), getattr(is_now, rate), interval, bound)
-            )
+    differences = [
+        RateDifference.of(
+            rate,
+            getattr(was, rate),
+            getattr(is_now, rate),
+            None if draws is None else draws[:, column],
+        )
+        for column, rate in enumerate(BOOTSTRAPPED)
+        if getattr(is_now, rate) is not None
+    ]
     return SetComparison(name, int(genuine.size), tuple(differences))
 
 
@@ -291,32 +274,16 @@ def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64] | None) -> S
     for column, rate in enumerate(BOOTSTRAPPED):
         of_sets = [d for one in sets for d in one.differences if d.rate == rate]
         if len(of_sets) == len(sets):
-            before = float(np.mean([d.before for d in of_sets]))
-            now = float(np.mean([d.now for d in of_sets]))
-            interval, bound = _interval(draws, column), None
-            bounds = [d.bound for d in of_sets if d.bound]
-            if interval == NO_CHANGE and bounds:
-                bound = combined(bounds, mean=True)
-            differences.append(_difference(rate, before, now, interval, bound))
+            before, now = ([getattr(d, when) for d in of_sets] for when in ("before", "now"))
+            drawn = None if draws is None else draws[:, column]
+            differences.append(
+                RateDifference.of(rate, float(np.mean(before)), float(np.mean(now)), drawn)
+            )
     return SetComparison("mean", sum(one.pairs for one in sets), tuple(differences))
 
 
-def _difference(
-    rate: str, before: float, now: float, interval: Interval | None, bound: ExactBound | None
-) -> RateDifference:
-    """Return a difference; with a bound, its interval is what 0 of the bound's trials allow."""
-    if bound is not None:
-        highest = bound.interval(0.0).high
-        interval = Interval(-highest, highest)
-    return RateDifference(rate, before, now, interval, bound)
-
-
-def _interval(draws: NDArray[np.float64] | None, column: int) -> Interval | None:
-    return None if draws is None else interval_of(draws[:, column])
-
-
 def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
-    from scipy.stats import binomtest  # noqa: PLC0415
+    from scipy.stats import binomtest  # noqa: PLC0415  (imports for half a second)
 
     before, now, genuine = _pooled(common)
     for fmr in DECISION_FMRS:
@@ -325,19 +292,15 @@ def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
             break
     else:
         return None
+    names = [(c.name, *pair) for c in common for pair in c.pairs]
     was, accepted = (before > at_before) & genuine, (now > at_now) & genuine
-    gained = tuple(_pair(common, k) for k in np.flatnonzero(accepted & ~was).tolist())
-    lost = tuple(_pair(common, k) for k in np.flatnonzero(was & ~accepted).tolist())
-    changed = len(gained) + len(lost)
-    p_value = float(binomtest(len(lost), changed).pvalue) if changed else 1.0
-    return DecisionChange(fmr, int(genuine.sum()), gained, lost, p_value)
-
-
-def _pair(common: Sequence[_Common], row: int) -> ChangedPair:
-    """Name the pair at a row of the pairs of all databases."""
-    for c in common:
-        if row < c.rows.size:
-            k, prints = c.rows[row], c.now.prints
-            return ChangedPair(c.now.name, prints[c.now.probe[k]], prints[c.now.reference[k]])
-        row -= c.rows.size
-    raise IndexError(row)
+    gained, lost = (
+        tuple(
+            dict(zip(("set", "probe", "reference"), names[k], strict=True))
+            for k in np.flatnonzero(changed).tolist()
+        )
+        for changed in (accepted & ~was, was & ~accepted)
+    )
+    number = len(gained) + len(lost)
+    p_value = float(binomtest(len(lost), number).pvalue) if number else 1.0
+    return DecisionChange(p_value, fmr, int(genuine.sum()), gained, lost)

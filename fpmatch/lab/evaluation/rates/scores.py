@@ -1,16 +1,17 @@
 r"""Read files of scores: of fpmatch, or of any other matcher.
 
-Which pairs are genuine is known from the column ``genuine``; where that is missing or empty, from
-the columns of fingers or else from the names of the prints, FFF_M: finger FFF, impression M.
-Fingers are what genuine pairs join, so that any names will do.
+A file is CSV (comma, semicolon or tab) or Parquet. Its first line names the columns: ``probe`` and
+``reference``, the names of the two prints; ``similarity`` or ``score``; and perhaps ``genuine`` (1
+or 0), ``matcher`` and ``set``, the database. Other columns are not read. A row without a score is a
+comparison that failed. Without a column ``genuine``, or where it is empty, the names of the prints
+contain the finger: FFF_M is finger FFF, impression M.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from array import array
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,26 +19,46 @@ import numpy as np
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE
-from fpmatch.gallery.batch.score_file import LABELS, ScoreTable, open_table
+from fpmatch.gallery.listing.csv_rows import csv_rows
+from fpmatch.gallery.listing.entry import NamePattern
+from fpmatch.gallery.listing.folders import natural_key
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, filled, unnamed_set
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
-_READ: Final = (
-    *("matcher", "set", "probe", "reference", "probe_finger", "reference_finger", "genuine"),
-    *("reason", "overlap", "probe_quality", "reference_quality"),
-)
-SIDES: Final = ("probe", "reference")
+    FingerOf = Callable[[str], str | None]
+
 _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
-_UNKNOWN: Final = -1
+_LABELS: Final = {"1": True, "genuine": True, "0": False, "impostor": False}
+_NO_SCORE: Final = frozenset({"", "nan", "na", "none", "null"})
+_FORM: Final = (
+    "the first line names the columns: probe, reference, similarity or score, perhaps genuine"
+)
+_NEEDS_PYARROW: Final = "Parquet needs pyarrow: pip install 'fpmatch[parquet]'"
 
 
-def finger_of_fvc_name(name: str) -> str | None:
-    """Return the finger of a print named FFF_M, without leading zeros; None for other names."""
+def finger_in_name(pattern: str | None = None) -> FingerOf:
+    """Return the function that finds the finger in the name of a print, None where there is none.
+
+    `pattern` is as for `fpmatch.gallery.listing.entry.NamePattern`; by default prints are named
+    FFF_M, and the finger is FFF without leading zeros.
+    """
+    if pattern is None:
+        return _finger_of_fvc_name
+    names = NamePattern(pattern)
+
+    def finger_of(name: str) -> str | None:
+        label = names.label(Path(name))
+        return None if label is None else repr(label.of_finger)
+
+    return finger_of
+
+
+def _finger_of_fvc_name(name: str) -> str | None:
     parts = _PRINT_NAME.fullmatch(name)
     return None if parts is None else str(int(parts[1]))
 
@@ -47,17 +68,18 @@ def read_scores(
     *,
     name: str | None = None,
     distances: bool = False,
-    finger_of: Callable[[str], str | None] = finger_of_fvc_name,
+    finger_of: Callable[[str, str], str | None] = lambda _, one: _finger_of_fvc_name(one),
 ) -> list[ScoresSet]:
-    r"""Read a file of scores by matcher and database; docs/reference/results.md has the formats.
+    r"""Read a file of scores by matcher and database; this module describes the form.
 
     Comparisons of a print with itself are left out, and pairs that come in both orders count once
-    if both have the same score. `path`: CSV, columns separated by spaces or tabs, or Parquet; with
-    or without names of columns. `name`: name of the database where there is no column ``set``
+    if both have the same score. `name`: name of the database where there is no column ``set``
     (default: that of the file). `distances`: whether lower is more similar; the similarities are
-    then the distances, negative. `finger_of`: returns the finger in the name of a print, None where
-    it contains none. Raises a `DatasetError` if the file is missing, no file of scores, or empty;
-    for a malformed row, with its line and column.
+    then the distances, negative. `finger_of`: returns the finger of a print from the names of its
+    database and of the print, None where it is not known. Where the finger of any print is not
+    known, that of none is: all rows must then state ``genuine``.
+    Raises a `DatasetError` if the file is missing, no file of scores, or empty; for a malformed
+    row or one that contradicts the names or another row, with its line.
 
     Examples
     --------
@@ -71,42 +93,60 @@ def read_scores(
     >>> scores.name, scores.prints, scores.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])
     """
-    name = Path(path).stem if name is None else name
-    table = open_table(path)
-    if {"genuine", "impostor"} <= set(table.places):
-        kinds = _scores_in(table, ("genuine", "impostor"), distances=distances)
-        return [unnamed_set(*kinds, name=name, distances=distances)]
-    role = _score_column(table, distances=distances)
-    by_set: dict[tuple[str, str], ScoreRows] = {}
-    for line, cells in table.cells([*_READ, role]):
-        key = str(cells[0]), str(cells[1]) or name
-        if key not in by_set:
-            by_set[key] = ScoreRows(table, role, finger_of)
-        by_set[key].add(line, *cells[2:])
+    rows = _rows_of(path)
+    line, head = next(rows, (0, []))
+    places = {str(cell).strip().casefold(): k for k, cell in enumerate(head)}
+    score = next((places[one] for one in ("similarity", "score") if one in places), None)
+    if score is None or not {"probe", "reference"} <= places.keys():
+        raise DatasetError(f"line {line}: not a file of scores: {_FORM}", path=path)
+    read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference")]
+    beside = places.get("genuine", -1), places.get("reason", -1)
+    by_set: dict[tuple[str, str], _Rows] = {}
+    for line, row in rows:
+        cells = [*row, *[""] * (len(head) - len(row)), ""]
+        if len(row) > len(head):
+            raise _error(path, line, f"{len(row)} columns instead of {len(head)}")
+        matcher, of_set, probe, reference = (str(cells[k]) for k in read)
+        genuine, reason = (str(cells[k]).strip().casefold() for k in beside)
+        if not (probe and reference):
+            raise _error(path, line, "no name of a print")
+        if genuine and genuine not in _LABELS:
+            raise _error(path, line, f"genuine must be 1 or 0, not {genuine!r}")
+        value = math.nan if reason == NO_TEMPLATE else _number(path, line, cells[score])
+        key = matcher, of_set or (Path(path).stem if name is None else name)
+        by_set.setdefault(key, _Rows(path)).add(
+            line, probe, reference, _LABELS.get(genuine), -value if distances else value
+        )
     if not by_set:
         raise DatasetError("holds no comparison", path=path)
-    sets = [rows.as_set(*key, distances=distances) for key, rows in by_set.items()]
-    return [replace(one, note=table.note) for one in sets]
+    return [
+        rows.as_set(matcher, of_set, finger_of, distances=distances)
+        for (matcher, of_set), rows in by_set.items()
+    ]
 
 
 def read_genuine_and_impostor(
     genuine: str | os.PathLike[str], impostor: str | os.PathLike[str], *, distances: bool = False
 ) -> ScoresSet:
-    """Read genuine scores from one file and impostor scores from another, as PyEER takes them.
+    """Read genuine scores from one file and impostor scores from another.
 
-    The scores are in the last column, unless a first line names the columns. Prints and fingers
-    stay unknown. Errors are those of `read_scores`.
+    The scores are in the last column; a first line may name the columns. Prints and fingers stay
+    unknown. Raises a `DatasetError` if a file cannot be read, or has something else than scores.
     """
     kinds = []
     for path in (genuine, impostor):
-        table = open_table(path, last=True)
-        role = _score_column(table, distances=distances)
-        kinds += _scores_in(table, [role], distances=distances)
-    return unnamed_set(*kinds, name="scores", distances=distances)
+        values = []
+        for n, (line, row) in enumerate(_rows_of(path)):
+            if n or _is_number(row[-1]):
+                values.append(_number(path, line, row[-1]))
+        if not values:
+            raise DatasetError("holds no score", path=path)
+        kinds.append(np.array(values) * (-1 if distances else 1))
+    return unnamed_set(*kinds, distances=distances)
 
 
 def choose_matcher(
-    sets: list[ScoresSet], matcher: str, path: str | os.PathLike[str]
+    sets: Sequence[ScoresSet], matcher: str, path: str | os.PathLike[str]
 ) -> list[ScoresSet]:
     """Return the sets that a matcher, or an unknown one, scored; DatasetError if there are none."""
     chosen = [one for one in sets if one.matcher in {"", matcher}]
@@ -116,203 +156,140 @@ def choose_matcher(
     return chosen
 
 
-def _score_column(table: ScoreTable, *, distances: bool) -> str:
-    """Return the column of scores; raise a DatasetError if distances must be declared."""
-    if distances and "distance" in table.places:
-        return "distance"
-    if "similarity" in table.places:
-        return "similarity"
-    if "distance" not in table.places:
-        raise DatasetError(
-            "no column 'similarity', 'score' or 'distance', but several kinds of scores",
-            path=table.path,
-        )
-    message = "distances, of which lower ones are more similar, need --distances"
-    raise DatasetError(f"{table.column('distance')}: {message}", path=table.path)
-
-
-def _scores_in(
-    table: ScoreTable, roles: Sequence[str], *, distances: bool
-) -> list[NDArray[np.float64]]:
-    """Return the scores in some columns, without empty cells; NaN where a comparison failed."""
-    columns: list[array[float]] = [array("d") for _ in roles]
-    for line, cells in table.cells(roles):
-        for values, role, cell in zip(columns, roles, cells, strict=True):
-            if cell != "":
-                values.append(table.number(role, line, cell))
-    arrays = [np.array(values, np.float64) for values in columns]
-    return [-values if distances else values for values in arrays]
-
-
 @dataclass(slots=True)
-class ScoreRows:
-    """The rows of one database, gathered in little space and checked.
+class _Rows:
+    """The rows of one database; prints are numbered as they come."""
 
-    A node is a print or, where prints have no names, a finger.
-    """
+    path: str | os.PathLike[str]
+    prints: dict[str, int] = field(default_factory=dict)  # by name
+    line: list[int] = field(default_factory=list)
+    pairs: list[tuple[int, int]] = field(default_factory=list)
+    genuine: list[bool | None] = field(default_factory=list)
+    similarity: list[float] = field(default_factory=list)
 
-    table: ScoreTable
-    score: str  # the column of scores
-    finger_of: Callable[[str], str | None]
-    node: dict[str, int] = field(default_factory=dict)  # by name
-    finger: dict[int, str] = field(default_factory=dict)  # of nodes, where the file has it
-    quality: dict[int, float] = field(default_factory=dict)
-    line: array[int] = field(default_factory=lambda: array("q"))
-    probe: array[int] = field(default_factory=lambda: array("q"))
-    reference: array[int] = field(default_factory=lambda: array("q"))
-    genuine: array[int] = field(default_factory=lambda: array("b"))
-    similarity: array[float] = field(default_factory=lambda: array("d"))
-    overlap: array[float] = field(default_factory=lambda: array("d"))
-
-    @property
-    def named(self) -> bool:
-        """Whether the prints have names."""
-        return self.table.places.keys() >= {"probe", "reference"}
-
-    def add(self, line: int, *cells: Any) -> None:
-        """Add a row; raise a DatasetError if it is malformed."""
-        *names, finger_1, finger_2, genuine, reason, overlap, quality_1, quality_2, score = cells
-        fingers = finger_1, finger_2
-        sides = zip(SIDES, names if self.named else fingers, fingers, strict=True)
-        probe, reference = (self._number(line, *side) for side in sides)
-        for side, node, cell in zip(SIDES, (probe, reference), (quality_1, quality_2), strict=True):
-            if cell != "" and node not in self.quality:
-                self.quality[node] = self.table.number(f"{side}_quality", line, cell)
-        kind = str(genuine).strip().casefold()
-        if kind and kind not in LABELS:
-            what = f"must be 1 or 0, not {genuine!r}"
-            raise self._error(f"line {line}, {self.table.column('genuine')}: {what}")
-        if reason == NO_TEMPLATE:
-            score = ""
+    def add(
+        self, line: int, probe: str, reference: str, genuine: bool | None, value: float
+    ) -> None:
+        number = self.prints.setdefault
+        self.pairs.append((number(probe, len(self.prints)), number(reference, len(self.prints))))
         self.line.append(line)
-        self.probe.append(probe)
-        self.reference.append(reference)
-        self.genuine.append(int(LABELS[kind]) if kind else _UNKNOWN)
-        self.similarity.append(self.table.number(self.score, line, score))
-        self.overlap.append(self.table.number("overlap", line, overlap))
+        self.genuine.append(genuine)
+        self.similarity.append(value)
 
-    def _number(self, line: int, side: str, name: Any, finger: Any) -> int:
-        """Return the number of a print; raise a DatasetError if it is of two fingers."""
-        name, finger = str(name), str(finger)
-        if self.named and not name:
-            raise self._error(f"line {line}, {self.table.column(side)}: no name of a print")
-        node = self.node.setdefault(name, len(self.node))
-        if finger and self.finger.setdefault(node, finger) != finger:
-            what = f"{name!r} is of finger {finger!r}, and in an earlier row {self.finger[node]!r}"
-            raise self._error(f"line {line}, {self.table.column(f'{side}_finger')}: {what}")
-        return node
-
-    def _error(self, message: str) -> DatasetError:
-        return DatasetError(message, path=self.table.path)
-
-    def as_set(self, matcher: str, name: str, *, distances: bool) -> ScoresSet:
+    def as_set(
+        self,
+        matcher: str,
+        name: str,
+        finger_of: Callable[[str, str], str | None],
+        *,
+        distances: bool,
+    ) -> ScoresSet:
         """Return the comparisons, each once; raise a DatasetError if they contradict each other."""
-        similarity = np.frombuffer(self.similarity, np.float64)
-        similarity = -similarity if distances else similarity
-        genuine = np.frombuffer(self.genuine, np.int8)
-        if not self.named and not self.finger:
-            self._require_known(genuine == _UNKNOWN)
-            kinds = (similarity[genuine == kind] for kind in (1, 0))
-            return unnamed_set(*kinds, matcher=matcher, name=name, distances=distances)
-        probe = np.frombuffer(self.probe, np.int64).astype(np.intp)
-        reference = np.frombuffer(self.reference, np.int64).astype(np.intp)
-        finger = self._fingers(probe, reference, genuine)
-        compared, lowered = np.isfinite(similarity), filled(similarity)
-        kept = self._kept(probe, reference, lowered) if self.named else np.arange(probe.size)
-        probe, reference = probe[kept], reference[kept]
-        known = np.unique(finger[np.concatenate([probe, reference])])
-        finger = np.searchsorted(known, finger)
-        trials = Trials(lowered[kept], finger[probe], finger[reference], int(known.size))
-        overlap = np.where(compared, np.frombuffer(self.overlap, np.float64), np.nan)[kept]
-        nothing = np.empty(0, np.intp)
+        probe, reference = np.array(self.pairs, np.intp).reshape(-1, 2).T
+        similarity = np.array(self.similarity, np.float64)
+        compared, similarity = np.isfinite(similarity), filled(similarity)
+        fingers = [finger_of(name, one) for one in self.prints]
+        kept = self._kept(probe, reference, similarity)
+        if None in fingers:
+            if None in self.genuine:
+                k = self.genuine.index(None)
+                why = (
+                    "whether the pair is genuine is not known: there is no 1 or 0 in a column "
+                    f"'genuine', and {self._named(k)} are not both named FFF_M"
+                )
+                raise _error(self.path, self.line[k], why)
+            genuine = np.array(self.genuine, bool)
+            trials = Trials.without_fingers(similarity[kept], genuine[kept])
+        else:
+            names = sorted({str(one) for one in fingers}, key=natural_key)
+            number = {one: k for k, one in enumerate(names)}
+            finger = np.array([number[str(one)] for one in fingers], np.intp)
+            same = finger[probe] == finger[reference]
+            stated = zip(self.genuine, same.tolist(), strict=True)
+            wrong = [k for k, (one, by_name) in enumerate(stated) if one is (not by_name)]
+            if wrong:
+                are = "one finger" if same[wrong[0]] else "different fingers"
+                why = f"genuine is {int(not same[wrong[0]])}, but by their names"
+                why += f" {self._named(wrong[0])} are of {are} (--pattern finds fingers in names)"
+                raise _error(self.path, self.line[wrong[0]], why)
+            trials = Trials(
+                similarity[kept], finger[probe[kept]], finger[reference[kept]], len(names)
+            )
         return ScoresSet(
             matcher=matcher,
             name=name,
-            prints=tuple(self.node) if self.named else (),
-            probe=probe if self.named else nothing,
-            reference=reference if self.named else nothing,
+            prints=tuple(self.prints),
+            probe=probe[kept],
+            reference=reference[kept],
             trials=trials,
             compared=compared[kept],
-            quality=self._qualities() if self.named else None,
-            overlap=overlap if np.isfinite(overlap).any() else None,
             distances=distances,
         )
-
-    def _fingers(
-        self, probe: NDArray[np.intp], reference: NDArray[np.intp], genuine: NDArray[np.int8]
-    ) -> NDArray[np.intp]:
-        """Return a number for the finger of each node; genuine pairs are of one finger."""
-        from scipy.sparse import coo_array  # noqa: PLC0415
-        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-        names, unknown = list(self.node), genuine == _UNKNOWN
-        by_name = [self.finger_of(name) for name in names] if self.named else [None] * len(names)
-        if unknown.any() and not self.finger:
-            self.finger |= {k: one for k, one in enumerate(by_name) if one is not None}
-        labelled = np.zeros(len(names), bool)
-        labelled[list(self.finger)] = True
-        self._require_known(unknown & ~(labelled[probe] & labelled[reference]))
-        first: dict[str, int] = {}
-        links = [(k, first.setdefault(one, k)) for k, one in self.finger.items()]
-        joined = np.array(links, np.intp).reshape(-1, 2).T
-        rows = np.concatenate([probe[genuine == 1], joined[0]])
-        columns = np.concatenate([reference[genuine == 1], joined[1]])
-        graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(len(names), len(names)))
-        finger: NDArray[Any] = connected_components(graph, directed=False)[1]
-        wrong = np.flatnonzero((genuine == 0) & (finger[probe] == finger[reference]))
-        if wrong.size:
-            k = wrong[0]
-            pair = f"{names[probe[k]]} and {names[reference[k]]}"
-            what = f"genuine is 0, but by the names or other rows {pair} are of one finger"
-            raise self._error(f"line {self.line[k]}: {what}")
-        numbers = [one for one in by_name if one is not None and one.isdecimal()]
-        if len(numbers) == len(names):  # as the fingers of an evaluation are numbered
-            lowest = np.full(int(finger.max()) + 1, np.inf)
-            np.minimum.at(lowest, finger, np.array(list(map(float, numbers))))
-            finger = np.argsort(np.argsort(lowest, kind="stable"))[finger]
-        return np.asarray(finger, np.intp)
-
-    def _require_known(self, unknown: NDArray[np.bool_]) -> None:
-        """Raise a DatasetError if it is not known whether some pairs are genuine."""
-        if unknown.any():
-            k = int(np.argmax(unknown))
-            what = "whether the pair is genuine is not known: there is no column 'genuine'"
-            if "genuine" in self.table.places:
-                what = f"{self.table.column('genuine')}: whether the pair is genuine is not known"
-            names, pair = list(self.node), ""
-            if self.named:
-                two = " and ".join(repr(names[n[k]]) for n in (self.probe, self.reference))
-                pair = f", and {two} are not named FFF_M (finger FFF, impression M)"
-            raise self._error(f"line {self.line[k]}, {what}{pair}")
 
     def _kept(
         self, probe: NDArray[np.intp], reference: NDArray[np.intp], similarity: NDArray[np.float64]
     ) -> NDArray[np.intp]:
         """Return the rows that are kept: each pair once, none of a print with itself."""
-        size = len(self.node)
+        size = len(self.prints)
         ordered = probe * size + reference
         _, first, again = np.unique(ordered, return_index=True, return_inverse=True)
         differing = np.flatnonzero(similarity != similarity[first[again]])
         if differing.size:
-            k, names = differing[0], list(self.node)
-            pair = f"{names[probe[k]]} and {names[reference[k]]}"
+            k = differing[0]
             earlier = self.line[first[again[k]]]
-            what = f"{pair} are compared again, with another score than in line {earlier}"
-            raise self._error(f"line {self.line[k]}, {self.table.column(self.score)}: {what}")
+            why = f"{self._named(k)} are compared again, with another score than in line {earlier}"
+            raise _error(self.path, self.line[k], why)
         either = np.minimum(probe, reference) * size + np.maximum(probe, reference)
         _, once, again = np.unique(either, return_index=True, return_inverse=True)
         if np.array_equal(similarity, similarity[once[again]]):  # the order does not matter
             first = once
+        # a gallery names a print as its file, without extension
+        stems = ((k, one.rpartition(".")[0]) for k, one in enumerate(self.prints))
+        same = np.array([self.prints.get(stem, k) for k, stem in stems], np.intp)
         kept = np.sort(first)
-        same = self._same_print()
         return np.asarray(kept[same[probe[kept]] != same[reference[kept]]], np.intp)
 
-    def _same_print(self) -> NDArray[np.intp]:
-        """Return for each print the one that is named so without extension, as in a gallery."""
-        stems = ((k, name.rpartition(".")[0]) for k, name in enumerate(self.node))
-        return np.array([self.node.get(stem, k) for k, stem in stems], np.intp)
+    def _named(self, row: int) -> str:
+        names = list(self.prints)
+        return " and ".join(repr(names[k]) for k in self.pairs[row])
 
-    def _qualities(self) -> NDArray[np.float64] | None:
-        """Return the quality of each print; None where none is known."""
-        quality = np.array([self.quality.get(k, math.nan) for k in range(len(self.node))])
-        return quality if np.isfinite(quality).any() else None
+
+def _error(path: str | os.PathLike[str], line: int, why: str) -> DatasetError:
+    return DatasetError(f"line {line}: {why}", path=path, code="malformed row")
+
+
+def _number(path: str | os.PathLike[str], line: int, cell: Any) -> float:
+    """Return the number in a cell, NaN where there is none; infinite numbers are errors."""
+    text = str(cell).strip().casefold()
+    if text in _NO_SCORE:
+        return math.nan
+    if not _is_number(text) or math.isinf(float(text)):
+        raise _error(path, line, f"{cell!r} is not a finite number")
+    return float(text)
+
+
+def _is_number(cell: Any) -> bool:
+    try:
+        float(str(cell))
+    except ValueError:
+        return False
+    return "_" not in str(cell)  # which Python takes for a number
+
+
+def _rows_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[Any]]]:
+    """Yield line number and cells of each row; blank lines and comments are left out."""
+    if Path(path).suffix.lower() != ".parquet":
+        yield from csv_rows(path, DatasetError, exact=True, comments=True)
+        return
+    try:
+        from pyarrow import ArrowException, parquet  # noqa: PLC0415
+    except ImportError as error:
+        raise DatasetError(_NEEDS_PYARROW, path=path) from error
+    try:
+        table = parquet.read_table(path, page_checksum_verification=True)
+    except (ArrowException, ValueError, OSError) as error:
+        raise DatasetError("not a Parquet file of scores, or damaged", path=path) from error
+    yield 1, table.column_names
+    columns = [column.to_pylist() for column in table.columns]
+    for line, row in enumerate(zip(*columns, strict=True), 2):
+        yield line, ["" if cell is None else cell for cell in row]

@@ -26,6 +26,11 @@ class Trials:
     reference: NDArray[np.intp]
     fingers: int
 
+    @classmethod
+    def without_fingers(cls, similarity: Numbers, genuine: NDArray[np.bool_]) -> Trials:
+        """Return comparisons of which it is only known whether they are genuine."""
+        return cls(similarity, np.zeros(genuine.size, np.intp), (~genuine).astype(np.intp), 0)
+
     @property
     def genuine(self) -> NDArray[np.bool_]:
         """Whether both prints show the same finger."""
@@ -39,10 +44,8 @@ class ScoresSet:
     `matcher`, `name`: the matcher and the database. `prints`: names of the images; empty where they
     are not known. `probe`, `reference` (N,): indices into `prints`; shape (0,) where the names are
     not known. `trials`: similarities and fingers. `compared` (N,): False where a side has no
-    template; the similarity is then the lowest. `quality` (number of prints,): quality of each
-    print, 0 to 100; NaN where it is not known. `overlap` (N,): overlap of the prints as placed, as
-    a share of the smaller; NaN where it is not known. `distances`: whether the similarities are
-    distances, taken negatively. `note`: how the file was understood, where that is not certain.
+    template; the similarity is then the lowest. `distances`: whether the similarities are
+    distances, taken negatively.
     """
 
     matcher: str
@@ -52,10 +55,7 @@ class ScoresSet:
     reference: NDArray[np.intp]
     trials: Trials
     compared: NDArray[np.bool_]
-    quality: Numbers | None = None
-    overlap: Numbers | None = None
     distances: bool = False
-    note: str = ""
 
     @property
     def impostors(self) -> Trials:
@@ -65,7 +65,7 @@ class ScoresSet:
 
     @property
     def never_compared(self) -> list[str]:
-        """Names of the prints none of whose comparisons has a score."""
+        """Names of the prints none of whose comparisons has a score: failures to extract."""
         alive = np.zeros(len(self.prints), bool)
         if self.prints:
             alive[self.probe[self.compared]] = alive[self.reference[self.compared]] = True
@@ -78,8 +78,8 @@ class ScoresSet:
 
 
 def unnamed_set(
-    genuine: NDArray[np.float64],
-    impostor: NDArray[np.float64],
+    genuine: Numbers,
+    impostor: Numbers,
     *,
     matcher: str = "",
     name: str = "scores",
@@ -87,51 +87,30 @@ def unnamed_set(
 ) -> ScoresSet:
     """Return scores whose prints and fingers are not known; NaN where a comparison failed."""
     similarity = np.concatenate([genuine, impostor])
-    kind = np.repeat(np.array([0, 1], np.intp), [genuine.size, impostor.size])
-    trials = Trials(filled(similarity), np.zeros(kind.size, np.intp), kind, 0)
+    kind = np.arange(similarity.size) < genuine.size
+    trials = Trials.without_fingers(filled(similarity), kind)
     nothing = np.empty(0, np.intp)
     compared = np.isfinite(similarity)
-    return ScoresSet(matcher, name, (), nothing, nothing, trials, compared, distances=distances)
+    return ScoresSet(matcher, name, (), nothing, nothing, trials, compared, distances)
 
 
-def filled(similarity: NDArray[np.float64]) -> NDArray[np.float64]:
+def filled(similarity: Numbers) -> Numbers:
     """Return similarities with those of failed comparisons as low as any, and not above 0."""
     failed = np.isnan(similarity)
     lowest = min(0.0, float(similarity[~failed].min(initial=0.0)))
     return np.where(failed, lowest, similarity)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Identification:
-    """The results of searching each probe of a database, in the impressions' order.
-
-    `rank` holds the ranks of the probes' own fingers among `fingers`, from 1 on, and `finger` these
-    fingers as indices into the database's.
-    """
-
-    fingers: int
-    rank: NDArray[np.intp]
-    finger: NDArray[np.intp]
-
-    @property
-    def rank_one(self) -> float:
-        """Share of the probes whose own finger comes first."""
-        return float(np.mean(self.rank == 1))
-
-    def match_characteristic(self) -> NDArray[np.float64]:
-        """Return the CMC: the share of the probes with rank at most 1, 2, … `fingers`."""
-        counts = np.bincount(self.rank, minlength=self.fingers + 1)[1:]
-        return np.cumsum(counts) / self.rank.size
-
-
-def identify_all(scores: ScoresSet) -> Identification | None:
+def ranks_of(scores: ScoresSet) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
     """Search each impression of a database among all others, by the similarities of all pairs.
 
-    The result is None where not all pairs were compared (protocol "fvc"), each once, or where there
-    are not two fingers, one of them with two impressions.
+    The result is the rank of each probe's own finger among all fingers, from 1 on, and that finger,
+    in the impressions' order; a finger counts by its most similar impression. It is None where not
+    all pairs were compared (protocol "fvc"), each once, the fingers are not known, or there are not
+    two of them, one with two impressions.
     """
     count, pairs = len(scores.prints), scores.probe.size
-    if not count or pairs != count * (count - 1) // 2:
+    if not count or pairs != count * (count - 1) // 2 or not scores.trials.fingers:
         return None
     fingers = np.zeros(count, np.intp)
     fingers[scores.probe] = scores.trials.probe
@@ -150,4 +129,4 @@ def identify_all(scores: ScoresSet) -> Identification | None:
     own = best[np.arange(probes.size), finger[probes]]
     rank = np.count_nonzero(best >= own[:, np.newaxis], axis=1)  # the own finger is one of them
     as_given = np.argsort(order[probes])
-    return Identification(int(sizes.size), rank[as_given], finger[probes][as_given])
+    return rank[as_given], finger[probes][as_given]

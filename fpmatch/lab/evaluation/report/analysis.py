@@ -1,139 +1,122 @@
-"""Analysis of an evaluation: rates, their intervals, and the comparison with other runs.
+"""Analysis of error rates: their intervals, FNMR at chosen FMRs, and comparison with other runs.
 
 `Report` is the value that is written as text, JSON and page.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP
-from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
-from fpmatch.lab.evaluation.rates.run_comparison import (
-    DECISION_FMRS,
-    compare_runs,
-    have_common_pairs,
+import numpy as np
+
+from fpmatch.lab.evaluation.rates.bootstrap import (
+    BOOTSTRAPPED,
+    DEFAULT_BOOTSTRAP,
+    bootstrap_rates,
+    draw_fingers,
 )
+from fpmatch.lab.evaluation.rates.error_rates import POOLED, fnmr_at_fmr, threshold_at_fmr
+from fpmatch.lab.evaluation.rates.intervals import (
+    BOOTSTRAP,
+    CONFIDENCE,
+    bound_json,
+    interval_json,
+    rate_interval,
+)
+from fpmatch.lab.evaluation.rates.run_comparison import common_pairs, compare_runs
 from fpmatch.lab.evaluation.rates.scores import choose_matcher
-from fpmatch.lab.evaluation.report.operating_points import operating_points, rate_intervals
-from fpmatch.lab.evaluation.report.quality import analyse_quality
-from fpmatch.lab.evaluation.report.rate_text import (
-    INTERVAL_TITLES,
-    RATE_TITLES,
-    bounds_note,
-    change_limits,
-    decisions_sentence,
-    defined_rates,
-    interval_table,
-    limits,
-    percent,
-    points,
-    rate_cells,
-)
-from fpmatch.lab.evaluation.report.results import scores_of
-from fpmatch.printable import text_table
+from fpmatch.lab.evaluation.report.results import split_scores
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Mapping, Sequence
 
-    from fpmatch.lab.evaluation.rates.intervals import ExactBound
-    from fpmatch.lab.evaluation.rates.run_comparison import ChangedPair, RunComparison
+    from numpy.typing import NDArray
+
+    from fpmatch.lab.evaluation.rates.intervals import Interval
+    from fpmatch.lab.evaluation.rates.run_comparison import RunComparison
     from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
-    from fpmatch.lab.evaluation.report.operating_points import OperatingPoint, ReportIntervals
-    from fpmatch.lab.evaluation.report.quality import QualityAnalysis
-    from fpmatch.lab.evaluation.report.results import RatesReport
+    from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 
-_PAIRS_NAMED: Final = 5
+    Intervals = Mapping[str, Interval | None]
+
+WITH_INTERVALS: Final = (*BOOTSTRAPPED, "rank_one")
+"""The rates that have an interval; ZeroFMR and ZeroFNMR depend on one extreme score each."""
+
+
+@dataclass(frozen=True, slots=True)
+class OperatingPoint:
+    """The FNMR of a database at the lowest threshold with at most the false match rate `fmr`.
+
+    `threshold` is the least score that matches, of distances the greatest; None where no pair
+    matches. `fnmr` is None where there are too few impostor pairs, `interval`, the 95 % interval of
+    the FNMR, where there are too few fingers.
+    """
+
+    name: str
+    fmr: float
+    fnmr: float | None
+    threshold: float | None
+    interval: Interval | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the point as JSON values."""
+        return {
+            "name": self.name,
+            "fmr": self.fmr,
+            "fnmr": self.fnmr,
+            "threshold": self.threshold,
+            "interval": interval_json(self.interval),
+            "bound": bound_json(self.interval),
+        }
 
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """One matcher's evaluation, intervals of its rates, and the comparison with a baseline.
+    """One matcher's rates, their 95 % intervals, and the comparison with a baseline.
 
-    `points` are the FNMR at chosen FMRs; `quality` is None where neither quality nor overlap is
-    known.
+    `intervals` has those of each of `WITH_INTERVALS`, by database, then of the mean and of all
+    scores pooled; it is empty without a bootstrap. `points` are the FNMR at chosen FMRs.
     """
 
     report: RatesReport
-    intervals: ReportIntervals | None = None
+    bootstrap: int
+    seed: int
+    intervals: tuple[Intervals, ...] = ()
+    points: tuple[OperatingPoint, ...] = ()
     baseline: RunComparison | None = None
     baseline_name: str = ""
-    points: tuple[OperatingPoint, ...] = ()
-    quality: QualityAnalysis | None = None
-
-    @property
-    def distinct_points(self) -> Sequence[OperatingPoint]:
-        """The points without those of all scores pooled where there is one database."""
-        return self.points[: len(self.points) // 2] if len(self.report.sets) == 1 else self.points
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as JSON values."""
-        beside = {"intervals": self.intervals, "baseline": self.baseline}
-        known: dict[str, Any] = {
-            name: part.as_json() for name, part in beside.items() if part is not None
-        }
-        if self.points:
-            known["fnmr_at_fmr"] = list(map(asdict, self.points))
-        if self.quality is not None:
-            known["quality"] = self.quality.as_json()
-        return {**self.report.as_json(), **known}
-
-    def as_text(self) -> str:
-        """Return everything as tables of text."""
-        return Report((self,)).as_text()
-
-    def tables(self) -> str:
-        """Return the tables without the note on what bounds of intervals are."""
-        parts = [self.report.as_text()]
-        if self.intervals is not None:
-            parts.append(_format_intervals(self.report, self.intervals))
-        if self.points:
-            parts.append(_format_points(self))
-        if self.quality is not None and self.quality.curves:
-            parts.append(_format_discard(self.quality))
+        document = {"matcher": self.report.matcher, **self.report.as_json()}
+        if self.intervals:
+            *sets, mean, pooled = map(_intervals_json, self.intervals)
+            document["intervals"] = {
+                "confidence": CONFIDENCE,
+                "method": BOOTSTRAP,
+                "bootstrap": self.bootstrap,
+                "seed": self.seed,
+                "sets": sets,
+                "mean": mean,
+                "pooled": pooled,
+            }
         if self.baseline is not None:
-            parts.append(format_comparison(self.baseline, self.baseline_name))
-        return "\n\n".join(parts)
+            document["baseline"] = self.baseline.as_json()
+        if self.points:
+            document["fnmr_at_fmr"] = [one.as_json() for one in self.points]
+        return document
 
 
-def analyse(
-    report: RatesReport,
-    *,
-    bootstrap: int = DEFAULT_BOOTSTRAP,
-    seed: int = 0,
-    fmrs: Sequence[float] = (),
-    baseline: Sequence[ScoresSet] | None = None,
-    baseline_name: str = "the baseline",
-) -> Analysis:
-    """Analyse an evaluation.
-
-    `bootstrap` is the number of replicates for the 95 % intervals (0: no intervals). `baseline` is
-    an earlier run: its comparisons by the same matcher, or by its only one, are compared. `fmrs`
-    are false match rates at which the FNMR is reported; errors by quality are those at the first.
-    """
-    comparison = None
-    if baseline is not None:
-        earlier = list(baseline)
-        if len({one.matcher for one in earlier}) > 1:
-            earlier = choose_matcher(earlier, report.matcher, baseline_name)
-        if len(earlier) == len(report.sets) == 1 and earlier[0].name == Path(baseline_name).stem:
-            earlier = [replace(earlier[0], name=report.sets[0].name)]  # named after its file only
-        comparison = compare_runs(earlier, scores_of(report), bootstrap=bootstrap, seed=seed)
-    intervals = rate_intervals(report, bootstrap=bootstrap, seed=seed) if bootstrap else None
-    points = operating_points(report, fmrs, bootstrap=bootstrap, seed=seed)
-    quality = analyse_quality(report, [*fmrs, *DECISION_FMRS])
-    return Analysis(report, intervals, comparison, baseline_name, tuple(points), quality)
+def _intervals_json(intervals: Intervals) -> dict[str, Any]:
+    bounds = {name: bound_json(one) for name, one in intervals.items() if bound_json(one)}
+    return {**{name: interval_json(one) for name, one in intervals.items()}, "bounds": bounds}
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The report of a run: analyses, one a matcher, and the first compared with each other one.
-
-    It is written as text, as JSON, and as a page by `fpmatch.lab.evaluation.report.page`.
-    """
+    """The report of a run: analyses, one a matcher, and the first compared with each other one."""
 
     analyses: tuple[Analysis, ...]
     comparisons: tuple[RunComparison, ...] = ()
@@ -147,149 +130,140 @@ class Report:
         seed: int = 0,
         **options: Any,
     ) -> Report:
-        """Analyse evaluations as `analyse` does, and compare the first with the others.
+        """Analyse results as `analyse` does, and compare the first with the others.
 
-        Matchers without pairs in common with it, or without names of prints, are not compared, and
-        none where a kind of pair is missing.
+        Matchers without pairs in common with it, or without names of prints, are not compared.
         """
         draws: dict[str, Any] = {"bootstrap": bootstrap, "seed": seed}
         analyses = tuple(analyse(one, **draws, **options) for one in results)
-        if results[0].pooled.eer is None:
-            return cls(analyses)
-        first, *others = map(scores_of, results)
-        return cls(
-            analyses,
-            tuple(
-                compare_runs(first, other, **draws)
-                for other in others
-                if have_common_pairs(first, other)
-            ),
-        )
+        first, *others = (one.scores for one in results)
+        compared = [other for other in others if common_pairs(first, other)]
+        return cls(analyses, tuple(compare_runs(first, other, **draws) for other in compared))
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as one JSON object."""
-        each = [{"matcher": one.report.matcher, **one.as_json()} for one in self.analyses]
+        each = [one.as_json() for one in self.analyses]
         if len(each) == 1:
             return each[0]
-        return {
-            "matchers": each,
-            "against_first": [comparison.as_json() for comparison in self.comparisons],
-        }
-
-    def as_text(self) -> str:
-        """Return the report as tables; several matchers are side by side at the end."""
-        first = self.analyses[0]
-        parts = [first.tables()]
-        if len(self.analyses) > 1 or ":" in first.report.matcher:  # which states parameters
-            parts = [f"matcher {one.report.matcher}\n{one.tables()}" for one in self.analyses]
-        if len(self.analyses) > 1:
-            parts.append(_format_matchers([one.report for one in self.analyses]))
-            parts += [format_comparison(one, first.report.matcher) for one in self.comparisons]
-        return "\n\n".join(filter(None, [*parts, self.note_on_bounds]))
-
-    @property
-    def note_on_bounds(self) -> str:
-        """What the limits of intervals are that are not of the bootstrap; "" without any."""
-        return bounds_note(self._bounds())
-
-    def _bounds(self) -> Iterator[ExactBound | None]:
-        """Yield the bases of all intervals, None those of the bootstrap."""
-        for one in self.analyses:
-            if one.intervals is not None:
-                for rates in (*one.intervals.sets, one.intervals.mean, one.intervals.pooled):
-                    yield from rates.bounds.values()
-            yield from (point.bound for point in one.points)
-        baselines = (one.baseline for one in self.analyses if one.baseline)
-        for comparison in (*self.comparisons, *baselines):
-            yield from (d.bound for _, differences in comparison.shown() for d in differences)
+        against = [comparison.as_json() for comparison in self.comparisons]
+        return {"matchers": each, "against_first": against}
 
 
-def _format_matchers(reports: Sequence[RatesReport]) -> str:
-    """Return a line a matcher: of several databases the mean EER, and the rates of all scores."""
-    names = defined_rates(report.pooled for report in reports)
-    several = len(reports[0].sets) > 1
-    mean, pooled = (["mean EER"], "pooled ") if several else ([], "")
-    head = ("side by side", *mean, *(pooled + RATE_TITLES[n] for n in names), "rank-1")
-    rows = (
-        (
-            *(r.matcher, *[percent(r.mean.eer)] * several),
-            *(*rate_cells(r.pooled, names), percent(r.rank_one)),
-        )
-        for r in reports
-    )
-    return text_table([head, *rows])
+def analyse(
+    report: RatesReport,
+    *,
+    bootstrap: int = DEFAULT_BOOTSTRAP,
+    seed: int = 0,
+    fmrs: Sequence[float] = (),
+    baseline: Sequence[ScoresSet] | None = None,
+    baseline_name: str = "the baseline",
+) -> Analysis:
+    """Analyse the rates of a matcher.
 
-
-def _format_intervals(report: RatesReport, intervals: ReportIntervals) -> str:
-    """Return the lines of `RatesReport.as_text` with the intervals of the rates that have one."""
-    rows = [(row.name, one) for row, one in zip(report.sets, intervals.sets, strict=True)]
-    if len(rows) > 1:
-        rows += [("mean", intervals.mean), ("pooled", intervals.pooled)]
-    names = [n for n in INTERVAL_TITLES if any(getattr(one, n) is not None for _, one in rows)]
-    cells = [(title, [one.of(name) for name in names]) for title, one in rows]
-    known = all(row.scores.trials.fingers for row in report.sets)
-    titles = [INTERVAL_TITLES[name] for name in names]
-    return interval_table(titles, cells, "fingers" if known else "comparisons")
-
-
-def _format_points(analysis: Analysis) -> str:
-    """Return a line a database and FMR: the FNMR, its interval, and the threshold."""
-    calibration = calibration_of(analysis.report.matcher)
-    rows = [("FNMR at FMR", "", "FNMR", "95 % interval", "threshold", "score")]
-    for p in analysis.distinct_points:
-        threshold, score = "-", "-"
-        if p.threshold is not None:
-            threshold = f"{p.threshold:.6g}"
-            score = f"{calibration.score(p.threshold):.1f}" if calibration else ""
-        at = f"{100 * p.fmr:.6g} %", percent(p.fnmr), limits(p.interval, p.bound)
-        rows.append((p.name, *at, threshold, score))
-    return text_table(rows if calibration else [row[:-1] for row in rows])
-
-
-def _format_discard(quality: QualityAnalysis) -> str:
-    """Return the FNMR of each database where the prints of lowest quality are discarded."""
-    head = (
-        f"FNMR at FMR {100 * quality.fmr:.6g} %, of the worst prints discarded",
-        *(f"{100 * share:.0f} %" for share in SHARES),
-    )
-    return text_table([head, *((c.name, *map(percent, c.fnmr)) for c in quality.curves)])
-
-
-def format_comparison(comparison: RunComparison, name: str) -> str:
-    """Return the rates before, in the run `name`, and now, and the decisions that changed.
-
-    The table has the EER of each database, then all rates of mean and pooled scores; of one
-    database all its rates.
+    `bootstrap` is the number of replicates for the 95 % intervals (0: no intervals). With ten
+    fingers an interval is rough, and with fewer than five in a database there is none. A rate of 0
+    or 1 has one limit. `baseline` is an earlier run: its comparisons by the same matcher, or by its
+    only one, are compared. `fmrs` are false match rates at which the FNMR is reported.
     """
-    c = comparison
-    by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""
-    lines = [
-        f"{c.now} compared with {name}{by}: {c.pooled.pairs:,} pairs in both, "
-        f"{c.identical:,} with the same similarity"
-    ]
-    cells = [
-        (
-            *(f"{one.name} {RATE_TITLES[d.rate]}", f"{one.pairs:,}"),
-            *(percent(d.before), percent(d.now), points(d.now - d.before)),
-            *(change_limits(d), d.verdict),
-        )
-        for one, differences in c.shown()
-        for d in differences
-    ]
-    lines.append(text_table([(" ", "pairs", *c.titles(), "points", "95 % interval", ""), *cells]))
-    if c.only_before or c.only_now:
-        lines.append(
-            f"left out: {c.only_before:,} pairs that only the earlier run compared, "
-            f"{c.only_now:,} that only this one did"
-        )
-    if c.decisions is not None:
-        lines.append(decisions_sentence(c.decisions))
-        lines += _named("now matching", c.decisions.gained)
-        lines += _named("no longer", c.decisions.lost)
-    return "\n".join(lines)
+    draws = None
+    if bootstrap:
+        draws = bootstrap_rates([one.trials for one in report.scores], bootstrap, seed)
+    return Analysis(
+        report,
+        bootstrap,
+        seed,
+        () if draws is None else tuple(_all_intervals(report, draws, bootstrap, seed)),
+        tuple(_operating_points(report, fmrs, bootstrap, seed)),
+        None if baseline is None else _against(baseline, baseline_name, report, bootstrap, seed),
+        baseline_name,
+    )
 
 
-def _named(label: str, pairs: Sequence[ChangedPair]) -> list[str]:
-    lines = [f"  {label}: {p.set} {p.probe} {p.reference}" for p in pairs[:_PAIRS_NAMED]]
-    rest = len(pairs) - _PAIRS_NAMED
-    return [*lines, f"  {label}: {rest} more"] if rest > 0 else lines
+def _against(
+    baseline: Sequence[ScoresSet], name: str, report: RatesReport, bootstrap: int, seed: int
+) -> RunComparison:
+    """Compare with the run of a file of this name."""
+    earlier = list(baseline)
+    if len({one.matcher for one in earlier}) > 1:
+        earlier = choose_matcher(earlier, report.matcher, name)
+    if len(earlier) == len(report.sets) == 1 and earlier[0].name == Path(name).stem:
+        earlier = [replace(earlier[0], name=report.sets[0].name)]  # named after its file only
+    return compare_runs(earlier, report.scores, bootstrap=bootstrap, seed=seed)
+
+
+def _all_intervals(
+    report: RatesReport, draws: Any, bootstrap: int, seed: int
+) -> list[dict[str, Interval | None]]:
+    """Return the intervals of each database, of the mean, and of all scores pooled."""
+    trials = [one.trials for one in report.scores]
+    hits = [_rank_one_draws(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
+    known = [one for one in hits if one is not None]
+    together = np.sum(known, axis=0) if len(known) == len(hits) else None
+    parts: list[Any] = [
+        (row.rates, row.rank_one, draws.sets[k], hits[k], [trials[k]], False)
+        for k, row in enumerate(report.sets)
+    ]
+    parts.append((report.mean, None, draws.mean, None, trials, True))
+    parts.append((report.pooled, report.rank_one, draws.pooled, together, trials, False))
+    intervals = []
+    for rates, rank_one, of_rates, of_rank, some, mean in parts:
+        of_part = {
+            name: None
+            if (rate := getattr(rates, name)) is None
+            else rate_interval(name, rate, of_rates[:, k], some, mean=mean)
+            for k, name in enumerate(BOOTSTRAPPED)
+        }
+        shares = None if of_rank is None else _shares(*of_rank)
+        of_part["rank_one"] = (
+            None if rank_one is None else rate_interval("rank_one", rank_one, shares, some)
+        )
+        intervals.append(of_part)
+    return intervals
+
+
+def _shares(hits: NDArray[np.float64], searches: NDArray[np.float64]) -> NDArray[np.float64]:
+    with np.errstate(invalid="ignore"):  # a draw without probes has no rate
+        return np.asarray(hits / searches)
+
+
+def _rank_one_draws(
+    row: SetRates, bootstrap: int, seed: int, set_index: int
+) -> NDArray[np.float64] | None:
+    """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
+    if row.ranks is None:
+        return None
+    rank, finger = row.ranks
+    weights = draw_fingers(row.scores.trials.fingers, bootstrap, seed, set_index)[:, finger]
+    return np.stack([weights @ (rank == 1), weights.sum(axis=1)]).astype(np.float64)
+
+
+def _operating_points(
+    report: RatesReport, fmrs: Sequence[float], bootstrap: int, seed: int
+) -> list[OperatingPoint]:
+    """Return the operating points of each database, and of several all, at each FMR."""
+    if not fmrs:
+        return []
+    trials = [one.trials for one in report.scores]
+    draws = bootstrap_rates(trials, bootstrap, seed, fmrs) if bootstrap else None
+    parts: list[tuple[str, Sequence[SetRates], Any]] = [
+        (row.name, [row], None if draws is None else draws.sets[k])
+        for k, row in enumerate(report.sets)
+    ]
+    if len(report.sets) > 1:
+        parts.append((POOLED, report.sets, None if draws is None else draws.pooled))
+    points = []
+    for name, sets, of_part in parts:
+        scores = split_scores(sets)
+        every = np.unique(np.concatenate(scores))
+        sign = -1 if sets[0].scores.distances else 1
+        for column, fmr in enumerate(fmrs, start=1):
+            fnmr, threshold, interval = fnmr_at_fmr(*scores, fmr), None, None
+            highest = threshold_at_fmr(scores[1], fmr)
+            if fnmr is not None and highest is not None:
+                above = every[np.searchsorted(every, highest, side="right") :]
+                threshold = sign * float(above[0]) if above.size else None
+                if of_part is not None:
+                    some = [row.scores.trials for row in sets]
+                    interval = rate_interval("fnmr", fnmr, of_part[:, column], some)
+            points.append(OperatingPoint(name, fmr, fnmr, threshold, interval))
+    return points

@@ -1,251 +1,150 @@
-"""The figures of the page, under one legend: rates, scores, ranks, and errors by quality."""
+"""Figures of error rates: DET curves and distributions of scores, drawn by matplotlib."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from fpmatch.base.output import atomic_write_bytes
+from fpmatch.errors import OutputError
 from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.lab.evaluation.rates.error_rates import POOLED, error_curves
-from fpmatch.lab.evaluation.rates.error_vs_discard import SHARES
-from fpmatch.lab.evaluation.report import svg
-from fpmatch.lab.evaluation.report.det import (
-    IN_PAGE,
-    Curve,
-    det_curves,
-    draw_det,
-    draw_line,
-    in_percent,
-)
+from fpmatch.lab.evaluation.rates.error_rates import error_curves
 from fpmatch.lab.evaluation.report.results import split_scores
+from fpmatch.lab.plots.style import (
+    PLOT_DPI,
+    SERIES_COLOURS,
+    check_plot,
+    figure_bytes,
+    plain_style,
+)
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.report.quality import ErrorBin, QualityAnalysis
     from fpmatch.lab.evaluation.report.results import RatesReport
 
-
-_SIZE: Final = (5.6, 4.4)  # inches; the page scales it
-_ROC_LOWEST_FMR: Final = 1e-4
+_SIZE: Final = (5.6, 4.4)  # inches
+_TICKS: Final = (*(1e-5, 1e-4, 0.001, 0.005, 0.01, 0.02, 0.05), *(0.1, 0.2, 0.4, 0.6, 0.8))
+_HIGHEST: Final = 0.6
+_RULE_OF_30: Final = 30  # errors for a rate within 30 % (ISO/IEC 19795-1)
+_DASHES: Final = ("-", "--", "-.", ":")
+_GENUINE, _IMPOSTOR, _INK, _SHADE = "#00725a", "#b8441a", "#202124", "#eeeeee"
 _BINS: Final = 50
-_MOST_RANKS: Final = 10
-_LEAST_SPAN: Final = 0.9  # axes of shares near 1 begin no higher
-_DASHES: Final = {"-": "", "--": "6 3", "-.": "7 3 2 3", ":": "2 3"}
 
 
-def det_plot(curves: Sequence[Curve], name: str) -> str:
-    """Return the DET curves as `draw_det` draws them; `name` is as for `inline_svg`."""
-    with svg.settings():
-        figure, axes = new_axes()
-        draw_det(axes, curves, IN_PAGE)
-        return svg.inline_svg(figure, name, "DET curves")
+class Curve(NamedTuple):
+    """One line of a plot: scores, greater for more similar prints."""
+
+    label: str
+    genuine: NDArray[np.float64]
+    impostor: NDArray[np.float64]
 
 
-def roc_plot(curves: Sequence[Curve], name: str) -> str:
-    """Draw the share of genuine pairs that match against FMR; else as `det_plot`."""
-    with svg.settings():
-        figure, axes = new_axes()
-        lowest = 1.0
-        for index, curve in enumerate(curves):
-            errors = error_curves(curve.genuine, curve.impostor)
-            draw_line(axes, errors.fmr, 1 - errors.fnmr, index, curve, IN_PAGE)
-            shown = errors.fmr >= _ROC_LOWEST_FMR
-            lowest = min(lowest, float(1 - errors.fnmr[shown].max()))
-        axes.set_xscale("log")
-        ticks = [1e-4, 1e-3, 1e-2, 1e-1, 1.0]
-        axes.set_xticks(ticks, [in_percent(t) for t in ticks])
-        axes.minorticks_off()
-        bottom = min(np.floor(lowest * 20) / 20, _LEAST_SPAN)
-        axes.set(xlim=(_ROC_LOWEST_FMR, 1), ylim=(bottom, 1.002))
-        axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
-        axes.set(xlabel="false match rate, %", ylabel="genuine pairs that match, %")
-        return svg.inline_svg(figure, name, "ROC curves")
+def det_curves(reports: Sequence[RatesReport]) -> list[Curve]:
+    """Return a curve a matcher, of all scores pooled; of one matcher a curve a database, too.
+
+    There are none where a matcher lacks a kind of pair, and none of a database that lacks one.
+    """
+    pooled = [Curve(report.matcher, *split_scores(report.sets)) for report in reports]
+    if not all(curve.genuine.size and curve.impostor.size for curve in pooled):
+        return []
+    if len(reports) > 1:
+        return pooled
+    curves = [Curve(row.name, *split_scores([row])) for row in reports[0].sets]
+    usable = [c for c in curves if c.genuine.size and c.impostor.size]
+    return [*usable, pooled[0]._replace(label="all pooled")] if len(usable) > 1 else usable
 
 
-def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = None) -> str:
-    """Draw the distributions of genuine and impostor scores, called `unit`; mark a threshold."""
-    with svg.settings():
-        figure, axes = new_axes()
-        both = np.concatenate([curve.genuine, curve.impostor])
-        edges = np.linspace(both.min(), max(both.max(), both.min() + 1e-9), _BINS + 1)
-        for values, colour in ((curve.impostor, svg.IMPOSTOR), (curve.genuine, svg.GENUINE)):
-            share = np.histogram(values, edges)[0] / values.size
-            axes.stairs(share, edges, fill=True, color=colour, alpha=0.25)
-            axes.stairs(share, edges, color=colour, linewidth=1.6)
-        axes.set_yscale("log")
-        axes.set_ylim(0.5 / max(curve.genuine.size, curve.impostor.size), 1)
-        axes.yaxis.set_major_formatter(lambda share, _: in_percent(share))
-        axes.minorticks_off()
-        if threshold is not None:
-            axes.axvline(threshold, color=svg.INK, linewidth=1, linestyle="--")
-            axes.text(threshold, 1.02, " default threshold", transform=axes.get_xaxis_transform())
-        axes.set(xlabel=unit, ylabel=f"pairs in each of {_BINS} bins, %")
-        return svg.inline_svg(figure, name, "distributions of scores")
+def save_det(path: str | os.PathLike[str], reports: Sequence[RatesReport]) -> None:
+    """Draw the DET curves of some matchers, all databases pooled; of one matcher, of each database.
+
+    Raises an OutputError as `check_plot`, and where a kind of pair is missing.
+    """
+    check_plot(path)
+    curves = det_curves(reports)
+    if not curves:
+        raise OutputError(f"{path}: a DET needs genuine and impostor pairs")
+    with plain_style():
+        atomic_write_bytes(path, figure_bytes(det_figure(curves), path, PLOT_DPI))
 
 
-def rank_plot(shares: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> str:
-    """Draw the shares of probes whose own finger is at rank 1, 2, … or before, each with a name."""
-    with svg.settings():
-        figure, axes = new_axes()
-        ranks = min(_MOST_RANKS, max(share.size for _, share in shares))
-        for index, (_, share) in enumerate(shares):
-            shown = share[:ranks]
-            look = svg.series_look(index)
-            axes.plot(np.arange(1, shown.size + 1), shown, marker="o", markersize=3.5, **look)
-        lowest = min(float(share[0]) for _, share in shares)
-        axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.005)
-        axes.set_xticks(range(1, ranks + 1))
-        axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
-        axes.set(xlabel="rank", ylabel="own finger at this rank or before, %")
-        return svg.inline_svg(figure, name, "cumulative match characteristic")
+def det_figure(curves: Sequence[Curve]) -> Figure:
+    """Draw FNMR against FMR on axes of normal deviates, on which normal scores give a line.
+
+    The last curve determines the shaded range of unsure rates. See Martin, Doddington, Kamm,
+    Ordowski, Przybocki, "The DET curve in assessment of detection task performance", Eurospeech
+    1997.
+    """
+    from scipy.special import ndtri  # noqa: PLC0415
+
+    figure, axes = _new_axes()
+    low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
+    low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
+    for k, curve in enumerate(curves):
+        errors = error_curves(curve.genuine, curve.impostor)
+        x = ndtri(np.clip(errors.fmr, low_x / 2, 1 - low_x / 2))
+        y = ndtri(np.clip(errors.fnmr, low_y / 2, 1 - low_y / 2))
+        separates = curve.genuine.min() > curve.impostor.max()
+        note = " (a threshold without errors: not in the DET)" * bool(separates)
+        axes.plot(x, y, label=f"{curve.label}{note}", **_look(k))
+    unsure = _RULE_OF_30 / curves[-1].impostor.size
+    axes.axvspan(ndtri(low_x), ndtri(max(unsure, low_x)), color=_SHADE, zorder=0)
+    highest = ndtri(_HIGHEST)
+    axes.plot([-9, highest], [-9, highest], color=_INK, linewidth=0.8, linestyle=":")
+    for set_ticks, low in ((axes.set_xticks, low_x), (axes.set_yticks, low_y)):
+        ticks = [t for t in _TICKS if low <= t <= _HIGHEST]
+        set_ticks([float(ndtri(t)) for t in ticks], [f"{100 * t:.6g}" for t in ticks])
+    axes.set(xlim=(ndtri(low_x), highest), ylim=(ndtri(low_y), highest))
+    axes.set(xlabel="false match rate, %", ylabel="false non-match rate, %")
+    axes.legend(frameon=False)
+    return figure
 
 
-def new_axes() -> tuple[Figure, Axes]:
-    """Return a figure of the page's size, and its axes."""
+def score_figure(report: RatesReport) -> Figure:
+    """Draw the distributions of genuine and impostor scores, with the default threshold."""
+    genuine, impostor = split_scores(report.sets)
+    unit, calibration = "similarity", calibration_of(report.matcher)
+    if report.sets[0].scores.distances:
+        genuine, impostor, unit = -genuine, -impostor, "distance"
+    elif calibration is not None:
+        genuine, impostor = calibration.scores(genuine), calibration.scores(impostor)
+        unit = "score"
+    figure, axes = _new_axes()
+    both = np.concatenate([genuine, impostor])
+    edges = np.linspace(both.min(), max(both.max(), both.min() + 1e-9), _BINS + 1)
+    kinds = ((impostor, "impostor", _IMPOSTOR), (genuine, "genuine", _GENUINE))
+    for values, label, colour in kinds:
+        share = np.histogram(values, edges)[0] / values.size
+        axes.stairs(share, edges, fill=True, color=colour, alpha=0.25)
+        axes.stairs(share, edges, color=colour, linewidth=1.6, label=label)
+    axes.set_yscale("log")
+    axes.set_ylim(0.5 / max(genuine.size, impostor.size), 1)
+    axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.6g}")
+    axes.minorticks_off()
+    if unit == "score":
+        axes.axvline(DEFAULT_THRESHOLD, color=_INK, linewidth=1, linestyle="--")
+        up = axes.get_xaxis_transform()
+        axes.text(DEFAULT_THRESHOLD, 1.02, " default threshold", transform=up)
+    axes.set(xlabel=unit, ylabel=f"pairs in each of {_BINS} bins, %")
+    axes.legend(frameon=False)
+    return figure
+
+
+def _look(index: int) -> dict[str, Any]:
+    """Return colour and dashes of a line by its number."""
+    colour = SERIES_COLOURS[index % len(SERIES_COLOURS)]
+    return {"color": colour, "linestyle": _DASHES[index // len(SERIES_COLOURS) % len(_DASHES)]}
+
+
+def _new_axes() -> tuple[Figure, Axes]:
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     figure = Figure(figsize=_SIZE, layout="constrained")
     return figure, figure.add_subplot()
-
-
-class LegendLine(NamedTuple):
-    """A line of a legend: its label, and its look as SVG attributes."""
-
-    label: str
-    colour: str
-    dashes: str
-    width: float
-
-
-class Figures(NamedTuple):
-    """A legend, and drawings as SVG elements with their captions."""
-
-    legend: list[LegendLine]
-    drawings: list[tuple[str, str]]
-
-
-def matcher_figures(report: RatesReport, number: int) -> Figures:
-    """Return the plots of one matcher, a line a database; `number` makes identifiers unique."""
-    lines = det_curves([report])
-    if not lines:
-        return Figures([], [])
-    drawings = [
-        (
-            det_plot(lines, f"det-{number}"),
-            "DET on axes of normal deviates: FNMR against FMR; further to the lower left is "
-            "better. Shaded: fewer than 30 false matches are left, and rates are unsure.",
-        ),
-        (roc_plot(lines, f"roc-{number}"), "ROC: genuine pairs that match, against FMR."),
-        (_scores(report, number), "Scores of genuine pairs (green) and impostors (orange)."),
-    ]
-    identified = [(row.name, row.identification) for row in report.sets]
-    ranks = [(name, one.match_characteristic()) for name, one in identified if one is not None]
-    if ranks:
-        caption = "CMC: how far down the list of all fingers a print’s own comes."
-        drawings.append((rank_plot(ranks, f"cmc-{number}"), caption))
-    legend = _legend([c.title for c in lines if not c.bold])
-    if lines[-1].bold:
-        legend.append(LegendLine(lines[-1].label, "ink", "", 3.0))
-    return Figures(legend, drawings)
-
-
-def pooled_figures(reports: Sequence[RatesReport]) -> Figures:
-    """Return DET and ROC of several matchers; no drawings where a kind of pair is missing."""
-    curves = det_curves(reports)
-    if not curves:
-        return Figures([], [])
-    of = ", all scores pooled" if len(reports[0].sets) > 1 else ""
-    return Figures(
-        _legend([curve.label for curve in curves]),
-        [(det_plot(curves, "det-all"), f"DET{of}"), (roc_plot(curves, "roc-all"), f"ROC{of}")],
-    )
-
-
-def _scores(report: RatesReport, number: int) -> str:
-    name = f"scores-{number}"
-    genuine, impostor = split_scores(report.sets)
-    if report.sets[0].scores.distances:
-        return score_plot(Curve("", -genuine, -impostor), name, "distance")
-    calibration = calibration_of(report.matcher)
-    if calibration is None:
-        return score_plot(Curve("", genuine, impostor), name, "similarity")
-    scored = Curve("", calibration.scores(genuine), calibration.scores(impostor))
-    return score_plot(scored, name, "score", DEFAULT_THRESHOLD)
-
-
-def _legend(labels: Sequence[str]) -> list[LegendLine]:
-    return [
-        LegendLine(label, svg.colour_name(svg.series_colour(k)), _DASHES[svg.series_dashes(k)], 2.0)
-        for k, label in enumerate(labels)
-    ]
-
-
-def quality_drawings(analysis: QualityAnalysis | None, number: int) -> list[tuple[str, str]]:
-    """Return the drawings with their captions; `number` makes identifiers unique."""
-    if analysis is None:
-        return []
-    at = f"at an FMR of {100 * analysis.fmr:g} %"
-    drawings = []
-    if analysis.curves:
-        caption = (
-            f"Error versus discard: FNMR {at} where the prints of lowest quality are discarded. A "
-            "curve that falls means that quality predicts errors."
-        )
-        if len(analysis.curves) > 1:
-            caption += " Lines as above."
-        drawings.append((_discard_plot(analysis, f"discard-{number}"), caption))
-    if analysis.by_quality:
-        plot = _bar_plot(analysis.by_quality, f"quality-{number}", "quality of the worse print", 1)
-        drawings.append((plot, f"FNMR {at} by the quality of the worse print of a pair."))
-    if analysis.by_overlap:
-        plot = _bar_plot(
-            analysis.by_overlap, f"overlap-{number}", "overlap, % of smaller print", 100
-        )
-        caption = "by how much of the smaller print overlaps, as the matcher placed the two"
-        drawings.append((plot, f"FNMR {at} {caption}."))
-    return drawings
-
-
-def _discard_plot(analysis: QualityAnalysis, name: str) -> str:
-    with svg.settings():
-        figure, axes = new_axes()
-        highest = 0.0
-        for index, curve in enumerate(analysis.curves):
-            pooled = curve.name == POOLED and len(analysis.curves) > 1
-            look = {"color": svg.INK, "linewidth": 2.4} if pooled else svg.series_look(index)
-            left = np.array(curve.genuine) > 0
-            fnmr = np.array(curve.fnmr)[left]
-            axes.plot(np.array(SHARES)[left], fnmr, marker="o", markersize=3.5, **look)
-            highest = max(highest, float(fnmr.max(initial=0.0)))
-        axes.set_ylim(0, 1.08 * highest or 0.01)
-        axes.set_xticks(SHARES, [in_percent(share) for share in SHARES])
-        axes.yaxis.set_major_formatter(lambda share, _: in_percent(share))
-        axes.set(xlabel="prints discarded, %", ylabel="false non-match rate, %")
-        return svg.inline_svg(figure, name, "error versus discard curves")
-
-
-def _bar_plot(bins: Sequence[ErrorBin], name: str, unit: str, factor: float) -> str:
-    """Draw the FNMR of each bin as a bar, with the numbers of pairs lost and compared above it."""
-    with svg.settings():
-        figure, axes = new_axes()
-        places = np.arange(len(bins))
-        heights = [one.fnmr or 0.0 for one in bins]
-        axes.bar(places, heights, 0.7, color=svg.GENUINE, alpha=0.55)
-        highest = max(heights)
-        for place, one, height in zip(places, bins, heights, strict=True):
-            text = f"{one.lost:,} of {one.genuine:,}" if one.genuine else "no pairs"
-            axes.annotate(text, (place, height), (0, 3), textcoords="offset points", ha="center")
-        axes.set_axisbelow(True)
-        axes.set_ylim(0, 1.15 * highest or 0.01)
-        labels = [f"{factor * one.low:g} to {factor * one.high:g}" for one in bins]
-        axes.set_xticks(places, labels)
-        axes.yaxis.set_major_formatter(lambda share, _: in_percent(share))
-        axes.set(xlabel=unit, ylabel="false non-match rate, %")
-        return svg.inline_svg(figure, name, f"false non-match rate by {unit}")

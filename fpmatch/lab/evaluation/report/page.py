@@ -1,9 +1,8 @@
-"""The page of an evaluation, which needs no other file and no network."""
+"""The page of error rates, which needs no other file and no network."""
 
 from __future__ import annotations
 
 import base64
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,45 +11,32 @@ from fpmatch.base.folders import make_folder
 from fpmatch.base.html import page_templates
 from fpmatch.base.output import atomic_write_bytes, check_writable
 from fpmatch.gallery.batch.decision import calibration_of, matches, rho_of
-from fpmatch.lab.evaluation.report.figures import matcher_figures, pooled_figures, quality_drawings
+from fpmatch.lab.evaluation.report.figures import det_curves, det_figure, score_figure
 from fpmatch.lab.evaluation.report.hardest import hardest_pairs
-from fpmatch.lab.evaluation.report.rate_text import (
-    RATE_TITLES,
-    change_limits,
-    decidability,
-    decisions_sentence,
-    defined_rates,
-    limits,
-    percent,
-    points,
-)
 from fpmatch.lab.evaluation.report.results import split_scores
-from fpmatch.lab.plots.style import check_matplotlib
+from fpmatch.lab.evaluation.report.text import as_text, comparison_text, decisions_sentence
+from fpmatch.lab.plots.style import PLOT_DPI, check_matplotlib, figure_bytes, plain_style
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.printable import printable_lines
 
 if TYPE_CHECKING:
     import os
 
-    from fpmatch.lab.evaluation.report.analysis import Analysis, Report
+    from matplotlib.figure import Figure
+
+    from fpmatch.lab.evaluation.report.analysis import Report
     from fpmatch.lab.evaluation.report.results import RatesReport
 
 PAGE_NAME: Final = "index.html"
-_FILTERS: Final = (change_limits, decidability, decisions_sentence, limits, percent, points)
-_IMPOSTOR_PAIRS: Final = {
-    "extended": "every two impressions of different fingers",
-    "fvc": "the first impressions of every two different fingers",
-    "list": "those of a list of pairs",
-}
 
 
-def prepare_page(folder: str | os.PathLike[str], name: str = PAGE_NAME) -> Path:
+def prepare_page(folder: str | os.PathLike[str]) -> Path:
     """Make the folder of a page, and return its file, as `write_page` will write it.
 
     Raises an `OutputError` if matplotlib is not installed, or the page cannot be written there.
     """
     check_matplotlib("a report")
-    target = Path(folder) / name
+    target = Path(folder) / PAGE_NAME
     make_folder(target.parent)
     check_writable(target)
     return target
@@ -69,51 +55,50 @@ def write_page(folder: str | os.PathLike[str], report: Report) -> Path:
 def page(report: Report) -> str:
     """Return the HTML that `write_page` writes."""
     results = [one.report for one in report.analyses]
-    first = results[0]
-    return render(
-        "page.html.j2",
-        analyses=report.analyses,
-        comparisons=report.comparisons,
-        first=first,
-        fingers=sum(row.scores.trials.fingers for row in first.sets),
-        timed=any(math.isfinite(row.extract_ms) for row in first.sets),
-        totals=[first.prints, len(first.failures), first.genuine, first.impostor],
-        impostor_pairs=_IMPOSTOR_PAIRS.get(first.protocol, ""),
-        rates_of_all=defined_rates(one.pooled for one in results),
-        figures_of_all=pooled_figures(results) if len(results) > 1 else None,
-        matchers=[_section(one, number) for number, one in enumerate(report.analyses)],
-        tones={"better": "good", "worse": "bad"},
-        several=len(first.sets) > 1,
-        limits_of=lambda rates, name: rates.of(name) if rates else (None, None),
-        bounds_note=report.note_on_bounds,
-    )
-
-
-def render(template: str, **values: Any) -> str:
-    """Return the HTML of a page by its template, with the filters and the look of all pages."""
+    curves = det_curves(results)
     environment = page_templates("fpmatch.lab.evaluation.report")
-    environment.filters |= {
-        "base64": lambda content: base64.b64encode(content).decode("ascii"),
-        **{function.__name__: function for function in _FILTERS},
-        "thousands": lambda number: f"{number:,}",
-        "title_of": RATE_TITLES.__getitem__,
-    }
-    return environment.get_template(template).render(version=__version__, **values).lstrip() + "\n"
+    environment.filters["image"] = lambda data: base64.b64encode(data).decode("ascii")
+    with plain_style():
+        return (
+            environment.get_template("page.html.j2")
+            .render(
+                version=__version__,
+                first=results[0],
+                text=as_text(report),
+                det=_svg(det_figure(curves)) if curves else b"",
+                matchers=[_section(one) for one in results],
+                comparisons=[
+                    {
+                        "title": f"{c.now} against {c.before or 'the baseline'}",
+                        "text": comparison_text(c, c.before or "the baseline"),
+                        "decisions": c.decisions,
+                        "sentence": "" if c.decisions is None else decisions_sentence(c.decisions),
+                    }
+                    for c in (
+                        *(one.baseline for one in report.analyses if one.baseline is not None),
+                        *report.comparisons,
+                    )
+                ],
+            )
+            .lstrip()
+            + "\n"
+        )
 
 
-def _section(analysis: Analysis, number: int) -> dict[str, Any]:
+def _section(report: RatesReport) -> dict[str, Any]:
     """Return what the section on one matcher shows."""
-    report = analysis.report
+    genuine, impostor = split_scores(report.sets)
     return {
-        "analysis": analysis,
-        "names": defined_rates([*(row.rates for row in report.sets), report.pooled]),
+        "name": report.matcher,
         "decisions": _default_decisions(report),
-        "figures": matcher_figures(report, number),
-        "quality_drawings": quality_drawings(analysis.quality, number),
-        "calibration": calibration_of(report.matcher),
+        "scores": _svg(score_figure(report)) if genuine.size and impostor.size else b"",
         "hardest_genuine": hardest_pairs(report, genuine=True),
         "hardest_impostors": hardest_pairs(report, genuine=False),
     }
+
+
+def _svg(figure: Figure) -> bytes:
+    return figure_bytes(figure, "figure.svg", PLOT_DPI)
 
 
 def _default_decisions(report: RatesReport) -> str:
@@ -130,8 +115,8 @@ def _default_decisions(report: RatesReport) -> str:
         else f"Where more than a share rho = {rho:g} of the minutiae must be paired"
     )
 
-    def share(count: int, total: int) -> str:
-        return f" ({100 * count / total:.3g} %)" if total else ""
+    def share(number: int, total: int) -> str:
+        return f" ({100 * number / total:.3g} %)" if total else ""
 
     return (
         f"{rule}, {missed:,} of {genuine.size:,} genuine pairs do not match"

@@ -1,61 +1,84 @@
-"""The result of an evaluation: a row a database, their mean, and all scores pooled."""
+"""The error rates of a matcher: a row a database, their mean, and all scores pooled."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass, field, replace
+from collections import Counter
+from dataclasses import asdict, astuple, dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.lab.evaluation.report.rate_text import (
-    RATE_TITLES,
-    decidability,
-    defined_rates,
-    duration,
-    percent,
-    rate_cells,
+from fpmatch.errors import DatasetError
+from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
+from fpmatch.lab.evaluation.rates.scores import (
+    finger_in_name,
+    read_genuine_and_impostor,
+    read_scores,
 )
+from fpmatch.lab.evaluation.rates.scores_set import ranks_of
 from fpmatch.printable import count, text_table
-from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
+    import os
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
-    from fpmatch.lab.evaluation.databases.protocol import Pairs
-    from fpmatch.lab.evaluation.rates.error_rates import Rates
-    from fpmatch.lab.evaluation.rates.scores_set import Identification, ScoresSet
+    from fpmatch.gallery.batch.score import ScoreSummary
+    from fpmatch.lab.evaluation.databases.extraction import DatasetSource
+    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
 
+    AnyPath = str | os.PathLike[str]
 
-IDENTICAL_NAMED: Final = 20  # pairs of identical prints in JSON
-IDENTICAL_SHOWN: Final = 3  # in text
-_IDENTICAL: Final = {
-    True: "genuine: {} of identical prints, which make the rates too low",
-    False: "impostor: {} of identical prints, whose labels contradict each other",
+RATE_TITLES: Final = {
+    "eer": "EER",
+    "fmr100": "FMR100",
+    "fmr1000": "FMR1000",
+    "fmr10000": "FMR10000",
+    "zero_fmr": "ZeroFMR",
+    "zero_fnmr": "ZeroFNMR",
 }
+UNKNOWN_FINGERS: Final = (
+    "its fingers are not known: comparisons are drawn for the 95 % intervals, which are too narrow "
+    "where fingers come in several comparisons; --pattern finds fingers in the names of prints"
+)
+PROBABLY_DISTANCES: Final = (
+    "genuine scores are mostly lower than impostor scores: distances need --distances"
+)
+_HALF: Final = 0.5
+_IDENTICAL_SHOWN: Final = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetRates:
     """The error rates of one database.
 
-    `scores`: its comparisons. `rates`: error rates as fractions. `identification`: ranks of a
-    search of every print among all others; None where not all were compared. `failures`: images
-    that gave no template (failures to extract), and why; they score lowest in all pairs.
-    `extract_ms`: median CPU time to extract an image, in milliseconds; NaN where it is not known.
-    `match_us`: median CPU time of a comparison of prepared templates, in microseconds; the same.
+    `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
+    `fpmatch.lab.evaluation.rates.scores_set.ranks_of`. `failures`: prints that have no template
+    (failures to extract) and why; they score lowest in all pairs. `run` is what is known of the
+    comparisons and `source` the prints; of scores from a file they are None.
     """
 
     scores: ScoresSet = field(repr=False)
     rates: Rates
-    identification: Identification | None = field(repr=False)
-    failures: tuple[tuple[Path, str], ...]
-    extract_ms: float
-    match_us: float
+    ranks: tuple[NDArray[np.intp], NDArray[np.intp]] | None = field(repr=False)
+    failures: tuple[tuple[str, str], ...]
+    run: ScoreSummary | None = field(default=None, repr=False)
+    source: DatasetSource | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        scores: ScoresSet,
+        run: ScoreSummary | None = None,
+        source: DatasetSource | None = None,
+    ) -> SetRates:
+        """Return the rates of scores; prints that are never compared are failures to extract."""
+        reasons = {} if run is None else {one.name: one.reason for one in run.failures}
+        named = {**dict.fromkeys(scores.never_compared, "no score"), **reasons}
+        rates = error_rates(*scores.split())
+        return cls(scores, rates, ranks_of(scores), tuple(named.items()), run, source)
 
     @property
     def name(self) -> str:
@@ -78,57 +101,21 @@ class SetRates:
         return len(self.scores.prints)
 
     @property
-    def failure_rate(self) -> float:
-        """Share of the impressions that gave no template."""
-        return len(self.failures) / max(1, self.prints)
-
-    @property
     def rank_one(self) -> float | None:
-        """Share of the probes whose own finger comes first; None without identification."""
-        return None if self.identification is None else self.identification.rank_one
+        """Share of the probes whose own finger comes first; None where not all were compared."""
+        return None if self.ranks is None else float(np.mean(self.ranks[0] == 1))
 
     def as_json(self) -> dict[str, Any]:
         """Return the figures of the row as JSON values."""
-        return {
+        document = {
             "name": self.name,
             **_figures(self, self.rates),
-            "failure_rate": self.failure_rate,
-            "extract_ms": _rounded(self.extract_ms),
-            "match_us": _rounded(self.match_us),
+            "failure_rate": len(self.failures) / max(1, self.prints),
         }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SetResult(SetRates):
-    """The results on one database whose images were compared.
-
-    `scores`, `rates`, `identification`, `failures`, `extract_ms`, `match_us`: as for `SetRates`.
-    `extracted`: the database and its templates. `pairs`: the pairs compared. `outcomes` (number of
-    pairs,): the comparisons; see `fpmatch.lab.evaluation.databases.comparison`. `identical`: pairs
-    whose prints have the same frame and minutiae, copies of one impression, as indices.
-    """
-
-    extracted: ExtractedSet = field(repr=False)
-    pairs: Pairs = field(repr=False)
-    outcomes: NDArray[np.void] = field(repr=False)
-    identical: tuple[int, ...] = field(default=(), repr=False)
-
-    def identical_pairs(self, *, genuine: bool) -> list[tuple[str, str]]:
-        """Return the names of probe and reference of the pairs of identical prints of one kind."""
-        chosen = [k for k in self.identical if self.pairs.genuine[k] == genuine]
-        return [
-            (self._name(self.pairs.probe[k]), self._name(self.pairs.reference[k])) for k in chosen
-        ]
-
-    def _name(self, number: int) -> str:
-        return self.extracted.dataset.impressions[number].name
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the figures of the row as JSON values."""
-        genuine, impostor = (self.identical_pairs(genuine=kind) for kind in (True, False))
-        named = list(map(list, [*genuine, *impostor][:IDENTICAL_NAMED]))
-        counts = {"genuine": len(genuine), "impostor": len(impostor), "pairs": named}
-        return SetRates.as_json(self) | {"identical": counts}
+        if self.run is not None:
+            first = list(map(list, self.run.identical_pairs))
+            document["identical"] = {"count": self.run.identical, "pairs": first}
+        return document
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -145,6 +132,14 @@ class RatesReport:
     sets: tuple[SetRates, ...]
     mean: Rates
     pooled: Rates
+
+    @classmethod
+    def of(cls, sets: Sequence[SetRates], protocol: str = "") -> RatesReport:
+        """Return the report on databases that one matcher has compared."""
+        columns = zip(*(astuple(row.rates) for row in sets), strict=True)
+        mean = Rates(*(None if None in column else float(np.mean(column)) for column in columns))
+        pooled = error_rates(*split_scores(sets))
+        return cls(sets[0].scores.matcher, protocol, tuple(sets), mean, pooled)
 
     def __repr__(self) -> str:
         sets, failed = len(self.sets), len(self.failures)
@@ -175,25 +170,31 @@ class RatesReport:
         return sum(row.impostor for row in self.sets)
 
     @property
-    def failures(self) -> tuple[tuple[Path, str], ...]:
-        """Images of all databases that gave no template, and why."""
+    def failures(self) -> tuple[tuple[str, str], ...]:
+        """Prints of all databases that have no template, and why."""
         return tuple(failure for row in self.sets for failure in row.failures)
 
     @property
     def rank_one(self) -> float | None:
-        """Share of all probes whose own finger comes first, each in its own database.
+        """Share of all probes whose own finger comes first, each in its own database."""
+        ranks = [row.ranks[0] for row in self.sets if row.ranks is not None]
+        return float(np.mean(np.concatenate(ranks) == 1)) if len(ranks) == len(self.sets) else None
 
-        None where a database has no identification.
-        """
-        ranks = [row.identification.rank for row in self.sets if row.identification]
-        if len(ranks) < len(self.sets):
-            return None
-        return float(np.mean(np.concatenate(ranks) == 1))
+    @property
+    def scores(self) -> list[ScoresSet]:
+        """The comparisons of each database."""
+        return [replace(row.scores, matcher=self.matcher) for row in self.sets]
 
     @property
     def identical_note(self) -> str:
-        """What is known of pairs of identical prints; "" for scores from a file."""
-        return ""
+        """How many pairs compare copies of one impression, and the first of them; "" for none."""
+        runs = [row.run for row in self.sets if row.run is not None]
+        if not (number := sum(run.identical for run in runs)):
+            return ""
+        pairs = [" with ".join(pair) for run in runs for pair in run.identical_pairs]
+        more = " and others" * (number > _IDENTICAL_SHOWN)
+        named = ", ".join(pairs[:_IDENTICAL_SHOWN])
+        return f"{count(number, 'pair')} of identical prints, which distort rates: {named}{more}"
 
     def as_text(self) -> str:
         """Return a line a database, and of several their mean and all scores pooled, in percent.
@@ -205,71 +206,25 @@ class RatesReport:
         names = [name for name in RATE_TITLES if name != "fmr10000" or name in defined]
         titles = [RATE_TITLES[name] for name in names]
 
-        def cells(title: str, row: SetRates | RatesReport, rates: Rates) -> list[str]:
+        def cells(title: str, row: SetRates | RatesReport, rates: Rates) -> tuple[str, ...]:
             counts = title, str(row.genuine), str(row.impostor)
             ranks = percent(row.rank_one), str(len(row.failures))
-            return [*counts, *rate_cells(rates, names), decidability(rates), *ranks]
+            return (*counts, *rate_cells(rates, names), decidability(rates), *ranks)
 
-        times = [
-            (duration(row.extract_ms, 1, "ms"), duration(row.match_us, 0, "µs"))
-            for row in self.sets
-        ]
-        head = ("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")
-        rows = [
-            (*head, "extract", "match"),
-            *((*cells(r.name, r, r.rates), *t) for r, t in zip(self.sets, times, strict=True)),
-        ]
+        rows = [("database", "genuine", "impostor", *titles, "d'", "rank-1", "failed")]
+        rows += [cells(row.name, row, row.rates) for row in self.sets]
         if len(self.sets) > 1:
-            mean = rate_cells(self.mean, names), decidability(self.mean)
-            rows += [("mean", "", "", *mean[0], mean[1], *[""] * 4)]
-            rows += [(*cells("pooled", self, self.pooled), "", "")]
-        timed = any(math.isfinite(row.match_us) for row in self.sets)
-        table = text_table(rows if timed else [row[: len(head)] for row in rows])
-        return "\n\n".join(filter(None, (table, self.identical_note)))
+            mean = (*rate_cells(self.mean, names), decidability(self.mean))
+            rows += [("mean", "", "", *mean, "", ""), cells("pooled", self, self.pooled)]
+        return "\n\n".join(filter(None, (text_table(rows), self.identical_note)))
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
         return {
             "sets": [row.as_json() for row in self.sets],
-            "mean": {
-                **asdict(self.mean),
-                "extract_ms": _rounded(float(np.mean([row.extract_ms for row in self.sets]))),
-                "match_us": _rounded(float(np.mean([row.match_us for row in self.sets]))),
-            },
+            "mean": asdict(self.mean),
             "pooled": _figures(self, self.pooled),
         }
-
-
-@dataclass(frozen=True, slots=True, repr=False, eq=False)
-class EvaluationReport(RatesReport):
-    """The results of one matcher on some databases whose images were compared.
-
-    Parameters are those of `RatesReport`; `sets` has a `SetResult` a database.
-    """
-
-    sets: tuple[SetResult, ...]
-
-    @property
-    def identical_note(self) -> str:
-        """How many pairs compare copies of one impression, and the first of them; "" for none."""
-        notes = []
-        for genuine, words in _IDENTICAL.items():
-            pairs = [names for row in self.sets for names in row.identical_pairs(genuine=genuine)]
-            if pairs:
-                first = ", ".join(map(" with ".join, pairs[:IDENTICAL_SHOWN]))
-                more = " and others" * (len(pairs) > IDENTICAL_SHOWN)
-                notes.append(f"{words.format(count(len(pairs), 'pair'))}: {first}{more}")
-        return "\n".join(notes)
-
-    @property
-    def dpi_assumed(self) -> tuple[Path, ...]:
-        """Images whose resolution had to be assumed."""
-        return tuple(path for row in self.sets for path in row.extracted.assumed)
-
-    @property
-    def noted(self) -> dict[str, tuple[Path, ...]]:
-        """The notes on reading the images, each once, with its images."""
-        return group_by_note(note for row in self.sets for note in row.extracted.notes)
 
 
 def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -281,9 +236,96 @@ def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray
     return np.concatenate(genuine), np.concatenate(impostor)
 
 
-def scores_of(report: RatesReport) -> list[ScoresSet]:
-    """Return the comparisons of an evaluation, one `ScoresSet` a database."""
-    return [replace(row.scores, matcher=report.matcher) for row in report.sets]
+def evaluate_scores(
+    files: Sequence[AnyPath] = (),
+    *,
+    genuine_and_impostor: Sequence[tuple[AnyPath, AnyPath]] = (),
+    distances: bool = False,
+    pattern: str | None = None,
+) -> list[RatesReport]:
+    r"""Compute the error rates of scores in files, one report a matcher.
+
+    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores`. Without a column
+    ``matcher``, or where files have scores of the same matcher and database, the matcher is named
+    after the file. Without a column ``set`` the database is the only one that other files name, if
+    any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher, which is
+    named after the first. `distances`: whether lower scores are more similar. `pattern`: finds the
+    fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by default
+    prints are named FFF_M. Raises a `DatasetError` if there is no file, one cannot be read, or a
+    matcher comes twice; a `GalleryError` if the pattern is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.lab.evaluation.report.results import evaluate_scores
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "mine.csv")
+    ...     _ = file.write_text("probe,reference,score\n1_1,1_2,.9\n1_1,2_1,.2\n1_2,2_1,.1\n")
+    ...     (report,) = evaluate_scores([file])
+    >>> report.matcher, report.genuine, report.impostor, report.pooled.eer
+    ('mine', 1, 2, 0.0)
+    """
+    of_name = finger_in_name(pattern)
+    given: list[tuple[Path, ScoresSet]] = []
+    for file in map(Path, files):
+        read = read_scores(
+            file, name="", distances=distances, finger_of=lambda _, name: of_name(name)
+        )
+        given += [(file, one) for one in read]
+    for genuine, impostor in genuine_and_impostor:
+        of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
+        given.append((Path(genuine), replace(of_pair, name="")))
+    if not given:
+        raise DatasetError("no file of scores given")
+    named = {one.name for _, one in given if one.name}
+    name = named.pop() if len(named) == 1 else "scores"
+    given = [(file, one if one.name else replace(one, name=name)) for file, one in given]
+    times = Counter((one.matcher, one.name) for _, one in given)
+    by_matcher: dict[str, list[ScoresSet]] = {}
+    for file, one in given:
+        matcher = one.matcher
+        if not matcher or times[matcher, one.name] > 1:
+            matcher = f"{matcher} ({file.stem})" if matcher else file.stem
+        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
+    for matcher, sets in by_matcher.items():
+        if len({one.name for one in sets}) < len(sets):
+            raise DatasetError(f"two files of scores of the same name: {matcher}")
+    return [RatesReport.of([SetRates.of(one) for one in sets]) for sets in by_matcher.values()]
+
+
+def notes_on(report: RatesReport) -> list[str]:
+    """Return what a user should know of how the scores of a report were understood."""
+    notes = []
+    if failed := sum(int((~one.compared).sum()) for one in report.scores):
+        total = sum(one.compared.size for one in report.scores)
+        notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
+    if not all(one.trials.fingers for one in report.scores):
+        notes.append(UNKNOWN_FINGERS)
+    if report.pooled.eer is not None and report.pooled.eer > _HALF:
+        notes.append(PROBABLY_DISTANCES)
+    return notes
+
+
+def percent(rate: float | None) -> str:
+    """Write a rate in percent, "-" where there is none."""
+    return "-" if rate is None else f"{100 * rate:.2f} %"
+
+
+def decidability(rates: Rates) -> str:
+    """Write d', "-" where there is none."""
+    return "-" if rates.d_prime is None else f"{rates.d_prime:.2f}"
+
+
+def rate_cells(rates: Rates, names: Sequence[str]) -> list[str]:
+    """Write the rates of these names in percent."""
+    return [percent(getattr(rates, name)) for name in names]
+
+
+def defined_rates(rates: Iterable[Rates]) -> list[str]:
+    """Return the names of the rates that are defined at least once."""
+    every = list(rates)
+    return [name for name in RATE_TITLES if any(getattr(r, name) is not None for r in every)]
 
 
 def _figures(row: SetRates | RatesReport, rates: Rates) -> dict[str, Any]:
@@ -296,7 +338,3 @@ def _figures(row: SetRates | RatesReport, rates: Rates) -> dict[str, Any]:
         "prints": row.prints,
         "failures": len(row.failures),
     }
-
-
-def _rounded(time: float) -> float | None:
-    return round(time, 3) if math.isfinite(time) else None

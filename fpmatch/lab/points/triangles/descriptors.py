@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.lab.points.triangles import _triangle_kernel as kernel
+from fpmatch.lab.points.triangles._proposal_kernel import describe_triangles
 from fpmatch.pointset.geometry.points import sort_into_cells
 
 if TYPE_CHECKING:
@@ -26,10 +26,8 @@ _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
 _MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
 _ALIKE: Final = 1.005  # squared distances of a run
-_RUN: Final = (
-    6.0  # and this share of all, with six deviations: longer ones are not of random points
-)
-_RUN_SHARE: Final = 0.0018
+# A run of as many, this share of all and six deviations more is not of random points.
+_RUN, _RUN_SHARE = 6.0, 0.0018
 _SHARES: Final = (0.25, 0.5, 0.75, 0.9)
 _LOG_MIDDLE: Final = 1.5725  # ln(ln(1 - .75) / ln(1 - .25)): squared distances are exponential
 _LOG_UPPER: Final = 1.2006  # ln(ln(1 - .9) / ln(1 - .5))
@@ -38,10 +36,7 @@ _UPPER: Final = (-5.5, 7.5)
 _CROWDED: Final = 0.2  # more than over the hull,
 _CROWDED_FEW: Final = 2.5  # or so much by the root of the number
 _RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
-
-
-FEW: Final = 64
-"""Of fewer points, it is not known whether they are even."""
+_FEW: Final = 64  # of fewer points it is not known whether they are even
 
 
 class TriangleDescriptors(NamedTuple):
@@ -59,18 +54,39 @@ class TriangleDescriptors(NamedTuple):
 def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
     """Return all triangles (T, 3) of a point and two of its neighbours, each once.
 
-    `points` (2, N) are those of the mesh, here and below.
+    They are Delaunay triangles of the set without some of its points. Of a large ring the two are
+    near each other. `points` (2, N) are those of the mesh, here and below; corners are
+    counter-clockwise, and flat triangles are left out.
     """
-    degree = np.diff(mesh.ring_start).astype(np.int64)
-    each = np.minimum(degree * (degree - 1) // 2, degree * _RING_REACH)
-    triangles = np.empty((int(each.sum()), 3), np.int32)
-    count = kernel.ring_triangles(points, mesh.ring_start, mesh.ring, _RING_REACH, triangles)
-    return triangles[:count]
+    begin, degree = mesh.ring_start[:-1], np.diff(mesh.ring_start)
+    owner = np.repeat(np.arange(len(mesh), dtype=np.int32), degree)
+    place = np.arange(len(owner)) - begin[owner]
+    made = []
+    for apart in range(1, _RING_REACH + 1):
+        here = np.flatnonzero(2 * apart <= degree[owner])
+        of = owner[here]
+        beyond = begin[of] + (place[here] + apart) % degree[of]
+        made.append(np.column_stack([of, mesh.ring[here], mesh.ring[beyond]]))
+    corners = np.sort(np.vstack(made), axis=1)
+    corners = corners[np.lexsort(corners.T)]
+    repeats = (corners[1:] == corners[:-1]).all(axis=1)
+    corners = corners[~np.append(False, repeats)]
+    area = triangle_areas(points, corners)
+    clockwise = area < 0.0
+    corners[clockwise] = corners[clockwise][:, [0, 2, 1]]
+    return np.ascontiguousarray(corners[area != 0.0])
+
+
+def triangle_areas(points: Floats, triangles: Ints) -> Floats:
+    """Return the area (T,) of each triangle, positive where its corners are counter-clockwise."""
+    (x, y), (a, b, c) = points, triangles.T
+    return np.asarray(0.5 * ((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])))
 
 
 def density_over_hull(mesh: Triangulation, points: Floats) -> float:
     """Return points to a unit of area of the convex hull."""
-    return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+    x, y = points[:, mesh.hull] - points[:, mesh.hull[:1]]
+    return len(mesh) / float(0.5 * (x[:-1] @ y[1:] - y[:-1] @ x[1:]))
 
 
 def density_of(mesh: Triangulation, points: Floats) -> float:
@@ -79,8 +95,7 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     The hull of clustered points, or of points with an outlier, is much larger than the area that
     most of them cover.
     """
-    area = np.empty(len(mesh.triangles))
-    kernel.triangle_areas(points, mesh.triangles, area)
+    area = triangle_areas(points, mesh.triangles)
     middle = len(area) // 2
     area.partition(middle)
     over_hull = density_over_hull(mesh, points)
@@ -88,10 +103,18 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
 
 
 def nearest_two(mesh: Triangulation, points: Floats) -> tuple[Floats, Floats]:
-    """Return the squared distances (N,) of each point to its two nearest neighbours in the mesh."""
-    first2, second2 = np.empty(len(mesh)), np.empty(len(mesh))
-    kernel.nearest_two(points, mesh.ring_start, mesh.ring, first2, second2)
-    return first2, second2
+    """Return the squared distances (N,) of each point to its two nearest neighbours in the mesh.
+
+    Where points coincide, one may have a single neighbour: the second is infinitely far then.
+    """
+    degree, begin = np.diff(mesh.ring_start), mesh.ring_start[:-1]
+    x, y = points[:, mesh.ring] - np.repeat(points, degree, axis=1)
+    squared = x * x + y * y
+    first = np.minimum.reduceat(squared, begin)
+    nearest = np.flatnonzero(squared == np.repeat(first, degree))
+    owner = np.searchsorted(begin, nearest, "right")
+    squared[nearest[np.append(True, owner[1:] != owner[:-1])]] = np.inf
+    return first, np.minimum.reduceat(squared, begin)
 
 
 def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
@@ -102,12 +125,10 @@ def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
     """
     n = len(mesh)
     root = math.sqrt(n)
-    if n < FEW or density > (1.0 + max(_CROWDED, _CROWDED_FEW / root)) * density_over_hull(
-        mesh, points
-    ):
+    crowded = 1.0 + max(_CROWDED, _CROWDED_FEW / root)
+    if n < _FEW or density > crowded * density_over_hull(mesh, points):
         return False
-    ordered = nearest_two(mesh, points)[0]
-    ordered.sort()
+    ordered = np.sort(nearest_two(mesh, points)[0])
     quarter, half, most, nearly_all = (float(ordered[int(share * n)]) for share in _SHARES)
     if quarter <= 0.0:
         return False
@@ -115,35 +136,28 @@ def is_even(mesh: Triangulation, points: Floats, density: float) -> bool:
     upper = root * (math.log(nearly_all / half) - _LOG_UPPER)
     if not (_MIDDLE[0] < middle < _MIDDLE[1] and _UPPER[0] < upper < _UPPER[1]):
         return False
+    ends = ordered.searchsorted(_ALIKE * ordered, "right")
     usual = _RUN_SHARE * n
-    return bool(kernel.longest_run(ordered, _ALIKE) < _RUN + usual + 6 * math.sqrt(usual))
+    return bool((ends - np.arange(n)).max() < _RUN + usual + 6 * math.sqrt(usual))
 
 
-def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:
-    """Describe each triangle by its longest side, with its information.
-
-    `outliers`, points without a partner to a unit of area, may split a triangle.
-    """
-    return _describe(points, triangles, 1.0, 0.0, outliers, np.empty(3 * len(triangles)))
-
-
-def describe_large(
-    points: Floats, triangles: Ints, near_tie: float, shortest: float
+def describe(
+    points: Floats,
+    triangles: Ints,
+    *,
+    near_tie: float = 1.0,
+    shortest: float = 0.0,
+    outliers: float | None = None,
 ) -> TriangleDescriptors:
     """Describe each triangle by its sides of `near_tie` times the longest or more.
 
-    Sides under the length `shortest` are left out.
+    Sides under the length `shortest` are left out. With `outliers`, points without a partner to a
+    unit of area, which may split a triangle, the information is computed.
     """
-    return _describe(points, triangles, near_tie, shortest, 0.0, np.empty(0))
-
-
-def _describe(
-    points: Floats, triangles: Ints, tie: float, shortest: float, outliers: float, worth: Floats
-) -> TriangleDescriptors:
     most = 3 * len(triangles)
     corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
-    arrays = corner, shape, side, worth
-    number = kernel.describe_triangles(points, triangles, tie, shortest, outliers, *arrays)
+    arrays = corner, shape, side, np.empty(0 if outliers is None else most)
+    number = describe_triangles(points, triangles, near_tie, shortest, outliers or 0.0, *arrays)
     return TriangleDescriptors(number, *arrays)
 
 

@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
-from fpmatch.lab.points.triangles import _overlay_kernel as overlay
 from fpmatch.lab.points.triangles.descriptors import density_of, nearest_two
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
 from fpmatch.pointset.geometry.frames import UnitFrame, frame_of
 from fpmatch.pointset.geometry.points import as_points, is_finite, sort_into_cells
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.delaunay.triangulate import Triangulation
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
-    from fpmatch.pointset.geometry.point_match import PointMatch
 
     Floats = NDArray[np.float64]
 
 MIN_POINTS: Final = 3
 """Any two points can be mapped to any two others: smaller sets are refused."""
 
-REACHES: Final = 8
-"""At which pairs are counted, each half the one before."""
+REACHES: Final = 4.0 ** -np.arange(8)
+"""Shares of t² at which pairs are counted: within t, t/2, t/4 and so on."""
 
 _LEAST_EXTENT: Final = 2.0**-60  # and its inverse: fourth powers of lengths stay in float64
 _TOLERANCE: Final = 0.25  # of a pair, by default, in spacings
@@ -39,25 +33,29 @@ _WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner
 
 
 class GivenSet:
-    """A set as given, in its frame and triangulated; one without a triangle is refused by name."""
+    """The distinct points of a set in its frame, triangulated; refused if without a triangle."""
 
     def __init__(self, name: str, given: ArrayLike) -> None:
         points = as_points(given, name)
         if len(points) < MIN_POINTS:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
-        self.name, self.given = name, points
         extent = np.ptp(points, axis=0).max()
         moderate = extent > _LEAST_EXTENT and np.abs(points).max() < 1 / _LEAST_EXTENT
         self.frame = UnitFrame() if moderate else frame_of(points, name)
         if not moderate:
             points = self.frame.apply(points)
-        self.low, self.high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        self.row = np.arange(len(points))  # of each distinct point in the set as given
         self.mesh = triangulate_checked(points)
         if not len(self.mesh.triangles):
             raise PointSetError(f"{name}: all points lie on one line")
+        distinct = (len(self.mesh.triangles) + 2 + len(self.mesh.hull)) // 2  # Euler
+        if distinct < len(points):
+            self.row = np.sort(np.unique(points, axis=0, return_index=True)[1])
+            self.mesh = triangulate_checked(points[self.row])
+        self.points: Floats = np.array(self.mesh.points.T, order="C")  # (2, N)
 
     def __len__(self) -> int:
-        return len(self.given)
+        return len(self.row)
 
 
 class Target(NamedTuple):
@@ -66,7 +64,7 @@ class Target(NamedTuple):
     points: Floats  # (2, N), in the frame of the set
     density: float  # points to a unit of area
     spacing: float  # 1/√density, or less where most points lie closer
-    rate: Floats  # (REACHES,): of partners by chance, at the tolerance, half of it and so on
+    rate: Floats  # of partners by chance, at each of `REACHES`
     pairing_tolerance: float  # largest distance of a pair in the result
     tolerance: float  # and in the search, which is never wider than is of use
     grid: CellGrid  # the points, sorted into cells
@@ -78,7 +76,7 @@ class Target(NamedTuple):
         Without a tolerance, the spacing is also that of random points whose second nearest are
         as far, so that rows and clusters count by the distances that are there.
         """
-        points = np.array(given.mesh.points.T, order="C")
+        points = given.points
         density = density_of(given.mesh, points)
         spacing = 1.0 / math.sqrt(density)
         if tolerance is None:
@@ -88,14 +86,14 @@ class Target(NamedTuple):
             spacing = min(spacing, second / _SECOND_NEAREST)
             pairing = _TOLERANCE * spacing
         else:
-            pairing = math.ldexp(tolerance, -given.frame.exponent)
+            extent = float(np.ptp(points, axis=1).sum())
+            pairing = min(math.ldexp(tolerance, -given.frame.exponent), extent)
         t = min(pairing, _WIDEST_TOLERANCE * spacing)
-        (left, top), (right, bottom) = given.low, given.high
-        low, high = (left - t, top - t), (right + t, bottom + t)
-        grid = sort_into_cells(points, max(0.7 * spacing, t), low=low, high=high)
+        low, high = points.min(axis=1) - t, points.max(axis=1) + t
+        side = max(0.7 * spacing, t)
+        grid = sort_into_cells(points, side, low=tuple(low.tolist()), high=tuple(high.tolist()))
         grid.split_crowds()
-        rate = np.empty(REACHES)
-        overlay.uniform_rates(density, t * t, rate)
+        rate = -np.expm1(-math.pi * density * t * t * REACHES)
         return cls(points, density, spacing, rate, pairing, t, grid)
 
 
@@ -103,69 +101,3 @@ def check_tolerance(tolerance: float | None) -> None:
     """Refuse a tolerance that is not positive and finite with a `PointSetError`."""
     if tolerance is not None and not (is_finite(tolerance) and tolerance > 0):
         raise PointSetError(f"tolerance must be positive, not {number_text(tolerance)}")
-
-
-def match_given(
-    p: GivenSet,
-    q: GivenSet,
-    tolerance: float | None,
-    match: Callable[[GivenSet, GivenSet], PointMatch],
-) -> PointMatch:
-    """Match two sets by `match`: the smaller onto the larger, unless a tolerance in Q is given."""
-    if tolerance is None and len(p) > len(q):
-        return _match_distinct(q, p, match).inverse()
-    return _match_distinct(p, q, match)
-
-
-def _match_distinct(
-    p: GivenSet, q: GivenSet, match: Callable[[GivenSet, GivenSet], PointMatch]
-) -> PointMatch:
-    """Match two sets by `match`; where points coincide, their distinct points."""
-    if not (_has_coincident(p.mesh) or _has_coincident(q.mesh)):
-        return match(p, q)
-    (distinct_p, index_p), (distinct_q, index_q) = _unique_points(p.given), _unique_points(q.given)
-    matched = match(GivenSet(p.name, distinct_p), GivenSet(q.name, distinct_q))
-    pairs = _pairs_of_coincident(matched.pairs, index_p, index_q)
-    return replace(matched, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
-
-
-def _has_coincident(mesh: Triangulation) -> bool:
-    """Return whether points of a mesh that has triangles coincide."""
-    distinct = (len(mesh.triangles) + 2 + len(mesh.hull)) // 2  # Euler
-    return distinct < len(mesh)
-
-
-def _unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the distinct points of a set (N, 2), and the index of each point among them."""
-    distinct, index = np.unique(points, axis=0, return_inverse=True)
-    return distinct, index.reshape(-1)
-
-
-def _pairs_of_coincident(
-    pairs: NDArray[np.int32], index_p: NDArray[np.int64], index_q: NDArray[np.int64]
-) -> NDArray[np.int32]:
-    """Return the pairs of points of two sets whose distinct points have the given `pairs`.
-
-    `index_p` (N,) and `index_q` (M,) hold the index of each point among the distinct ones.
-    Coincident points are paired in their order: the first with the first, the second with the
-    second. The pairs (L, 2) are sorted by the first.
-    """
-    to_q = np.full(index_p.max() + 1, -1, np.int64)
-    to_q[pairs[:, 0]] = pairs[:, 1]
-    most = max(np.bincount(index_p).max(), np.bincount(index_q).max()) + 1
-    # key of a point: the distinct point of Q it belongs to, and its number among those there
-    partner = to_q[index_p]
-    key_p = np.where(partner >= 0, partner * most + _number_of_repeat(index_p), -1)
-    key_q = index_q * most + _number_of_repeat(index_q)
-    _, in_p, in_q = np.intersect1d(key_p, key_q, return_indices=True)
-    paired = np.column_stack([in_p, in_q]).astype(np.int32)
-    return paired[paired[:, 0].argsort()]
-
-
-def _number_of_repeat(index: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many earlier points coincide with each point."""
-    order = index.argsort(kind="stable")
-    in_order = index[order]
-    number = np.empty(len(index), np.int64)
-    number[order] = np.arange(len(index)) - in_order.searchsorted(in_order, "left")
-    return number

@@ -2,8 +2,8 @@
 from fpmatch.pointset.geometry._grid_kernel cimport CellGrid
 
 cpdef search(
-    CellGrid p_grid, CellGrid q_grid, int[::1] pivot, int[::1] scene, int[::1] near_p,
-    int[:, ::1] near_q, double[::1] squared, int bases, int window, int enough_near, int enough,
+    CellGrid p_grid, CellGrid q_grid, int[::1] pivot, int[::1] scene, int[:, ::1] near_p,
+    int[:, ::1] near_q, int bases, int window, int enough_near, int enough,
     double tolerance, long long max_steps, double[::1] move, int[:, :, ::1] pair, int[::1] taken,
     long long[::1] steps, int[::1] found,
 )

@@ -9,10 +9,8 @@ visited, the measure of work done.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
     from cython.cimports.fpmatch.pointset.geometry._grid_kernel import CellGrid
 else:
-    from fpmatch.lab.points.van_wamelen._neighbours_kernel import find_neighbours
     from fpmatch.pointset.geometry._grid_kernel import CellGrid
 
 COMPILED = cython.compiled
@@ -20,7 +18,7 @@ COMPILED = cython.compiled
 
 @cython.locals(rank=cython.int)
 def search(
-    p_grid, q_grid, pivot, scene, near_p, near_q, squared, bases, window, enough_near, enough,
+    p_grid, q_grid, pivot, scene, near_p, near_q, bases, window, enough_near, enough,
     tolerance, max_steps, move, pair, taken, steps, found,
 ):  # fmt: skip
     """Map each `pivot` of P to each point of `scene`, a permutation of Q, until one pair matches.
@@ -30,30 +28,27 @@ def search(
     point of Q within twice the tolerance make a local match, `enough` pairs a global one. The
     search gives up after `max_steps`.
 
-    `near_q` (N, k) keeps the neighbour lists of Q, each -1 until it is needed; `near_p` (k,),
-    `squared` (k,), `pair` (2, 2, M + 1) and `taken` (N,), all 0, are work space. ``found``
-    receives the number of pairs (0: no match), which are ``pair[0, :, :found[0]]``, and the
-    number of local matches; `move` receives the transform.
+    `near_p` (M, k) and `near_q` (N, k) are the neighbours, nearest first; `pair` (2, 2, M + 1) and
+    `taken` (N,), all 0, are work space. ``found`` receives the number of pairs (0: no match), which
+    are ``pair[0, :, :found[0]]``, and the number of local matches; `move` receives the transform.
     """
-    k: cython.int = near_p.shape[0]
+    k: cython.int = near_p.shape[1]
     half: cython.int = window // 2
     found[0] = found[1] = 0
     for i in range(pivot.shape[0]):
         p = pivot[i]
-        find_neighbours(p_grid, p, near_p, squared, steps)
         for j in range(scene.shape[0]):
             q = scene[j]
-            if near_q[q, 0] < 0:
-                find_neighbours(q_grid, q, near_q[q], squared, steps)
             for base in range(k - half - bases, k - half):
+                p_base = near_p[p, base]
                 for rank in range(base - half, base + half + 1):
                     if steps[0] >= max_steps:
                         return
-                    if not map_segment(p_grid, p, near_p[base], q_grid, q, near_q[q, rank], move):
+                    if not map_segment(p_grid, p, p_base, q_grid, q, near_q[q, rank], move):
                         continue
                     near = match_locally(
-                        p_grid, near_p, q_grid, move, 2.0 * tolerance, enough_near, pair[0],
-                        taken, steps,
+                        p_grid, near_p[p], q_grid, move, 2.0 * tolerance, enough_near,
+                        pair[0], taken, steps,
                     )  # fmt: skip
                     if near == 0:
                         continue

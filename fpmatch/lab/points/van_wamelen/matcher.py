@@ -15,9 +15,9 @@ With λ and ρ as in the paper, t = λ·r/(2√n), and ln the natural logarithm:
   may still fail the tests, so by default all of P is tried.
 
 What is left open there, and how it is settled here: r/(2√n) is taken by density, over the area of
-Q's convex hull; the rounds of least squares go on past ρm for as long as they gain pairs; lists are
-found through a grid of cell side r/√n, which also serves to find the point nearest to a place; and
-the search gives up, without a match, after a given amount of work.
+Q's convex hull; the rounds of least squares go on past ρm for as long as they gain pairs; the point
+nearest to a place is found through a grid of cell side r/√n; and the search gives up, without a
+match, after a given amount of work.
 
 References
 ----------
@@ -35,16 +35,16 @@ import numpy as np
 
 from fpmatch.errors import PointSetError, number_text
 from fpmatch.lab.points.van_wamelen import _search_kernel as kernel
-from fpmatch.lab.points.van_wamelen._neighbours_kernel import hull_area
-from fpmatch.pointset.geometry._grid_kernel import CellGrid
+from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.geometry.frames import between_sets, frame_of
 from fpmatch.pointset.geometry.point_match import PointMatch, rms_distance, share_of, too_few
-from fpmatch.pointset.geometry.points import MAX_CELLS_PER_POINT, as_points
+from fpmatch.pointset.geometry.points import as_points, sort_into_cells
 from fpmatch.pointset.geometry.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset.geometry._grid_kernel import CellGrid
     from fpmatch.pointset.geometry.frames import UnitFrame
 
     Floats = NDArray[np.float64]
@@ -174,10 +174,9 @@ def _search(
     pivots = p.order.argsort()[rng.permutation(m)[: plan.pivots]]
     scene = q.order.argsort()[rng.permutation(n)]
     move, pair, counts = np.empty(4), np.empty((2, 2, m + 1), np.int32), np.zeros(2, np.int32)
-    near_p, squared = np.empty(plan.neighbours, np.int32), np.empty(plan.neighbours)
-    near_q = np.full((n, plan.neighbours), -1, np.int32)
+    near_p, near_q = (nearest_neighbours(grid, plan.neighbours) for grid in (p.grid, q.grid))
     kernel.search(
-        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q, squared),
+        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32), near_p, near_q),
         *(plan.bases, plan.window, plan.enough_near, plan.enough, tolerance, max_steps),
         *(move, pair, np.zeros(n, np.int32), steps, counts),
     )
@@ -188,17 +187,25 @@ def _search(
 
 def sort_set(points: Floats, frame: UnitFrame) -> _SortedSet:
     """Sort a set of one point or more into cells of side r/√n, or larger ones of too many."""
-    unit = frame.apply(points)
-    n = len(unit)
-    by_x = np.ascontiguousarray(unit[np.lexsort((unit[:, 1], unit[:, 0]))].T)
-    area = hull_area(by_x, np.empty(n + 1, np.int32))
-    width, height = unit.max(axis=0).tolist()
-    most = MAX_CELLS_PER_POINT * n
-    side = max(math.sqrt(area / n), math.sqrt(width * height / most), max(width, height) / most)
-    side = side if side > 0 else 1.0
-    columns, rows = ((np.array([width, height]) * (1.0 / side)).astype(np.int64) + 1).tolist()
-    grid = CellGrid(np.ascontiguousarray(unit.T), n, 0.0, 0.0, side, columns, rows)
-    return _SortedSet(unit, grid, np.asarray(grid.order), 0.5 * math.sqrt(area / n))
+    unit = np.ascontiguousarray(frame.apply(points))
+    hull = triangulate(unit).hull
+    (x, y), n = (unit[hull] - unit[hull[0]]).T, len(unit)
+    area = max(0.5 * float(x[:-1] @ y[1:] - y[:-1] @ x[1:]), 0.0)
+    side = math.sqrt(area / n)
+    high = tuple(unit.max(axis=0).tolist())
+    grid = sort_into_cells(np.array(unit.T, order="C"), side or 1.0, low=(0.0, 0.0), high=high)
+    return _SortedSet(unit, grid, np.asarray(grid.order), 0.5 * side)
+
+
+def nearest_neighbours(grid: CellGrid, k: int) -> Ints:
+    """Return the k nearest others of each of more than k points, both in the grid's order."""
+    from scipy.spatial import KDTree  # noqa: PLC0415
+
+    points = np.column_stack([grid.x, grid.y])
+    near = np.asarray(KDTree(points).query(points, k + 1)[1])
+    other = near != np.arange(len(points))[:, None]
+    other[other.all(axis=1), -1] = False  # of many points that coincide
+    return np.asarray(near[other].reshape(-1, k), dtype=np.int32)
 
 
 def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:

@@ -7,10 +7,9 @@ from scipy.stats import binomtest
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
-from fpmatch.lab.evaluation.rates.intervals import ExactBound
 from fpmatch.lab.evaluation.rates.run_comparison import compare_runs
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
-from fpmatch.lab.evaluation.report.analysis import format_comparison
+from fpmatch.lab.evaluation.report.text import comparison_text
 
 
 def scored(seed, gap, fingers=12, impressions=4, noise=0.0, name="db", matcher="fake", order=None):
@@ -37,7 +36,7 @@ def test_the_same_run_is_no_change():
     run = [scored(0, 3.0)]
     found = compare_runs(run, run, bootstrap=50)
     same = change(found.pooled)
-    assert (same.before, same.interval, same.verdict) == (same.now, (0, 0), "no change")
+    assert (same.before, same.interval, same.verdict) == (same.now, None, "no change")
     assert found.identical == found.pooled.pairs == 1128
     assert (found.only_before, found.only_now) == (0, 0)
     assert (found.decisions.gained, found.decisions.lost) == ((), ())
@@ -60,20 +59,16 @@ def test_a_better_run_is_outside_chance_and_a_little_noise_is_not():
     assert change(compare_runs(before, noisy, bootstrap=200).pooled).verdict == "within chance"
 
 
-def test_runs_without_an_error_differ_by_at_most_what_so_many_fingers_allow():
+def test_rates_without_a_change_have_no_interval_beside_others():
     before, now = ([scored(k + s, 90.0, name=f"db{k}") for k in range(2)] for s in (0, 5))
     found = compare_runs(before, now, bootstrap=20)
-    for part, units in ((found.sets[0], 6), (found.mean, 12), (found.pooled, 12)):
-        difference = change(part)
-        high = 1 - 0.05 ** (1 / units)
-        assert difference.interval == (pytest.approx(-high), pytest.approx(high))
-        assert difference.bound == ExactBound("pair of fingers", units)
-        assert difference.verdict == "within chance"
-    text = format_comparison(found, "old.csv")
-    assert "-39.30 to +39.30 (0 of 6)  within chance" in text
-    assert "+0.00 to +0.00" not in text
+    for part in (*found.sets, found.mean, found.pooled):
+        assert {(d.interval, d.verdict) for d in part.differences} == {(None, "no change")}
+    text = comparison_text(found, "old.csv")
+    assert " to " not in text
+    assert text.splitlines()[1].startswith("McNemar's exact test: p = 1; at a false match rate ")
     document = json.loads(json.dumps(found.as_json()))
-    assert document["sets"][0]["eer"]["change_bound"]["method"] == "clopper-pearson"
+    assert document["sets"][0]["eer"]["change_interval"] is None
 
 
 def test_pairs_meet_by_name_whatever_their_order():
@@ -116,12 +111,12 @@ def test_decisions_that_changed_are_named_and_tested():
     assert found.mcnemar_p == pytest.approx(binomtest(len(found.lost), changed).pvalue)
     k = int(np.flatnonzero(now & ~was)[0])
     names = after.prints[after.probe[k]], after.prints[after.reference[k]]
-    assert (found.gained[0].probe, found.gained[0].reference) == names
+    assert (found.gained[0]["probe"], found.gained[0]["reference"]) == names
 
 
 def test_runs_over_other_databases_or_prints():
     one = scored(0, 2.0)
-    with pytest.raises(DatasetError, match="no database in common: db; other"):
+    with pytest.raises(DatasetError, match="no genuine and impostor pairs in common: db; other"):
         compare_runs([one], [replace(one, name="other")])
     renamed = replace(one, prints=tuple(f"9{name}" for name in one.prints))
     with pytest.raises(DatasetError, match="no genuine and impostor pairs in common"):

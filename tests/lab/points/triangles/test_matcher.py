@@ -5,12 +5,12 @@ from hypothesis import strategies as st
 from pointset_strategies import check_sound, seeds, similarities, worn
 
 from fpmatch.lab.points.triangles import _proposal_kernel as kernel
-from fpmatch.lab.points.triangles.matcher import TriangleParameters, match_by_triangles
+from fpmatch.lab.points.triangles.matcher import match_by_triangles
 from fpmatch.pointset.geometry.similarity import Similarity
 from research.points.random_sets import independent_pair, random_pair
 
 # Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
-BOUNDED = TriangleParameters(max_proposals=20_000 if kernel.COMPILED else 200)
+MOST = 20_000 if kernel.COMPILED else 200
 TRIALS = 8 if kernel.COMPILED else 2
 
 needs_compiled_kernels = pytest.mark.skipif(
@@ -54,7 +54,7 @@ def test_clusters_of_different_sets_do_not_match(seed):
         np.vstack([rng.normal(rng.uniform(0, 200, 2), 1, (15, 2)) for _ in range(3)])
         for _ in range(2)
     )
-    assert match_by_triangles(p, q, parameters=BOUNDED).transform is None
+    assert match_by_triangles(p, q, max_proposals=MOST).transform is None
 
 
 def match_half(n, seed, move, jitter):
@@ -83,32 +83,20 @@ def test_half_of_a_hundred_thousand_points_are_enough():
     match_half(100_000, 1, Similarity(1.7, 0.7, 3.0, -2.0), 0.02)
 
 
-def test_the_limit_grows_with_the_larger_set_unless_it_is_given():
-    most = TriangleParameters().most_proposals
-    assert [most(n) for n in (4, 2_000, 100_000, 1_000_000)] == [200_000, 200_000, 10**7, 10**8]
-    assert TriangleParameters(max_proposals=16).most_proposals(10**6) == 16
-    visits = TriangleParameters().most_visits
-    assert visits(100, 10_000) == 16 * 10**6 + 40_000
-    assert visits(10_000, 10_000) == 16 * 10**6 + 4_000_000
-
-
 def test_a_search_says_whether_it_ended_at_its_limit():
     case = independent_pair(50, 100, 0.61, rng=0)
-    few = TriangleParameters(max_proposals=100)
-    limited = match_by_triangles(case.p, case.q, tolerance=case.tolerance, parameters=few)
+    limited = match_by_triangles(case.p, case.q, tolerance=case.tolerance, max_proposals=100)
     assert limited.reason.endswith("; the search ended at its limit, after 100 proposals")
     whole = match_by_triangles(case.p[:6], case.q[:6], tolerance=1e-3)
     assert whole.transform is None
     assert whole.reason == "no transform that was tried pairs more points than expected by chance"
-    assert "fewer than 4" in match_by_triangles(case.p[:3], case.q).reason
 
 
 @needs_compiled_kernels
 def test_progress_is_reported_while_a_search_goes_on():
     p, q = np.random.default_rng(2).uniform(0, 1, (2, 3_000, 2))
     reports = []
-    parameters = TriangleParameters(progress=lambda *report: reports.append(report))
-    match = match_by_triangles(p, q, parameters=parameters)
+    match = match_by_triangles(p, q, progress=lambda *report: reports.append(report))
     assert "ended at its limit, after 300,000 proposals" in match.reason
     assert {most for _, most in reports} == {300_000}
     assert reports == sorted(reports)

@@ -1,1 +1,0 @@
-"""Extracted minutiae and recovered transforms compared with the known truth of synthetic prints."""

@@ -1,1 +1,0 @@
-"""Open-set identification: searches of which a third have a mate in the gallery."""

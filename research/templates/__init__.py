@@ -1,0 +1,1 @@
+"""Templates of synthetic fingers by the million, made without drawing images."""

@@ -1,0 +1,253 @@
+"""The report as text, JSON, tables, curves, plots and page."""
+
+import csv
+import itertools
+import json
+import re
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.errors import OutputError
+from fpmatch.lab.evaluation.rates.error_rates import error_curves
+from fpmatch.lab.evaluation.rates.scores_set import unnamed_set
+from fpmatch.lab.evaluation.report.analysis import Report, analyse
+from fpmatch.lab.evaluation.report.figures import save_det
+from fpmatch.lab.evaluation.report.hardest import hardest_pairs
+from fpmatch.lab.evaluation.report.page import page as page_of
+from fpmatch.lab.evaluation.report.page import prepare_page, write_page
+from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
+from fpmatch.lab.evaluation.report.tables import (
+    check_table,
+    prepare_curves,
+    save_table,
+    write_curves,
+)
+from fpmatch.lab.evaluation.report.text import as_text
+from fpmatch.lab.evaluation.run import evaluate
+from fpmatch.templates.minutiae import Minutiae, Template
+from tests.conftest import rows_of
+
+VOID = {"meta", "img", "input"}
+
+
+def rates_of(genuine, impostor, **options):
+    return RatesReport.of([SetRates.of(unnamed_set(genuine, impostor, **options))])
+
+
+def test_points_have_the_definition_and_lie_in_their_intervals(report):
+    analysis = analyse(report, bootstrap=200, fmrs=[0.01, 0.05])
+    found = analysis.points
+    assert [(p.name, p.fmr) for p in found[:2]] == [("set, one", 0.01), ("set, one", 0.05)]
+    assert [p.name for p in found[4:]] == ["pooled", "pooled"]
+    every = [*(row.scores.split() for row in report.sets)]
+    for point, (genuine, impostor) in zip(found[::2], every, strict=False):
+        assert np.mean(impostor >= point.threshold) <= point.fmr
+        assert point.fnmr == np.mean(genuine < point.threshold)
+        assert point.interval.low <= point.fnmr <= point.interval.high
+    assert report.sets[0].rates.fmr100 == found[0].fnmr
+    document = json.loads(json.dumps(analysis.as_json()))
+    assert [point["fmr"] for point in document["fnmr_at_fmr"]] == [0.01, 0.05] * 3
+    text = as_text(Report((analysis,)))
+    assert "FNMR at FMR" in text
+    assert "95 % intervals" in text
+
+
+def test_points_that_are_none():
+    scores = rates_of(np.zeros(12), np.zeros(12))
+    low, high = analyse(scores, bootstrap=20, fmrs=[1e-6, 0.5]).points
+    assert (low.fnmr, low.threshold, low.interval) == (None, None, None)
+    assert (high.fnmr, high.threshold) == (1.0, None)
+    assert (high.interval.low, high.interval.trials) == (pytest.approx(0.05 ** (1 / 12)), 12)
+    far = rates_of(np.array([-1.0, -2.0, -9.0]), -np.arange(3.0, 13.0), distances=True)
+    (point,) = analyse(far, bootstrap=0, fmrs=[0.1]).points
+    assert (point.fnmr, point.threshold) == (pytest.approx(1 / 3), 3.0)
+
+
+def test_too_few_fingers_are_said_and_no_eer_has_a_limit_above_half(report):
+    few = rates_of(np.ones(2), np.zeros(3))
+    assert "none, there are too few fingers" in as_text(Report.of([few], bootstrap=10))
+    none = as_text(Report.of([rates_of(np.ones(50), np.linspace(0.0, 0.5, 99))], bootstrap=10))
+    assert "at most 5.82 % (0 of 50)" in none
+    assert "95 % bound by Clopper-Pearson, one-sided; n counts comparisons as if" in none
+    assert "Clopper-Pearson" not in as_text(Report.of([report], bootstrap=10))
+
+
+@pytest.fixture
+def two(report):
+    """Return the report on two matchers, of which one has a parameter in its name."""
+    return Report.of([report, replace(report, matcher="fake:a_b=1,c=50%")], bootstrap=20)
+
+
+def test_the_table_has_a_row_a_matcher_and_database_and_latex_the_same(two, tmp_path):
+    save_table(tmp_path / "rates.csv", two.analyses)
+    rows = rows_of(tmp_path / "rates.csv")
+    assert [(row["matcher"], row["set"]) for row in rows] == [
+        (one.report.matcher, name)
+        for one in two.analyses
+        for name in (*(row.name for row in one.report.sets), "pooled")
+    ]
+    known = two.analyses[0]
+    for row, of, limits in zip(rows, known.report.sets, known.intervals, strict=False):
+        assert float(row["eer"]) == of.rates.eer
+        assert float(row["eer_low"]) == limits["eer"].low
+        assert float(row["rank_one_high"]) == limits["rank_one"].high
+        assert (int(row["genuine"]), float(row["rank_one"])) == (of.genuine, of.rank_one)
+    assert float(rows[2]["eer"]) == known.report.pooled.eer
+    save_table(tmp_path / "rates.tex", two.analyses)
+    text = (tmp_path / "rates.tex").read_text()
+    lines = [line.removesuffix(r" \\").split(" & ") for line in text.splitlines() if " & " in line]
+    assert lines[0][:5] == ["matcher", "database", "genuine", "impostor", "EER"]
+    columns = re.fullmatch(r"\\begin\{tabular\}\{(l+r+)\}", text.splitlines()[0])[1]
+    assert {len(line) for line in lines} == {len(columns)}
+    for cells, row in zip(lines[1:], rows, strict=True):
+        eer, low, high = (f"{100 * float(row[f'eer{end}']):.2f}" for end in ("", "_low", "_high"))
+        assert cells[4] == rf"{eer} [{low}--{high} \%]"
+        assert cells[2:4] == [row["genuine"], row["impostor"]]
+    assert r"fake:a\_b=1,c=50\%" in text
+    assert text.count("{") == text.count("}")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "begins"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")]
+)
+def test_a_det_is_drawn_in_the_format_of_its_name(two, tmp_path, suffix, begins):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / f"det.{suffix}"
+    save_det(path, [one.report for one in two.analyses])
+    assert path.read_bytes().startswith(begins)
+    with pytest.raises(OutputError, match="a DET needs genuine and impostor pairs"):
+        save_det(path, [rates_of(np.ones(3), np.empty(0))])
+
+
+def test_curves_are_the_points_of_the_line(report, tmp_path):
+    file = write_curves(tmp_path / "new" / "folder", [report])
+    rows = list(csv.DictReader(file.read_text().splitlines()))
+    assert {row["set"] for row in rows} == {"set, one", "b", "all pooled"}
+    whole = error_curves(*report.sets[0].scores.split())
+    first = [row for row in rows if row["set"] == "set, one"]
+    fmr, fnmr = (np.array([float(one[name]) for one in first]) for name in ("fmr", "fnmr"))
+    assert (fmr[0], fnmr[0], fmr[-1], fnmr[-1]) == (1, 0, 0, 1)
+    assert {*zip(fmr, fnmr, strict=True)} <= {*zip(whole.fmr, whole.fnmr, strict=True)}
+    assert np.trapezoid(fnmr, fmr) == pytest.approx(np.trapezoid(whole.fnmr, whole.fmr))
+
+
+def test_what_cannot_be_written_is_refused_before_work(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    for prepare in (prepare_page, prepare_curves):
+        with pytest.raises(OutputError, match="cannot be made a folder"):
+            prepare(tmp_path / "file" / "below")
+    with pytest.raises(OutputError, match="name ends with"):
+        check_table(tmp_path / "rates.xls")
+    with pytest.raises(OutputError, match="cannot be written"):
+        check_table(Path("/dev/null/rates.tex"))
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(OutputError, match=r"^a report needs matplotlib: pip install 'fpmatch\[plo"):
+        prepare_page(tmp_path)
+
+
+class Reader(HTMLParser):
+    """Check that elements close in order; gather words and what is loaded from elsewhere."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.words, self.loaded = [], [], []
+        self.feed(page)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID:
+            self.open.append(tag)
+        self.loaded += [v for k, v in attrs if k in {"src", "href", "xlink:href"} and v]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open[-1:] != ["style"]:
+            self.words.append(data)
+
+
+def test_a_page_closes_what_it_opens_loads_nothing_and_has_the_comparison(
+    options, make_database, tmp_path
+):
+    pytest.importorskip("matplotlib")
+    database = make_database("db", 6, 3, contents={"2_2": "broken"}, toml='name = "A & <b>"')
+    report = evaluate([database], **options)
+    other = replace(report, matcher="other")
+    compared = Report.of([report, other], bootstrap=30, baseline=report.scores)
+    read = Reader(write_page(tmp_path / "out", compared).read_text(encoding="utf-8"))
+    assert all(value.startswith("data:") for value in read.loaded)
+    words = "".join(read.words)
+    for shown in ("A & <b>", "2_2.tif: ", "broken", "side by side", "other compared with fake"):
+        assert shown in words
+    assert "fake compared with fake" in words  # the baseline
+    assert "McNemar's exact test: p = 1" in words
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("paper", "Where more than a share rho = 0.6 of the minutiae must be paired, "),
+        ("unit-circle", "At the default threshold of 40, "),
+        ("fake", ""),
+    ],
+)
+def test_the_decisions_are_those_of_verify(report, name, rule):
+    pytest.importorskip("matplotlib")
+    words = "".join(Reader(page_of(Report.of([replace(report, matcher=name)], bootstrap=0))).words)
+    assert "95 % interval " not in words
+    assert ("genuine pairs do not match" in words) == bool(rule)
+    assert rule in words
+
+
+def test_a_database_of_genuine_pairs_alone(options, make_database):
+    pytest.importorskip("matplotlib")
+    alone = evaluate([make_database("db", 1, 3)], **options)
+    twice = Report.of([alone, alone], bootstrap=10)
+    assert twice.comparisons == ()
+    assert "No curves" in page_of(twice)
+
+
+def test_the_worst_come_first_and_each_print_once(report):
+    row = report.sets[0]
+    report = replace(report, sets=(row,))
+    for genuine in (True, False):
+        worst = hardest_pairs(report, 4, genuine=genuine)
+        values = [pair.similarity for pair in worst]
+        assert values == sorted(values, reverse=not genuine)
+        named = [name for pair in worst for name in (pair.probe, pair.reference)]
+        assert len(named) == len(set(named))
+        assert "1_2.tif" not in named
+        kept = (row.scores.trials.genuine == genuine) & row.scores.compared
+        every = row.scores.trials.similarity[kept]
+        assert values[0] == (every.min() if genuine else every.max())
+        assert all(pair.note.startswith("not drawn: ") for pair in worst)
+
+
+def printed(path, dpi):
+    """Extract minutiae that lie where a picture's name says, with nothing to look at."""
+    finger, number = map(int, path.stem.split("_"))
+    rng = np.random.default_rng(finger)
+    moved = np.random.default_rng([finger, number]).normal(0, 1, (24, 2))
+    xy = rng.uniform(20, 130, (24, 2)) + moved
+    return Template(Minutiae(*xy.T, rng.uniform(0, 6, 24)), 150, 150)
+
+
+def test_the_worst_are_drawn(tmp_path):
+    for finger, number in itertools.product((1, 2, 3), (1, 2)):
+        noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
+        Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
+    report = evaluate([tmp_path], extractor=printed, workers=1)
+    (worst, *_) = hardest_pairs(report, 1, genuine=False)
+    assert worst.picture[8:12] == b"WEBP"
+    assert worst.score is not None
+    assert "of minutiae, overlap" in worst.note
+    (tmp_path / worst.probe).unlink()
+    (again, *_) = hardest_pairs(report, 1, genuine=False)
+    assert (again.picture, again.note.startswith("not drawn: ")) == (b"", True)

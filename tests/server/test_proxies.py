@@ -1,0 +1,101 @@
+"""The files for nginx and Caddy of docs/how-to/deploy.md, run before a server."""
+
+import re
+import shutil
+import socket
+import subprocess
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+
+from fpmatch.server.settings import Limits
+
+from .conftest import serving
+
+PAGE = Path(__file__).resolve().parents[2] / "docs/how-to/deploy.md"
+NAME = "prints.example.org"
+
+
+def block(beginning):
+    """Return the one block of code of the page that begins so."""
+    (text,) = re.findall(rf"```\w+\n({beginning}.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    return text
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
+def nginx(folder, port, behind):
+    """Return the command that runs the site of the page, as nginx includes it."""
+    certificate = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1"]
+    where = ["-subj", f"/CN={NAME}", "-keyout", folder / "key.pem", "-out", folder / "cert.pem"]
+    subprocess.run([*certificate, *where], check=True, capture_output=True)
+    site = block("limit_conn_zone").replace("listen 443", f"listen {port}")
+    site = site.replace("/etc/ssl/prints.pem", f"{folder}/cert.pem")
+    site = site.replace("/etc/ssl/prints.key", f"{folder}/key.pem")
+    site = site.replace("127.0.0.1:8000", f"127.0.0.1:{behind}")
+    temporary = "".join(
+        f"{name}_temp_path {folder}/{name};\n"
+        for name in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
+    )
+    (folder / "nginx.conf").write_text(
+        f"daemon off;\nmaster_process off;\npid {folder}/pid;\nerror_log stderr;\nevents {{}}\n"
+        f"http {{\naccess_log off;\n{temporary}{site}}}\n"
+    )
+    return ["nginx", "-c", f"{folder}/nginx.conf", "-e", "stderr"]
+
+
+def caddy(folder, port, behind):
+    """Return the command that runs the site of the page, with a certificate of its own."""
+    site = block(re.escape(NAME)).replace(NAME, f"{NAME}:{port}", 1)
+    site = site.replace("127.0.0.1:8000", f"127.0.0.1:{behind}").rstrip().removesuffix("}")
+    options = (
+        f"{{\nadmin off\nauto_https disable_redirects\nstorage file_system {folder}/kept\n}}\n"
+    )
+    (folder / "Caddyfile").write_text(f"{options}{site}    tls internal\n}}\n")
+    return ["caddy", "run", "--adapter", "caddyfile", "--config", f"{folder}/Caddyfile"]
+
+
+@contextmanager
+def behind_proxy(command, port):
+    """Run a proxy until it listens; yield a client of it."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as proxy:
+        try:
+            address, end = f"https://127.0.0.1:{port}", time.monotonic() + 20
+            with httpx.Client(base_url=address, verify=False, trust_env=False) as client:
+                client.headers["host"] = NAME
+                asked = {"extensions": {"sni_hostname": NAME}, "timeout": 60}
+                while time.monotonic() < end and proxy.poll() is None:
+                    try:
+                        client.get("/health", **asked)
+                        break
+                    except httpx.TransportError:
+                        time.sleep(0.1)
+                assert proxy.poll() is None, proxy.stdout.read()
+                yield lambda path, **parts: client.request(
+                    "POST" if parts else "GET", path, **asked, **parts
+                )
+        finally:
+            proxy.terminate()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("configured", [nginx, caddy])
+def test_a_proxy_passes_requests_on_and_bounds_them(configured, prints, tmp_path):
+    if shutil.which(configured.__name__) is None:
+        pytest.skip(f"{configured.__name__} is not installed")
+    hosts = (NAME, "127.0.0.1")
+    with serving(hosts=hosts, limits=Limits(file_megabytes=2.0)) as server:
+        port = free_port()
+        command = configured(tmp_path, port, server.base_url.port)
+        with behind_proxy(command, port) as ask:
+            assert ask("/health").json() == {"status": "ok"}
+            pair = dict.fromkeys(("probe", "reference"), ("a.png", prints["1_1.png"]))
+            assert ask("/verify", files=pair).json()["identical"] == "pixels"
+            # Caddy says that the server closed the connection: nginx reads all before it passes on
+            assert ask("/verify", content=bytes(67_000_000)).status_code in {413, 502}

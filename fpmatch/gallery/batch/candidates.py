@@ -19,10 +19,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import OutputError
-from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.batch.store import Store
+from fpmatch.gallery.batch.unfinished import Rows, Unfinished
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import BATCH, identify_each
@@ -43,7 +42,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 IDENTIFY: Final = "identify"
-_FORMAT: Final = "3"  # of the state of an unfinished run
+_FORMAT: Final = "4"  # of the state of an unfinished run
 OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
@@ -146,11 +145,13 @@ def write_candidates(
                     lines = [csv_lines([row]) for one in batch for row in _rows(one)]
                 yield Rows(b"".join(lines), len(batch), len(lines), len(failed))
 
-    with engine or serial() as place, Store(target, run) as store:
+    with engine or serial() as place, Unfinished(target, run) as unfinished:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
-        rows = ResumedRows(store, header, -(-total // BATCH))
-        start, end = rows.write(rows_from, lambda at: progress(IDENTIFY, at.pairs, total))
+        chunks = -(-total // BATCH)
+        start, end = unfinished.write(
+            header, chunks, rows_from, lambda at: progress(IDENTIFY, at.pairs, total)
+        )
     return SearchSummary(
         output=target,
         probes=total,

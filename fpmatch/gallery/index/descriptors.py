@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 MINUTIA: Final = "minutiae_start"  # dimension: one entry a minutia that has a word
 NO_WORD: Final = 0x8800  # bits of a word that counts in neither grid
+NEIGHBOURS: Final = 6  # of a minutia, of twelve: with these alone no more mates are lost
+PLACES: Final = np.array([0, 1, 2, 3, 5, 7, 9, 11], np.int32)  # of ridge orientation, likewise
 _SHORT: Final = np.iinfo(np.int16)
 
 
@@ -36,21 +38,30 @@ class StoredDescriptors(PrintArrays):
     """The bit descriptors of prints in flat arrays.
 
     Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``: those with a
-    neighbour. Positions are rounded to whole pixels at 500 dpi, y pointing up, as galleries contain
-    them. Where `has_flow` is 0, the orientation is not known.
+    neighbour. Of the words of a minutia, those of its first neighbours are kept, and of some places
+    of ridge orientation. Positions are rounded to whole pixels at 500 dpi, y pointing up, as
+    galleries contain them. Where `has_flow` is 0, the orientation is not known.
     """
 
     minutiae_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))
     xy: NDArray[np.int16] = field(metadata=of_each(MINUTIA, "<i2", 2))
     direction_bin: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1"))
-    neighbour_bits: NDArray[np.uint16] = field(metadata=of_each(MINUTIA, "<u2", NEIGHBOUR_WORDS))
-    orientation_bins: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", ORIENTATION_WORDS))
+    neighbour_bits: NDArray[np.uint16] = field(metadata=of_each(MINUTIA, "<u2", NEIGHBOURS))
+    orientation_bins: NDArray[np.uint8] = field(metadata=of_each(MINUTIA, "|u1", len(PLACES)))
     has_flow: NDArray[np.uint8] = field(metadata=of_each(PRINT, "|u1"))
 
     @classmethod
     def pack(cls, prints: Sequence[PreparedTemplate]) -> StoredDescriptors:
         """Return the bit descriptors of prepared prints."""
-        given = [print_.bit_descriptors for print_ in prints]
+        whole = [print_.bit_descriptors for print_ in prints]
+        given = [
+            replace(
+                one,
+                neighbour_bits=one.neighbour_bits[:, :NEIGHBOURS],
+                orientation_bins=one.orientation_bins[:, PLACES],
+            )
+            for one in whole
+        ]
         kept = [((one.neighbour_bits & NO_WORD) != NO_WORD).any(axis=1) for one in given]
         columns: dict[str, Any] = {
             name: np.concatenate(
@@ -97,9 +108,13 @@ class StoredDescriptors(PrintArrays):
         numbers, scores = np.ascontiguousarray(which, np.int64), np.empty(len(which), np.int32)
         if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(self):
             raise IndexError(f"a print outside of {len(self)}")
-        room = np.empty((MAX_MINUTIAE, 2), np.float32)
+        room = (
+            np.empty((MAX_MINUTIAE, 2), np.float32),
+            np.full((MAX_MINUTIAE, NEIGHBOUR_WORDS), NO_WORD, np.uint16),
+            np.full((MAX_MINUTIAE, ORIENTATION_WORDS), UNKNOWN_BIN, np.uint8),
+        )
         tables, arrays = prefilter_of(probe.bit_descriptors), self.arrays().values()
-        score_prints(tables, *arrays, numbers, room, scores)
+        score_prints(tables, *arrays, numbers, PLACES, *room, scores)
         return scores
 
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import OutputError
+from fpmatch.gallery.batch.finished import finished_before, remember
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.batch.unfinished import Rows, Unfinished
@@ -102,6 +103,7 @@ def write_candidates(
     content: str,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    once: bool = False,
 ) -> SearchSummary:
     """Search for many probes and write their candidates.
 
@@ -111,7 +113,8 @@ def write_candidates(
     The `search` is of the open `gallery`, whose audit, if it keeps one, records each search, and
     `content` is the gallery's `content_hash` from before the search was opened: a run of another
     content is not resumed. The `engine` is entered here (default: this process); `progress` is
-    called with stage "identify" and numbers of probes.
+    called with stage "identify" and numbers of probes; `once` is as for
+    `fpmatch.gallery.batch.score.score`.
 
     Raises ScoringError if a different run of this output is unfinished; OutputError if the output
     cannot be written; MatcherError as `fpmatch.gallery.search.identify.identify`; other
@@ -128,6 +131,8 @@ def write_candidates(
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
     total = len(probes.paths)
+    if once and (end := finished_before(target, run)) is not None:
+        return SearchSummary(target, total, end.rows, end.pairs, end.failed, (), {}, 0.0)
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
@@ -152,6 +157,8 @@ def write_candidates(
         start, end = unfinished.write(
             header, chunks, rows_from, lambda at: progress(IDENTIFY, at.pairs, total)
         )
+    if once:
+        remember(target, run, end)
     return SearchSummary(
         output=target,
         probes=total,

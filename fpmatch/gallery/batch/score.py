@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch._version import __version__
 from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.batch.decision import calibration_of
+from fpmatch.gallery.batch.finished import finished_before, remember
 from fpmatch.gallery.batch.pair_list import print_names
 from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
 from fpmatch.gallery.batch.run import Comparing, RowWriter, SideRows, collect
@@ -96,6 +97,7 @@ def score(
     dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    once: bool = False,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 
@@ -107,7 +109,9 @@ def score(
     are those of a list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. The `engine` is entered here (default: this process); `progress`
-    is called with the stages "references", "probes" (in prints) and "compare" (in pairs).
+    is called with the stages "references", "probes" (in prints) and "compare" (in pairs). With
+    `once` a finished run is remembered in the user's cache; where its output is there as it was
+    written, nothing is done again.
 
     Raises ScoringError if the list of pairs is malformed, or a different run of this output is
     unfinished; MatcherError if the matcher is unknown, or a threshold does not go with the
@@ -138,6 +142,9 @@ def score(
         "set of probes": one.content_hash,
         "list of pairs": plan.identity,
     }
+    if once and (end := finished_before(target, run)) is not None:
+        sizes = len(plan.references), len(plan.probes), end.pairs, end.rows, end.pairs, end.failed
+        return ScoreSummary(target, *sizes, (), (), 0.0)
     same = (one.place, one.content_hash) == (other.place, other.content_hash)
     stored: _Stored = {REFERENCES: (other, plan.references), PROBES: (one, plan.probes)}
     if same:  # stored once
@@ -162,6 +169,8 @@ def score(
         begun = time.perf_counter()
         comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer)
         start, end = comparing.run(place, progress)
+    if once:
+        remember(target, run, end)
     return ScoreSummary(
         output=target,
         references=len(plan.references),

@@ -157,20 +157,23 @@ def score(
     fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
     say_slow_kernels()
     try:
-        with ProgressBars(_STAGES) as bars:
+        with make_engine(workers, scheduler) as engine, ProgressBars(_STAGES) as bars:
             done = scoring.score(
                 opened(references),
                 opened(probes),
                 output,
                 matcher=matcher,
                 calibration=fitted,
-                engine=make_engine(workers, scheduler),
+                engine=engine,
                 progress=bars.show,
+                once=True,
                 **choice,
             )
     except KeyboardInterrupt:
         say_note("the same command resumes the run")
         raise
+    if done.resumed == done.pairs:
+        say_note(f"{printable(done.output)}: done already")
     say_dpi_assumed(done.dpi_assumed, "--dpi")
     say_notes(done.noted)
     if done.identical:
@@ -179,7 +182,7 @@ def score(
         say_note(f"{count(done.identical, 'pair')} of identical prints: {shown}")
     say_failures([f"{one.side}: {one.name}: {one.reason}" for one in done.failures])
     show(json_text(_as_dict(done)) if as_json else _as_text(done))
-    return 1 if done.failures else 0
+    return 1 if done.failures or done.failed_pairs else 0
 
 
 def _as_text(done: ScoreSummary) -> str:

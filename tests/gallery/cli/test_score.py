@@ -116,3 +116,19 @@ def test_missing_folders_of_its_files_are_made(run, prints, tmp_path):
         assert run(*searched, "-o", new / name).exit_code == 0
     written = {path.relative_to(new).as_posix() for path in new.rglob("*") if path.is_file()}
     assert written == {"a/s.csv", "c/c.csv", "d/c.jsonl"}
+
+
+def test_a_finished_run_is_not_done_again(score, run, gallery, pair, tmp_path):
+    output, before = tmp_path / "scores.csv", score().stdout.splitlines()
+    content = output.stat()
+    again = score()
+    assert again.exit_code == 0
+    assert again.stderr == f"fpmatch: note: {output}: done already\n"
+    assert again.stdout.splitlines()[-1] == before[-1]
+    assert output.stat() == content
+    output.write_text("another")
+    assert "done already" not in score().stderr
+    words = ("identify", gallery, "--probes", pair, "-o", tmp_path / "c.csv", "--workers", 1)
+    first, second = run(*words), run(*words)
+    assert (first.stderr, second.stderr) == ("", f"fpmatch: note: {tmp_path}/c.csv: done already\n")
+    assert "done already" not in run(*words, "-k", 1).stderr

@@ -75,7 +75,7 @@ CASES = {
         ("p.csv q.csv --matcher paper:rho=half", "rho is a number, not 'half'"),
         ("p.csv q.csv --tolerance -1", "-1"),
         # outputs are looked at before anything is read
-        ("gone.csv gone.csv --plot plot.pdf", "plot.pdf: "),
+        ("gone.csv gone.csv --plot plot.doc", "plot.doc: "),
         ("gone.csv gone.csv --pairs pairs.xlsx", "a list of pairs is written as .csv"),
     ],
     "score --references set --probes set -o s.csv --workers 1": [

@@ -170,16 +170,6 @@ def test_on_a_larger_page_minutiae_and_quality_are_the_same(name, way):
 # --- what is handed in, and what comes out
 
 
-def test_a_file_a_read_image_and_its_pixels_are_one():
-    path = SAMPLES / "101_1.tif"
-    image = read_image(path)
-    template = extract(path)
-    assert template.dpi == 500
-    assert template == template_of("101_1", "learned") != template_of("101_1", "filters")
-    for other in (str(path), image, image.pixels, np.dstack([image.pixels] * 3)):
-        assert extract(other, dpi=500) == template
-
-
 @both_ways
 @pytest.mark.parametrize("dpi", [500, 640])
 def test_the_stages_are_whole_images_in_order_and_fit_together(way, dpi):

@@ -102,6 +102,7 @@ def test_every_door_gives_one_answer(kind, run, tmp_path):
     assert content_of(path) == ("" if kind in {"garbage", "empty"} else usual)
     assert bool(reason) == (kind in {"garbage", "cut short", "empty"})
     assert reason_of(lambda: as_template(data)) == expected
+    assert reason_of(lambda: as_template(str(path))) == expected
     if kind == "cut short":
         with pytest.raises(FpmatchError, match=r"^damaged PNG image"):
             as_template(Image.open(io.BytesIO(data)))

@@ -16,7 +16,7 @@ import anyio
 from anyio import to_process
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.processes import keep_single_threaded
+from fpmatch.gallery.engine.worker import keep_single_threaded
 from fpmatch.server.errors import BUSY, ClientGoneError, RequestError
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from hypercorn.config import Config
 
 from fpmatch.base.output import reason
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.processes import interrupt_kept_from_children
+from fpmatch.server.interrupt import interrupt_kept_from_children
 from fpmatch.server.settings import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:

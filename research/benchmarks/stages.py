@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 from fpmatch.base.output import atomic_write_bytes
-from fpmatch.gallery.engine.processes import single_threaded
+from fpmatch.gallery.engine.worker import single_threaded
 from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import fpmatch
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.engine.processes import single_threaded
+from fpmatch.gallery.engine.worker import single_threaded
 from fpmatch.printable import printable
 from research.fuzzing.damage import MOST_BYTES, damaged
 from research.fuzzing.sanitizer import is_sanitized, reason_of, report_of

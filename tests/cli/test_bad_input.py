@@ -85,7 +85,6 @@ CASES = {
         ("--pairs gone.csv", "gone.csv: "),
         ("-o notes.txt/s.csv", "s.csv: cannot be written"),
         ("--calibration notes.txt", "notes.txt: "),
-        ("--fingers f.csv --threshold 40", "no threshold"),
     ],
     "synth": [
         ("new --seed -1", "seed -1: "),

@@ -145,7 +145,7 @@ CASES = {
     "score": [
         ("--references {dir} --probes {dir} -o {out}/s.csv --workers 1", 0),
         ("--references {manifest} --probes {manifest} -o {out}/s.csv --workers 1", 0),
-        ("--references {gallery} --probes {dir} -o {out}/s.csv --fingers {out}/f.csv", 0),
+        ("--references {gallery} --probes {dir} -o {out}/s.csv", 0),
     ],
     "serve": [("--settings {missing}", 2), ("--gallery {scores}", 2)],
     "evaluate": [

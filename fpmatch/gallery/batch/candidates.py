@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import ImageReadError, OutputError
-from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
+from fpmatch.gallery.batch.finished import finished_before, remember
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.batch.store import Store
+from fpmatch.gallery.batch.unfinished import Rows, Unfinished
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import BATCH, identify_each
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from fpmatch.templates.minutiae import Template
 
 IDENTIFY: Final = "identify"
-_FORMAT: Final = "3"  # of the state of an unfinished run
+_FORMAT: Final = "4"  # of the state of an unfinished run
 OF_CANDIDATES: Final = (
     *("rank", "id", "subject", "finger", "impression", "source", "score", "fmr", "extrapolated"),
     *("expected_false_matches", "impressions", "impression_score"),
@@ -104,6 +104,7 @@ def write_candidates(
     content: str,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    once: bool = False,
 ) -> SearchSummary:
     """Search for many probes and write their candidates.
 
@@ -113,7 +114,8 @@ def write_candidates(
     The `search` is of the open `gallery`, whose audit, if it keeps one, records each search, and
     `content` is the gallery's `content_hash` from before the search was opened: a run of another
     content is not resumed. The `engine` is entered here (default: this process); `progress` is
-    called with stage "identify" and numbers of probes.
+    called with stage "identify" and numbers of probes; `once` is as for
+    `fpmatch.gallery.batch.score.score`.
 
     Raises ScoringError if a different run of this output is unfinished; OutputError if the output
     cannot be written; MatcherError as `fpmatch.gallery.search.identify.identify`; other
@@ -130,6 +132,8 @@ def write_candidates(
         "paths of the probes": hashlib.sha256(repr(probes.paths).encode()).hexdigest(),
     }
     total = len(probes.paths)
+    if once and (end := finished_before(target, run)) is not None:
+        return SearchSummary(target, total, end.rows, end.pairs, end.failed, (), {}, 0.0)
     failures: list[tuple[str, str]] = []
     noted: list[tuple[str, tuple[str, ...]]] = []
 
@@ -147,11 +151,15 @@ def write_candidates(
                     lines = [csv_lines([row]) for one in batch for row in _rows(one)]
                 yield Rows(b"".join(lines), len(batch), len(lines), len(failed))
 
-    with engine or serial() as place, Store(target, run) as store:
+    with engine or serial() as place, Unfinished(target, run) as unfinished:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
-        rows = ResumedRows(store, header, -(-total // BATCH))
-        start, end = rows.write(rows_from, lambda at: progress(IDENTIFY, at.pairs, total))
+        chunks = -(-total // BATCH)
+        start, end = unfinished.write(
+            header, chunks, rows_from, lambda at: progress(IDENTIFY, at.pairs, total)
+        )
+    if once:
+        remember(target, run, end)
     return SearchSummary(
         output=target,
         probes=total,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
@@ -12,13 +11,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.errors import ScoringError
 from fpmatch.gallery.batch.comparer import Comparer
 from fpmatch.gallery.batch.decision import outcomes
-from fpmatch.gallery.batch.plan import PairChunk
-from fpmatch.gallery.batch.resumed_rows import ResumedRows, Rows
 from fpmatch.gallery.batch.score_file import COLUMNS, csv_lines, failure_reason
 from fpmatch.gallery.batch.sources import unpack
+from fpmatch.gallery.batch.unfinished import Rows
 from fpmatch.matching.decision import DEFAULT_THRESHOLD
 from fpmatch.matching.result import is_own
 
@@ -27,9 +24,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.gallery.batch.plan import Plan
+    from fpmatch.gallery.batch.plan import PairChunk, Plan
     from fpmatch.gallery.batch.sources import PrintSource
-    from fpmatch.gallery.batch.store import Position, Store
+    from fpmatch.gallery.batch.unfinished import Position, Unfinished
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.engine.workers import Progress
     from fpmatch.gallery.listing.entry import Label
@@ -52,10 +49,11 @@ class SideRows(NamedTuple):
     labels: Sequence[Label] | None = None  # of a manifest
 
     @classmethod
-    def of(cls, side: PrintSource, store: Store, key: str) -> SideRows:
+    def of(cls, side: PrintSource, store: Unfinished, key: str) -> SideRows:
         """Return what is known of the prints of a side that are stored under a name."""
-        about = store.failures(key), store.qualities(key)
-        return cls(side.names, side.fingers, *about, getattr(side, "labels", None))
+        failures = store.column(key, "reason", "data IS NULL")
+        quality = store.column(key, "quality", "quality IS NOT NULL")
+        return cls(side.names, side.fingers, failures, quality, getattr(side, "labels", None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +177,7 @@ def compare_pairs(comparer: BytesComparer, task: ComparisonTask) -> NDArray[np.f
 
 
 def collect(
-    store: Store,
+    store: Unfinished,
     key: str,
     side: PrintSource,
     numbers: Sequence[int],
@@ -203,7 +201,7 @@ def collect(
 class Comparing:
     """Compare the pairs of a plan and write their rows."""
 
-    store: Store
+    store: Unfinished
     plan: Plan
     probes: str  # name of the side in the store
     references: str
@@ -212,16 +210,15 @@ class Comparing:
 
     def run(self, engine: Engine, progress: Progress) -> tuple[Position, Position]:
         """Write the rows that are missing, and the file; return the positions before and after."""
-        rows = ResumedRows(self.store, HEADER, self.plan.number_of_chunks)
-        return rows.write(
+        return self.store.write(
+            HEADER,
+            self.plan.number_of_chunks,
             partial(self._rows, engine),
             lambda position: progress(COMPARE, position.pairs, len(self.plan)),
         )
 
     def _rows(self, engine: Engine, start: int) -> Generator[Rows, None, None]:
         """Yield the rows of the chunks from number `start` on."""
-        if start and not is_own(self.matcher):
-            self._check_rows_before(start)
         pending: deque[PairChunk] = deque()
         tasks = self._tasks(start, pending)
         with closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results:
@@ -245,21 +242,3 @@ class Comparing:
             self.store.templates(self.references, numbers[1]),
             ({}, {}) if is_own(self.matcher) else (probes, references),
         )
-
-    def _check_rows_before(self, start: int) -> None:
-        """Raise ScoringError if a plug-in would not write the row before chunk `start` again."""
-        chunk = next(self.plan.chunks(start - 1))
-        genuine = None if chunk.genuine is None else chunk.genuine[-1:]
-        last = PairChunk(chunk.probe[-1:], chunk.reference[-1:], genuine)
-        similarities = compare_pairs(BytesComparer(self.matcher), self._task(last))
-        line, _, _ = self.writer.lines(last, *similarities)
-        with self.store.writing(), self.store.rows_file.open("rb") as stream:
-            stream.seek(-min(len(line), stream.seek(0, os.SEEK_END)), os.SEEK_END)
-            same = stream.read() == line
-        if not same:
-            names = self.writer.probes.names[last.probe[0]], self.writer.references.names
-            raise ScoringError(
-                f"{self.store.output}: {names[0]} and {names[1][last.reference[0]]}: matcher "
-                f"{self.matcher.name} gives another answer than before the run was interrupted; "
-                f"remove {self.store.folder} to begin again"
-            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from dataclasses import dataclass, field
@@ -9,16 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
-from fpmatch.base.output import check_writable
-from fpmatch.errors import MatcherError, OutputError, number_text
+from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.gallery.batch.fingers import check_fingers, write_fingers
+from fpmatch.gallery.batch.finished import finished_before, remember
 from fpmatch.gallery.batch.pair_list import print_names
 from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
 from fpmatch.gallery.batch.run import Comparing, RowWriter, SideRows, collect
 from fpmatch.gallery.batch.score_file import check_format
 from fpmatch.gallery.batch.sources import open_source
-from fpmatch.gallery.batch.store import Store
+from fpmatch.gallery.batch.unfinished import Unfinished
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.matching.calibration import MAX_SCORE
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "6"  # of the state of an unfinished run
+_FORMAT: Final = "7"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,6 @@ class ScoreSummary:
     dpi_assumed: tuple[str, ...]
     seconds: float
     noted: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    fingers: Path | None = None
-    finger_rows: int | None = None
     identical: int = 0
     identical_pairs: tuple[tuple[str, str], ...] = ()
 
@@ -95,10 +93,10 @@ def score(
     matcher: str | Matcher = DEFAULT_MATCHER,
     calibration: Calibration | None = None,
     threshold: float | None = None,
-    fingers: str | os.PathLike[str] | None = None,
     dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    once: bool = False,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 
@@ -109,13 +107,14 @@ def score(
     resolution of all images of folders. The output is a ``.csv`` or ``.parquet`` file. The `pairs`
     are those of a list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
-    and those without a score. `fingers` is a CSV file for the scores of fingers, too, which need
-    all rows: not with a threshold. The `engine` is entered here (default: this process); `progress`
-    is called with the stages "references", "probes" (in prints) and "compare" (in pairs).
+    and those without a score. The `engine` is entered here (default: this process); `progress`
+    is called with the stages "references", "probes" (in prints) and "compare" (in pairs). With
+    `once` a finished run is remembered in the user's cache; where its output is there as it was
+    written, nothing is done again.
 
     Raises ScoringError if the list of pairs is malformed, or a different run of this output is
-    unfinished; MatcherError if the matcher is unknown, or threshold or finger scores do not go with
-    the calibration; OutputError if the output cannot be written; other FpmatchErrors if a side
+    unfinished; MatcherError if the matcher is unknown, or a threshold does not go with the
+    calibration; OutputError if the output cannot be written; other FpmatchErrors if a side
     cannot be opened or the engine broke down.
 
     Examples
@@ -131,9 +130,6 @@ def score(
     _check_threshold(threshold, calibration, chosen.name)
     other, one = _opened(references, dpi), _opened(probes, dpi)
     plan = _planned(pairs, one, other)
-    if fingers is not None:
-        _check_fingers(Path(fingers), target, threshold, calibration)
-        check_fingers(len(one.names), other.fingers)
     run = {
         "format": _FORMAT,
         "version of fpmatch": __version__,
@@ -144,12 +140,15 @@ def score(
         "set of probes": one.content_hash,
         "list of pairs": plan.identity,
     }
+    if once and (end := finished_before(target, run)) is not None:
+        sizes = len(plan.references), len(plan.probes), end.pairs, end.rows, end.pairs, end.failed
+        return ScoreSummary(target, *sizes, (), (), 0.0)
     same = (one.place, one.content_hash) == (other.place, other.content_hash)
     stored: _Stored = {REFERENCES: (other, plan.references), PROBES: (one, plan.probes)}
     if same:  # stored once
         stored = {REFERENCES: (other, sorted({*plan.references, *plan.probes}))}
     of_probes = REFERENCES if same else PROBES
-    with engine or serial() as place, Store(target, run) as store:
+    with engine or serial() as place, Unfinished(target, run) as store:
         for name, (side, numbers) in stored.items():
             collect(store, name, side, numbers, place, progress)
         writer = RowWriter(
@@ -163,15 +162,13 @@ def score(
             rho=getattr(chosen, "rho", None) if threshold is None else None,
         )
         about = _about_prints(stored, store)
-        digests = store.digests(of_probes), store.digests(REFERENCES)
-        identical, first = find_identical_pairs(plan, *digests, IDENTICAL_NAMED)
+        kept = [store.column(key, "digest", "digest != x''") for key in (of_probes, REFERENCES)]
+        identical, first = find_identical_pairs(plan, kept[0], kept[1], IDENTICAL_NAMED)
         begun = time.perf_counter()
         comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer)
         start, end = comparing.run(place, progress)
-    finger_rows = None
-    if fingers is not None:
-        names = one.names, other.names, other.fingers
-        finger_rows = write_fingers(target, Path(fingers), *names, same=same)
+    if once:
+        remember(target, run, end)
     return ScoreSummary(
         output=target,
         references=len(plan.references),
@@ -181,24 +178,25 @@ def score(
         resumed=start.pairs,
         failed_pairs=end.failed,
         seconds=time.perf_counter() - begun,
-        fingers=None if fingers is None else Path(fingers),
-        finger_rows=finger_rows,
         identical=identical,
         identical_pairs=tuple((one.names[i], other.names[j]) for i, j in first),
         **about,
     )
 
 
-def _about_prints(stored: _Stored, store: Store) -> dict[str, Any]:
+def _about_prints(stored: _Stored, store: Unfinished) -> dict[str, Any]:
     """Return what a summary states about the prints that a run has read."""
     failures: list[ImageFailure] = []
     assumed: list[str] = []
     noted: list[tuple[str, list[str]]] = []
     for name, (side, _) in stored.items():
         full_names = [f"{side.place}: {one}" for one in side.names]
-        failures += _failures(name, side, store.failures(name))
-        assumed += [full_names[number] for number in store.assumed(name)]
-        noted += [(full_names[number], notes) for number, notes in store.notes(name).items()]
+        failures += _failures(name, side, store.column(name, "reason", "data IS NULL"))
+        assumed += [
+            full_names[number] for number in store.column(name, "dpi_assumed", "dpi_assumed")
+        ]
+        notes = store.column(name, "notes", "notes != '[]'")
+        noted += [(full_names[number], json.loads(text)) for number, text in notes.items()]
     return {
         "failures": tuple(failures),
         "dpi_assumed": tuple(sorted(set(assumed))),
@@ -227,20 +225,6 @@ def _planned(
         names = (print_names(side.place, side.names) for side in (probes, references))
         return ListedPairs(pairs, *names)
     return pairs
-
-
-def _check_fingers(
-    fingers: Path, target: Path, threshold: float | None, calibration: Calibration | None
-) -> None:
-    """Raise an error if scores of fingers cannot be written to a file."""
-    if threshold is not None or calibration is None:
-        raise MatcherError(
-            "scores of fingers need the scores of all their impressions: no threshold, and a "
-            "matcher that has a calibration"
-        )
-    if fingers.resolve() == target.resolve():
-        raise OutputError(f"{fingers}: both the scores of pairs and the scores of fingers")
-    check_writable(fingers)
 
 
 def _check_threshold(

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import ScoringError, TemplateError, without_path
-from fpmatch.gallery.batch.fingers import finger_of_name
 from fpmatch.gallery.engine.workers import attempt_each
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.csv_rows import csv_cell
-from fpmatch.gallery.listing.entry import entry_names
+from fpmatch.gallery.listing.entry import NamePattern, entry_names
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
 
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import Label, NamePattern
+    from fpmatch.gallery.listing.entry import Label
     from fpmatch.gallery.listing.print_file import PrintFile
     from fpmatch.gallery.listing.prints import OpenedPrint
     from fpmatch.image.io.read import GreyImage
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
 
 _ZIP: Final = b"PK"  # how what `pack` returns begins
 _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
-_END: Final = (2**63, b"")  # after all entries of a gallery
+_AT_ONCE: Final = 512  # entries of a gallery that are read by one query
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +66,12 @@ class StoredTemplate:
     def all_notes(self) -> tuple[str, ...]:
         """The notes, with one on the resolution where it was assumed."""
         return (*self.notes, ASSUMED_DPI) if self.dpi_assumed else self.notes
+
+
+def finger_of_name(name: str) -> str:
+    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix."""
+    label = NamePattern().label(Path(name))
+    return Path(name).stem if label is None else str(label.of_finger)
 
 
 class PrintSource(Protocol):
@@ -186,20 +191,19 @@ class GallerySource:
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their ascending numbers."""
         wanted = [self._numbers[n] for n in numbers]
-        after = wanted[0] - 1 if wanted else 0
         with self._open() as gallery:
             gallery.record("read templates", entries=ranges(wanted))
-            packed = gallery.packed_templates(after=after)
-            at, data = next(packed, _END)
-            for number in wanted:
-                while at < number:
-                    at, data = next(packed, _END)
-                if at == number:
-                    yield _checked(data)
-                elif number in gallery.damaged:
-                    yield StoredTemplate(None, f"damaged: {gallery.damaged[number]}")
-                else:
-                    raise ScoringError(f"{self.place}: changed while it was read; start again")
+            for k in range(0, len(wanted), _AT_ONCE):
+                some = wanted[k : k + _AT_ONCE]
+                packed = dict(gallery.packed_templates(of=some))
+                for number in some:
+                    if number in packed:
+                        yield _checked(packed[number])
+                    elif number in gallery.damaged:
+                        yield StoredTemplate(None, f"damaged: {gallery.damaged[number]}")
+                    else:
+                        why = "changed while it was read; start again"
+                        raise ScoringError(f"{self.place}: {why}")
 
 
 def _checked(data: bytes) -> StoredTemplate:

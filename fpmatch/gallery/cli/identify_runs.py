@@ -17,7 +17,7 @@ from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.gallery.cli.identify_text import candidates_as_text, subjects_as_text, summary_as_text
 from fpmatch.gallery.cli.notes import notes_as_json, say_damaged, say_failures
-from fpmatch.printable import json_text
+from fpmatch.printable import json_text, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -204,10 +204,13 @@ def identify_to_file(run: Run, output: Path) -> int:
                 content=content,
                 engine=make_engine(run.workers, run.scheduler),
                 progress=bars.show,
+                once=True,
             )
     except KeyboardInterrupt:
         say_note("the same command resumes the run")
         raise
+    if done.resumed == done.probes:
+        say_note(f"{printable(done.output)}: done already")
     say_notes(done.noted)
     say_failures([f"{path}: {reason}" for path, reason in done.failures], "; the file has all")
     document = {

@@ -65,13 +65,6 @@ Columns, as those of fpmatch evaluate --scores:
                     quality of the images, 0 to 100; empty for templates
 
 \b
-Columns of --fingers:
-  probe, finger     finger FFF of a folder of prints FFF_M, else each print; subject and finger of a
-                    gallery
-  impressions       number of impressions of the finger with which there is a score
-  best, score       the best of their scores; that of the finger, calibrated for their number
-
-\b
 Order of the rows:
   That of the list; without one, every probe with the first 256 references, one probe after the
   other, then every probe with the next 256.
@@ -85,7 +78,6 @@ Interrupted:
 Examples:
   fpmatch score --references enrolled --probes seized -o scores.csv
   fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
-  fpmatch score --references prints.db --probes seized -o scores.csv --fingers fingers.csv
   fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
   fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
 
@@ -111,12 +103,6 @@ are rows with the reason), 2 when the run could not be done.
 @by_folder_option
 @click.option(
     "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
-)
-@file_option(
-    "--fingers",
-    metavar="FILE.csv",
-    hidden=True,
-    help="Write the score of each probe with each finger of the references, too.",
 )
 @matcher_option
 @file_option(
@@ -171,20 +157,23 @@ def score(
     fitted = load_calibration(matcher_name(matcher), calibration) if calibration else None
     say_slow_kernels()
     try:
-        with ProgressBars(_STAGES) as bars:
+        with make_engine(workers, scheduler) as engine, ProgressBars(_STAGES) as bars:
             done = scoring.score(
                 opened(references),
                 opened(probes),
                 output,
                 matcher=matcher,
                 calibration=fitted,
-                engine=make_engine(workers, scheduler),
+                engine=engine,
                 progress=bars.show,
+                once=True,
                 **choice,
             )
     except KeyboardInterrupt:
         say_note("the same command resumes the run")
         raise
+    if done.resumed == done.pairs:
+        say_note(f"{printable(done.output)}: done already")
     say_dpi_assumed(done.dpi_assumed, "--dpi")
     say_notes(done.noted)
     if done.identical:
@@ -193,7 +182,7 @@ def score(
         say_note(f"{count(done.identical, 'pair')} of identical prints: {shown}")
     say_failures([f"{one.side}: {one.name}: {one.reason}" for one in done.failures])
     show(json_text(_as_dict(done)) if as_json else _as_text(done))
-    return 1 if done.failures else 0
+    return 1 if done.failures or done.failed_pairs else 0
 
 
 def _as_text(done: ScoreSummary) -> str:
@@ -202,13 +191,12 @@ def _as_text(done: ScoreSummary) -> str:
     pairs += [f"{done.resumed} of them before"] if done.resumed else []
     pairs += [f"{done.failed_pairs} without a score"] if done.failed_pairs else []
     rate = f" ({done.rate:.0f} a second)" if done.rate else ""
-    lines = [
-        f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}",
-        f"{printable(done.output)}: {count(done.rows, 'row')}",
-    ]
-    if done.fingers:
-        lines.append(f"{printable(done.fingers)}: {count(done.finger_rows or 0, 'row')}")
-    return "\n".join(lines)
+    return "\n".join(
+        [
+            f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}",
+            f"{printable(done.output)}: {count(done.rows, 'row')}",
+        ]
+    )
 
 
 def _as_dict(done: ScoreSummary) -> dict[str, Any]:
@@ -220,8 +208,6 @@ def _as_dict(done: ScoreSummary) -> dict[str, Any]:
         "rows": done.rows,
         "resumed": done.resumed,
         "failed_pairs": done.failed_pairs,
-        "fingers": str(done.fingers) if done.fingers else None,
-        "finger_rows": done.finger_rows,
         "failures": [asdict(failure) for failure in done.failures],
         "dpi_assumed": len(done.dpi_assumed),
         "notes": notes_as_json(done.noted),

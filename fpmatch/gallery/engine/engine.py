@@ -7,25 +7,74 @@ the last bit.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypeVar
+import pickle
+import uuid
+import warnings
+from collections import deque
+from contextlib import ExitStack, closing
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from fpmatch._version import __version__
 from fpmatch.base.threads import available_cores
-from fpmatch.gallery.engine.local import Processes, Serial
+from fpmatch.errors import EngineError
+from fpmatch.gallery.engine.executors import in_order, open_executor
+from fpmatch.gallery.engine.worker import NeedsTask, run_chunk, single_threaded
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Generator, Iterable, Iterator
+    from concurrent.futures import Future
     from typing import Self
+
+    from fpmatch.gallery.engine.executors import Workers
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
 
+CHUNKS_IN_FLIGHT: Final = 4  # of each worker: worked on, waiting, or with a result to be taken
+_ONE_PROCESS: Final = (
+    "one process works, not several: a function or class is defined in a notebook or in the script "
+    "that was started, not in a module"
+)
 
-class Engine(Protocol):
-    """Works on chunks; as a context manager it keeps its workers from one `map` to the next."""
+
+class Engine:
+    """Works on chunks; as a context manager it keeps its workers from one `map` to the next.
+
+    Without `workers` and `scheduler` it works in this process; they are as for `open_executor`.
+    """
+
+    def __init__(self, workers: int | None = None, scheduler: str | None = None) -> None:
+        self._open = partial(open_executor, workers, scheduler)
+        self._is_serial = workers is None and scheduler is None
+        self._workers: Workers | None = None
+        self._running = ExitStack()
+        self._entered = 0
+
+    def __enter__(self) -> Self:
+        """Start the workers, and keep them until the block ends."""
+        if not (self._entered or self._is_serial):
+            self._workers = self._running.enter_context(self._open())
+        self._entered += 1
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Release the workers."""
+        self._entered -= 1
+        if not self._entered:
+            self._stop()
+
+    def _stop(self) -> None:
+        self._workers = None
+        self._running.close()
 
     def map(
-        self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
+        self,
+        work: Callable[[Shared, Chunk], Result],
+        shared: Shared,
+        chunks: Iterable[Chunk],
+        name: Callable[[Chunk], str] | None = None,
     ) -> Generator[Result, None, None]:
         """Yield ``work(shared, chunk)`` for each chunk, in order.
 
@@ -33,16 +82,76 @@ class Engine(Protocol):
         needs to fit into memory. Closing the generator cancels the chunks that have not begun.
 
         `work` is a function at the top of a module; no process works on two chunks at once, and
-        OpenCV and numpy are kept on one thread. `shared` is what all chunks need: it is sent to
-        each worker once, and `work` may cache results in that copy. Raises EngineError if the
-        engine broke down; errors of `work` are passed on.
+        OpenCV and numpy are kept on one thread. `shared` is what all chunks need: each worker
+        unpacks it once, and `work` may cache results in that copy. Work that is defined in a
+        notebook or in the script that was started is done in this process, with a warning. Raises
+        EngineError if the engine broke down, with the `name` of the chunks that were worked on;
+        errors of `work` are passed on.
         """
+        packed = b"" if self._is_serial else _packed(work, shared)
+        if b"__main__" in packed:
+            warnings.warn(_ONE_PROCESS, RuntimeWarning, stacklevel=2)
+        if not packed or b"__main__" in packed:
+            with single_threaded():
+                for chunk in chunks:
+                    yield work(shared, chunk)
+            return
+        with self:
+            if self._workers is None:  # the last ones broke down
+                self._workers = self._running.enter_context(self._open())
+            yield from self._map(self._workers, packed, chunks, name)
 
-    def __enter__(self) -> Self:
-        """Keep the workers until the block ends."""
+    def _map(
+        self,
+        workers: Workers,
+        packed: bytes,
+        chunks: Iterable[Chunk],
+        name: Callable[[Chunk], str] | None,
+    ) -> Generator[Any, None, None]:
+        """Yield the results of workers, to which the task is sent as long as some may lack it."""
+        run, unfinished = uuid.uuid4().hex, deque[Chunk]()
 
-    def __exit__(self, *_: object) -> None:
-        """Release the workers."""
+        def window() -> int:
+            return CHUNKS_IN_FLIGHT * workers.count()
+
+        def drawn() -> Iterator[tuple[bytes, Chunk]]:
+            for number, chunk in enumerate(chunks):
+                unfinished.append(chunk)
+                yield packed if number < window() else b"", chunk
+
+        def submit(call: tuple[bytes, Chunk]) -> Future[Any]:
+            return workers.executor.submit(run_chunk, run, call)
+
+        try:
+            with closing(in_order(submit, drawn(), window, workers.check)) as results:
+                for result in results:
+                    if result is NeedsTask.YES:
+                        call = packed, unfinished[0]
+                        (result,) = in_order(submit, [call], window, workers.check)  # noqa: PLW2901
+                    unfinished.popleft()
+                    yield result
+        except Exception as error:
+            why = workers.explain(error)
+            if why is None:
+                raise
+            if name is not None and unfinished:
+                at = [name(chunk) for chunk in list(unfinished)[: workers.count()]]
+                why = f"{why} (at {' or '.join(at)})"
+            self._stop()
+            raise EngineError(why) from error
+
+
+def _packed(work: Callable[..., Any], shared: object) -> bytes:
+    """Return what workers read of a task: the version, a function, and what its chunks share.
+
+    Raises EngineError for what no other process can be sent, such as a matcher with a lambda.
+    """
+    try:
+        return pickle.dumps((__version__, work, shared), pickle.HIGHEST_PROTOCOL)
+    except (AttributeError, TypeError, pickle.PicklingError) as error:
+        raise EngineError(
+            f"cannot be sent to other processes: {error}; one worker needs none"
+        ) from error
 
 
 def serial() -> Engine:
@@ -54,23 +163,20 @@ def serial() -> Engine:
     ...     list(engine.map(pow, 2, [1, 2, 3]))
     [2, 4, 8]
     """
-    return Serial()
+    return Engine()
 
 
 def processes(workers: int | None = None) -> Engine:
     """Return the engine of several processes on this machine.
 
-    They start with the first chunk and end with the `map`, or with the block of the engine as a
-    context manager. They are spawned, or on Linux forked from a process that has only imported
-    modules, because OpenCV's threads do not survive a fork. Work that is defined in a notebook, or
-    in a script without the usual ``if __name__ == "__main__":``, is done in this process, with a
-    warning. There are `workers` of them (default: one a core); 1 works in this process, and less
-    is a ValueError.
+    They start with the block of the engine as a context manager, or with a `map`, and end with it.
+    There are `workers` of them (default: one a core); 1 works in this process, and less is a
+    ValueError.
     """
     count = available_cores() if workers is None else workers
     if count < 1:
         raise ValueError(f"workers must be at least 1, not {count}")
-    return Serial() if count == 1 else Processes(count)
+    return Engine(None if count == 1 else count)
 
 
 def dask(scheduler: str) -> Engine:
@@ -78,12 +184,10 @@ def dask(scheduler: str) -> Engine:
 
     `scheduler` is its address, as ``tcp://host:8786``. Workers may join and leave; what a lost
     worker had is computed again by another. They need the same version of fpmatch, but none of the
-    files. Raises EngineError if Dask is not installed (extra ``fpmatch[dask]``), and on entering,
-    if no scheduler answers.
+    files. On entering, EngineError is raised if Dask is not installed (extra ``fpmatch[dask]``), or
+    no scheduler answers.
     """
-    from fpmatch.gallery.engine.cluster import DaskCluster  # noqa: PLC0415
-
-    return DaskCluster(scheduler)
+    return Engine(scheduler=scheduler)
 
 
 def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:

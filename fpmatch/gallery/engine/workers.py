@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from contextlib import closing, nullcontext
+from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 from fpmatch.base.threads import available_cores
 from fpmatch.errors import FpmatchError
@@ -43,20 +43,17 @@ def run_chunks(
     chunks: Sequence[Chunk],
     *,
     workers: int | None = None,
-    engine: Engine | None = None,
     finished: Callable[[Chunk], None] = lambda _: None,
 ) -> list[Result]:
     """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
 
-    The parameters are those of `fpmatch.gallery.engine.engine.Engine.map` and of `processes`, or an
-    `engine` to work on instead, which is not released here. `finished` is called with each chunk,
-    in order, once its result is there.
+    The parameters are those of `fpmatch.gallery.engine.engine.Engine.map` and of `processes`.
+    `finished` is called with each chunk, in order, once its result is there.
     """
     results = []
-    with (
-        _engine_for(len(chunks), workers, engine) as place,
-        closing(place.map(work, shared, chunks)) as stream,
-    ):
+    most = available_cores() if workers is None else workers
+    engine = processes(min(most, max(1, len(chunks))))
+    with engine, closing(engine.map(work, shared, chunks)) as stream:
         for result, chunk in zip(stream, chunks, strict=True):
             results.append(result)
             finished(chunk)
@@ -97,7 +94,7 @@ def attempt_each(
             sent.append(chunk)
             yield chunk
 
-    with closing(engine.map(_attempt_chunk, work, chunks())) as results:
+    with closing(engine.map(_attempt_chunk, work, chunks(), _names)) as results:
         for attempts in results:
             yield from zip(sent.popleft(), attempts, strict=True)
 
@@ -109,39 +106,10 @@ def results_of_each(
     return (attempt.result for _, attempt in attempt_each(engine, work, items))
 
 
-def attempt_all(
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    *,
-    stage: str,
-    workers: int | None = None,
-    engine: Engine | None = None,
-    progress: Progress = no_progress,
-) -> list[Attempt[Result]]:
-    """Return the attempts of `attempt_each` at a list of items; other parameters as `run_chunks`.
-
-    `progress` is called with `stage` and the number of items that are done.
-    """
-    attempts: list[Attempt[Result]] = []
-    progress(stage, 0, len(items))
-    chunks = -(-len(items) // ITEMS_PER_CHUNK)
-    with (
-        _engine_for(chunks, workers, engine) as place,
-        closing(attempt_each(place, work, items)) as stream,
-    ):
-        for _, attempt in stream:
-            attempts.append(attempt)
-            progress(stage, len(attempts), len(items))
-    return attempts
-
-
-def _engine_for(
-    chunks: int, workers: int | None, engine: Engine | None
-) -> Engine | nullcontext[Engine]:
-    """Return the engine given, which stays open, or one of no more processes than chunks."""
-    if engine is not None:
-        return nullcontext(engine)
-    return processes(min(available_cores() if workers is None else workers, max(1, chunks)))
+def _names(items: list[Any]) -> str:
+    """Return the names of items that are prints, or begin with one."""
+    prints = [item[0] if isinstance(item, tuple) else item for item in items]
+    return ", ".join(str(getattr(one, "path", one)) for one in prints)
 
 
 def _attempt_chunk(work: Callable[[Item], Result], chunk: list[Item]) -> list[Attempt[Result]]:

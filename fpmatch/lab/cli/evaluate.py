@@ -34,16 +34,6 @@ _STAGES = {
     "extract": "extracting prints",
     "compare": "comparing pairs",
 }
-_WORKERS_NEED = (
-    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
-    "cv2",
-    "threadpoolctl",
-    "fpmatch.prints.reading",
-    "fpmatch.gallery.batch.run",
-    "fpmatch.lab.evaluation.databases.extraction",
-    "fpmatch.image.extract",
-    "fpmatch.matching.matchers.unit_circle",
-)
 
 
 @click.command(
@@ -113,9 +103,6 @@ def evaluate(
             f"--baseline: kernels are out of date; run `{build_command()}` first, so that what is "
             "compared is what the files say"
         )
-    from fpmatch.gallery.engine.local import start_fork_server
-
-    start_fork_server(workers, *_WORKERS_NEED)
     from fpmatch.base.output import check_writable
     from fpmatch.lab.evaluation import run
     from fpmatch.lab.evaluation.databases.dataset import with_unique_names

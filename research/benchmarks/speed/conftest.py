@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from fpmatch.gallery.engine.processes import single_threaded
+from fpmatch.gallery.engine.worker import single_threaded
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 

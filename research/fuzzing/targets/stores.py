@@ -10,16 +10,12 @@ import os
 import random
 import secrets
 import shutil
-import sqlite3
-from contextlib import closing, suppress
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
 from unittest.mock import patch
 
 import numpy as np
 
-from fpmatch.gallery.batch.plan import AllPairs
-from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.batch.sources import pack, unpack
 from fpmatch.gallery.encryption.keys import KEY_VARIABLE, Key
 from fpmatch.gallery.engine.engine import serial
@@ -51,7 +47,7 @@ RESULTS = "other candidates than before the damage, without an error or a note"
 
 
 def store_targets() -> list[Target]:
-    """Return the targets of galleries, their indices and unfinished runs."""
+    """Return the targets of galleries and their indices."""
     return [
         *(
             Target(
@@ -66,7 +62,6 @@ def store_targets() -> list[Target]:
         Target("index-segment", partial(_index, "segment"), kernels=True),
         Target("packed-template", _packed, kernels=True),
         Target("stored-template", _stored, kernels=True),
-        Target("unfinished-run", _unfinished),
     ]
 
 
@@ -214,37 +209,3 @@ def _stored() -> Reader:
         _compare(unpack(data))
 
     return Reader([pack(template) for template in templates().values()], read)
-
-
-class _StopError(Exception):
-    """A run is to be interrupted."""
-
-
-def _unfinished() -> Reader:
-    """Damage the state of an interrupted run, and resume it."""
-    made, output = gallery_file(), scratch() / "scores.csv"
-    plan = AllPairs(len(PRINTS), len(PRINTS), band=2, pairs_per_chunk=4)
-
-    def stop(stage: str, done: int, total: int) -> None:
-        if stage == "compare" and 0 < done < total:
-            raise _StopError
-
-    state = output.with_name("scores.csv.unfinished")
-    with suppress(_StopError), patch("fpmatch.gallery.batch.resumed_rows.SAVE_EVERY_S", 0):
-        score(made, made, output, pairs=plan, progress=stop)
-    rows = (state / "rows.csv").read_bytes()
-    with closing(sqlite3.connect(state / "state.db")) as database:
-        database.execute("VACUUM")
-    data = (state / "state.db").read_bytes()
-
-    def read(data: bytes) -> list[str]:
-        own = scratch() / "scores.csv"
-        folder = own.with_name("scores.csv.unfinished")
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-        (folder / "rows.csv").write_bytes(rows)
-        (folder / "state.db").write_bytes(data)
-        done = score(made, made, own, pairs=plan)
-        return [*(one.reason for one in done.failures), *done.dpi_assumed]
-
-    return Reader([data], read)

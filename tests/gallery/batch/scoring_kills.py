@@ -14,7 +14,7 @@ from pathlib import Path
 
 from scoring_fakes import Line, Near
 
-from fpmatch.gallery.batch import resumed_rows
+from fpmatch.gallery.batch import unfinished
 from fpmatch.gallery.batch.plan import AllPairs
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.engine.workers import no_progress
@@ -24,7 +24,7 @@ PROBES = Line([5.0, None, 8.5, 20.0], "probe")
 PLAN = AllPairs(4, 9, band=3, pairs_per_chunk=3)
 
 
-resumed_rows.SAVE_EVERY_S = 0  # at each chunk
+unfinished.SAVE_EVERY_S = 0  # at each chunk
 
 
 def run(output, progress=no_progress):

@@ -223,7 +223,7 @@ def test_a_file_of_no_probe_that_can_be_read_ends_with_status_2(
 def test_what_a_file_of_candidates_needs(run, gallery, prints, monkeypatch, words, reason):
     if "nonsense" in words:
         pytest.importorskip("distributed", reason="Dask (extra dask) is not installed")
-    monkeypatch.setattr("fpmatch.gallery.engine.cluster.CONNECT_S", 0.3)
+    monkeypatch.setattr("fpmatch.gallery.engine.executors.CONNECT_S", 0.3)
     monkeypatch.chdir(gallery.parent)
     files = {"p.png": prints / "1_1.png", "q.png": prints / "2_1.png"}
     result = run("identify", gallery, *(files.get(word, word) for word in words))

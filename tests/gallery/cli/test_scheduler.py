@@ -67,7 +67,7 @@ def test_enrolled_on_a_cluster_a_gallery_is_the_same(run, folder, tmp_path, clus
 def test_without_a_scheduler_it_is_one_line_and_status_2(
     run, gallery, prints, tmp_path, monkeypatch, words
 ):
-    monkeypatch.setattr("fpmatch.gallery.engine.cluster.CONNECT_S", 0.3)
+    monkeypatch.setattr("fpmatch.gallery.engine.executors.CONNECT_S", 0.3)
     print_, address = prints / "1_1.png", "tcp://127.0.0.1:1"
     named = {"old": gallery, "new": tmp_path / "new.csv"}
     given = [word.format(**named) for word in words.split()]

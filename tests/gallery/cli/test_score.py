@@ -26,22 +26,16 @@ def score(run, pair, tmp_path):
 
 
 def test_all_pairs_of_two_folders(score, tmp_path):
-    output, fingers = tmp_path / "scores.csv", tmp_path / "fingers.csv"
-    result = score("--fingers", fingers)
+    output = tmp_path / "scores.csv"
+    result = score()
     assert (result.exit_code, result.stderr) == (0, SAME)
-    counts, written, of_fingers = result.stdout.splitlines()
+    counts, written = result.stdout.splitlines()
     assert counts.startswith("2 probes against 2 references: 4 pairs: ")
     assert counts.endswith(" a second)")
-    assert (written, of_fingers) == (f"{output}: 4 rows", f"{fingers}: 2 rows")
+    assert written == f"{output}: 4 rows"
     scores = {(row["probe"], row["reference"]): row["score"] for row in rows_of(output)}
     assert list(scores) == [(p, r) for p in ("1_1.png", "1_2.png") for r in ("1_1.png", "1_2.png")]
     assert scores["1_1.png", "1_2.png"] == scores["1_2.png", "1_1.png"]
-    found = rows_of(fingers)
-    assert [(row["probe"], row["finger"], row["impressions"]) for row in found] == [
-        ("1_1.png", "1", "1"),
-        ("1_2.png", "1", "1"),
-    ]
-    assert float(found[0]["score"]) == pytest.approx(float(scores["1_1.png", "1_2.png"]))
 
 
 def test_failures_are_rows_lines_and_status_1(score, prints, pair, tmp_path):
@@ -116,11 +110,25 @@ def test_missing_folders_of_its_files_are_made(run, prints, tmp_path):
     new, few = tmp_path / "new", copied(prints, tmp_path / "few", "1_1.png", "2_1.png")
     words = ("--references", few, "--probes", few, "--workers", 1)
     assert run("enrol", tmp_path / "g.db", few).exit_code == 0
-    files = {"a/s.csv": "-o", "b/fingers.csv": "--fingers"}
-    outputs = [word for name, option in files.items() for word in (option, new / name)]
-    assert run("score", *words, *outputs).exit_code == 0
+    assert run("score", *words, "-o", new / "a/s.csv").exit_code == 0
     for name in ("c/c.csv", "d/c.jsonl"):
         searched = ("identify", tmp_path / "g.db", "--probes", few, "--workers", 1)
         assert run(*searched, "-o", new / name).exit_code == 0
     written = {path.relative_to(new).as_posix() for path in new.rglob("*") if path.is_file()}
-    assert written == {*files, "c/c.csv", "d/c.jsonl"}
+    assert written == {"a/s.csv", "c/c.csv", "d/c.jsonl"}
+
+
+def test_a_finished_run_is_not_done_again(score, run, gallery, pair, tmp_path):
+    output, before = tmp_path / "scores.csv", score().stdout.splitlines()
+    content = output.stat()
+    again = score()
+    assert again.exit_code == 0
+    assert again.stderr == f"fpmatch: note: {output}: done already\n"
+    assert again.stdout.splitlines()[-1] == before[-1]
+    assert output.stat() == content
+    output.write_text("another")
+    assert "done already" not in score().stderr
+    words = ("identify", gallery, "--probes", pair, "-o", tmp_path / "c.csv", "--workers", 1)
+    first, second = run(*words), run(*words)
+    assert (first.stderr, second.stderr) == ("", f"fpmatch: note: {tmp_path}/c.csv: done already\n")
+    assert "done already" not in run(*words, "-k", 1).stderr

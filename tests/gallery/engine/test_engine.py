@@ -6,7 +6,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import closing, contextmanager
+from contextlib import closing
 from itertools import count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,18 +15,10 @@ import chunk_work  # spawned workers must find it by this name
 import pytest
 
 from fpmatch.errors import EngineError, ImageError
-from fpmatch.gallery.engine import cluster, local, task
-from fpmatch.gallery.engine.engine import make_engine, processes
-from fpmatch.gallery.engine.local import CHUNKS_IN_FLIGHT, Serial
-from tests.gallery.conftest import start_cluster
+from fpmatch.gallery.engine import executors
+from fpmatch.gallery.engine.engine import CHUNKS_IN_FLIGHT, make_engine, processes, serial
+from fpmatch.gallery.engine.workers import attempt_each
 from tests.gallery.engine.conftest import ENVIRONMENT
-
-
-@pytest.fixture(scope="module")
-def scheduler(workers_find_the_work):
-    """Return the address of a cluster of two workers on this machine."""
-    with start_cluster(threads=2) as started:
-        yield started.scheduler_address
 
 
 @pytest.mark.parametrize("count", [0, 40])
@@ -50,46 +42,42 @@ def test_a_worker_keeps_its_copy_of_what_is_shared(engine):
     assert 1 <= len(seen) <= 2
 
 
+def test_a_worker_without_the_task_is_sent_it_again(engine, monkeypatch):
+    monkeypatch.setattr("fpmatch.gallery.engine.engine.CHUNKS_IN_FLIGHT", 0.5)  # sent once
+    assert list(engine.map(chunk_work.add, 1, range(20))) == list(range(1, 21))
+
+
 def test_an_error_of_the_work_comes_through(engine):
     with pytest.raises(ImageError, match="too small"):
         list(engine.map(chunk_work.fail, ImageError("too small"), range(3)))
     with pytest.raises(TimeoutError, match="late"):
         list(engine.map(chunk_work.fail, TimeoutError("late"), range(3)))
+    done = []
+    with pytest.raises(ValueError, match="3"):
+        done.extend(engine.map(chunk_work.fail_at, 3, range(8)))
+    assert done == [0, 1, 2]
 
 
-@pytest.fixture(params=["files in memory", "shared memory"])
-def tasks(request, monkeypatch):
-    """Return the tasks that workers can read now, in each kind of memory."""
-    if request.param == "shared memory":
-        monkeypatch.delattr(os, "memfd_create", raising=False)
-    there = []
-
-    @contextmanager
-    def noted(packed):
-        with task.task_in_memory(packed) as made:
-            there.append(made)
-            assert task._is_there(made)
-            yield made
-
-    monkeypatch.setattr(local, "task_in_memory", noted)
-    return lambda: [one for one in there if task._is_there(one)]
+def test_an_item_that_is_refused_stops_nothing_and_other_errors_come_through(engine):
+    drawn = count()
+    with closing(attempt_each(engine, chunk_work.halve, drawn)) as attempts:
+        first = list(islice(attempts, 9))
+        assert [item for item, _ in first] == list(range(9))
+        assert [attempt.result for _, attempt in first] == [0, None, 1, None, 2, None, 3, None, 4]
+        assert [attempt.reason for _, attempt in first[1:4]] == ["1 is odd", "", "3 is odd"]
+        assert all(attempt.cpu_ms >= 0 for _, attempt in first)
+        with pytest.raises(ValueError, match="10"):
+            list(attempts)
 
 
-def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
+def test_after_a_dead_process_a_held_engine_works_again(tmp_path):
     with processes(2) as engine:
-        with pytest.raises(EngineError, match="a worker process ended before its work was done"):
-            list(engine.map(chunk_work.die_once, tmp_path, range(8)))
-        assert tasks() == []
+        with pytest.raises(
+            EngineError, match=r"a worker process ended .* \(at .*print 3"
+        ) as raised:
+            list(engine.map(chunk_work.die_once, tmp_path, range(8), "print {}".format))
+        assert "\n" not in str(raised.value)
         assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
-
-
-def test_results_before_an_error_come_first(engine, request):
-    found = []
-    with pytest.raises(ValueError, match="3") as raised:
-        found.extend(engine.map(chunk_work.fail_at, 3, range(8)))
-    assert found == [0, 1, 2]
-    if "processes" in request.node.name:
-        assert "chunk_work.py" in str(raised.value.__cause__)  # where it was raised
 
 
 def _is_there(process):
@@ -100,40 +88,38 @@ def _is_there(process):
     return True
 
 
+SLEEPS = """
+import signal
+from pathlib import Path
+import chunk_work
+from fpmatch.gallery.engine.engine import processes
+signal.signal(signal.SIGINT, signal.default_int_handler)
+with processes(2) as engine:
+    list(engine.map(chunk_work.sleep_long, Path({folder!r}), range(2)))
+"""
+
+
 @pytest.mark.slow
-def test_workers_end_with_the_process_that_started_them(tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text(
-        "from pathlib import Path; import chunk_work\n"
-        "from fpmatch.gallery.engine.engine import processes\n"
-        "if __name__ == '__main__':\n"
-        f"    list(processes(2).map(chunk_work.sleep_long, Path({str(tmp_path)!r}), range(2)))"
-    )
-    with TemporaryDirectory() as temporary:  # of a short name, as fork servers need it
-        environment = {**ENVIRONMENT, "TMPDIR": temporary}
-        with subprocess.Popen([sys.executable, script], env=environment) as main:
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+def test_workers_of_a_killed_process_end_and_leave_no_file(tmp_path):
+    program = SLEEPS.format(folder=str(tmp_path))
+    with TemporaryDirectory() as temporary:
+        words = [sys.executable, "-c", program]
+        with subprocess.Popen(words, env={**ENVIRONMENT, "TMPDIR": temporary}) as main:
             while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
                 assert main.poll() is None
                 time.sleep(0.01)
             main.send_signal(signal.SIGKILL)
         while any(_is_there(worker) for worker in workers):
             time.sleep(0.01)
-        assert not [path for path in Path(temporary).rglob("*") if path.is_file()]
-
-
-@pytest.mark.slow
-def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
-    with make_engine(scheduler=scheduler) as engine:
-        done = list(engine.map(chunk_work.die_once, tmp_path, range(30)))
-    assert done == list(range(30))
-    assert (tmp_path / "died").exists()
+        assert not list(Path(temporary).iterdir())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("who", ["nobody", "somebody else", "nonsense"])
 def test_no_scheduler_is_one_line(monkeypatch, who):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
+    monkeypatch.setattr(executors, "CONNECT_S", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = who if who == "nonsense" else f"tcp://127.0.0.1:{server.getsockname()[1]}"
         if who == "nobody":
@@ -145,26 +131,44 @@ def test_no_scheduler_is_one_line(monkeypatch, who):
 
 
 @pytest.mark.slow
-def test_a_worker_without_fpmatch_is_one_line(other_cluster):
+@pytest.mark.parametrize(
+    ("words", "why"), [(["without"], "a worker cannot import fpmatch"), ([], "connection")]
+)
+def test_what_a_cluster_lacks_is_one_line(other_cluster, tmp_path, words, why):
+    """A worker without fpmatch, and a scheduler that is killed."""
     pytest.importorskip("distributed")
-    address, _ = other_cluster("without")
-    with (
-        pytest.raises(EngineError, match=r"a worker cannot import fpmatch .*") as raised,
-        make_engine(scheduler=address) as engine,
-    ):
-        list(engine.map(chunk_work.add, 1, [2]))
+    address, process = other_cluster(*words)
+
+    def work():
+        with make_engine(scheduler=address) as engine:
+            for done in engine.map(chunk_work.add, 1, count()):
+                if done == 5:
+                    process.kill()
+
+    with pytest.raises(EngineError, match=why) as raised:
+        work()
     assert "\n" not in str(raised.value)
 
 
-def test_without_dask_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(EngineError, match=r"pip install 'fpmatch\[dask\]'"):
-        make_engine(scheduler="tcp://127.0.0.1:8786")
-
-
-def test_workers_and_scheduler_exclude_each_other():
+def test_workers_and_scheduler_exclude_each_other_and_dask_is_an_extra(monkeypatch):
     with pytest.raises(ValueError, match="not both"):
         make_engine(workers=2, scheduler="tcp://127.0.0.1:8786")
     with pytest.raises(ValueError, match="at least 1"):
         make_engine(workers=0)
-    assert isinstance(make_engine(workers=1), Serial)
+    with make_engine(workers=1) as engine, serial() as other:
+        assert {*engine.map(_process, 0, [1]), *other.map(_process, 0, [1])} == {os.getpid()}
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(EngineError, match=r"pip install 'fpmatch\[dask\]'"),
+        make_engine(scheduler="tcp://127.0.0.1:8786"),
+    ):
+        pass
+
+
+def _process(shared, chunk):
+    return os.getpid()
+
+
+def test_what_cannot_be_sent_is_one_line():
+    with pytest.raises(EngineError, match="cannot be sent to other processes"):
+        list(processes(2).map(chunk_work.add, lambda: 1, [1]))

@@ -10,14 +10,11 @@ import pytest
 SAMPLES = Path(__file__).parents[3] / "sample_data"
 MODULES = ["numpy", "cv2", "signal", "selectors", "threadpoolctl", "fpmatch", "anyio"]
 PROGRAM = """
-import sys
-from fpmatch.gallery.engine import local
 from fpmatch.gallery.engine.engine import processes
 
-if __name__ == "__main__":
-    local._START_METHOD = sys.argv[1]
-    with processes(2) as engine:
-        print(sum(engine.map(max, 0, range(5))))
+print("started")
+with processes(2) as engine:
+    print(sum(engine.map(max, 0, range(5))))
 """
 
 
@@ -50,14 +47,11 @@ def run(folder, *words):
     return finished
 
 
-@pytest.mark.parametrize("method", ["forkserver", "spawn"])
-def test_workers_of_a_program_import_nothing_from_its_directory(hostile, method):
-    """Whatever the start method: a file `numpy.py` is not run."""
-    if sys.platform == "win32" and method == "forkserver":
-        pytest.skip("no fork server on this system")
+def test_workers_of_a_program_import_neither_its_directory_nor_the_program(hostile):
+    """A file `numpy.py` is not run, and a script without a main guard is run once."""
     program = hostile.parent / "program.py"
     program.write_text(PROGRAM)
-    assert run(hostile, str(program), method).stdout == "10\n"
+    assert run(hostile, str(program)).stdout == "started\n10\n"
 
 
 def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile):
@@ -67,46 +61,6 @@ def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile):
     prints = [str(path) for path in sorted(SAMPLES.glob("101_[12].tif"))]
     gallery = str(hostile.parent / "prints.db")
     run(hostile, str(script), "enrol", gallery, *prints, "--workers", "2")
-
-
-GUARDLESS = """
-import sys
-from fpmatch.gallery.engine import local
-from fpmatch.gallery.engine.engine import processes
-from fpmatch.lab.evaluation.run import evaluate
-
-print("started")
-local._START_METHOD = sys.argv[1]
-with processes(2) as engine:
-    print(sum(engine.map(max, 0, range(5))))
-"""
-OWN_WORK = """
-import sys
-from fpmatch.gallery.engine import local
-from fpmatch.gallery.engine.engine import processes
-
-def add(shared, chunk):
-    return shared + chunk
-
-if __name__ == "__main__":
-    local._START_METHOD = sys.argv[1]
-    with processes(2) as engine:
-        print(sum(engine.map(max, 0, range(5))), sum(engine.map(add, 1, range(5))))
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["forkserver", "spawn"])
-@pytest.mark.parametrize(
-    ("program", "printed"), [(GUARDLESS, "started\n10\n"), (OWN_WORK, "10 15\n")]
-)
-def test_workers_import_the_script_only_where_they_need_it(tmp_path, method, program, printed):
-    """A script without a main guard works, and so do functions of a script with one."""
-    if sys.platform == "win32" and method == "forkserver":
-        pytest.skip("no fork server on this system")
-    script = tmp_path / "program.py"
-    script.write_text(program)
-    assert run(tmp_path, str(script), method).stdout == printed
 
 
 OWN_MATCHER = """
@@ -124,18 +78,10 @@ with processes(2) as engine:
 """
 
 
-@pytest.mark.parametrize("given", ["file", "standard input"])
-def test_work_of_a_script_without_a_main_guard_is_done_in_one_process(tmp_path, given):
+def test_work_of_the_script_itself_is_done_in_one_process(tmp_path):
     """It works, and a line says that it is not several processes."""
     script = tmp_path / "program.py"
     script.write_text(OWN_MATCHER)
-    with script.open() as lines:
-        finished = subprocess.run(
-            [sys.executable, str(script)] if given == "file" else [sys.executable],
-            stdin=None if given == "file" else lines,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+    finished = run(tmp_path, str(script))
     assert finished.stdout == "10\n", finished.stderr
     assert finished.stderr.count("RuntimeWarning: one process works, not several") == 1

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.descriptors import WORDS, StoredDescriptors
+from fpmatch.gallery.index.descriptors import NEIGHBOURS, PLACES, StoredDescriptors
 from fpmatch.gallery.index.embedding import LENGTH, NETWORK_SHA256, embeddings
 from fpmatch.gallery.index.model import CURVATURES, TERMS, index_model
 from fpmatch.gallery.index.prints.prepared_prints import PRINT
@@ -167,7 +167,7 @@ COLUMNS: Final = OWN_COLUMNS | StoredDescriptors.columns()
 
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{USUAL!r}; {TERMS} terms; {WORDS} words; network {NETWORK_SHA256[:16]}"
+    return f"{USUAL!r}; {TERMS} terms; {NEIGHBOURS}, {len(PLACES)} words; network {NETWORK_SHA256[:16]}"
 
 
 def unoriented_share(segments: Sequence[Segment]) -> float:

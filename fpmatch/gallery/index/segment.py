@@ -167,7 +167,8 @@ COLUMNS: Final = OWN_COLUMNS | StoredDescriptors.columns()
 
 def parameters() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{USUAL!r}; {TERMS} terms; {NEIGHBOURS}, {len(PLACES)} words; network {NETWORK_SHA256[:16]}"
+    words = f"{NEIGHBOURS} and {len(PLACES)} words"
+    return f"{USUAL!r}; {TERMS} terms; {words}; network {NETWORK_SHA256[:16]}"
 
 
 def unoriented_share(segments: Sequence[Segment]) -> float:

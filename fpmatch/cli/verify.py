@@ -55,6 +55,9 @@ The picture of --overlay shows where ridges agree, the paired minutiae with thei
 unpaired ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
 transform is found, the prints are drawn beside each other.
 
+Where the answer is no, the mirrored PROBE is compared, too; if it matches, the reason ends with its
+score, and --mirror compares it so.
+
 The decision is INCONCLUSIVE where even two prints of one finger may not match: with so little skin,
 without ridges, or at an unknown resolution.
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching.calibration import allowance as allowance_of
 from fpmatch.matching.calibration import score_to_fmr
 from fpmatch.matching.decision import Reachable, Rule, find_reachable, find_shortage
 from fpmatch.matching.registry import DEFAULT_MATCHER
@@ -36,6 +37,12 @@ if TYPE_CHECKING:
     from fpmatch.matching.scale import ScaleMeasurement
     from fpmatch.pointset.geometry.similarity import Similarity
     from fpmatch.templates.minutiae import Template
+
+MIRRORED_SHARE: Final = 0.5  # of the false match rate, for the tries of a mirrored probe
+MIRRORED: Final = (
+    "mirrored, the probe matches, with a score of {:.1f}: is one of the images mirrored? "
+    "(--mirror flips the probe)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +217,8 @@ def decide(
     both = probe[1], reference[1]
     evidence = comparison if match else call_matcher(matcher, "explain", *both, comparison)
     compared = None if impressions else call_matcher(matcher, "compared", *both, evidence)
-    reach = partial(find_reachable, matcher, curve, probe, impressions or [reference])
+    references = impressions or [reference]
+    reach = partial(find_reachable, matcher, curve, probe, references)
     shortage, reason = None, ""
     if match:
         scale = measure_scale(probe[0], reference[0], evidence.pairs)
@@ -227,6 +235,8 @@ def decide(
             "the score is below the threshold" if rule.rho is None else "too few minutiae agree"
         )
         reason = (evidence.reason or by_rule) if shortage is None else shortage.message
+        if (mirrored := _mirrored_score(rule, probe[0], references)) is not None:
+            reason += f"; {MIRRORED.format(mirrored)}"
     identical: Identity | None = None
     ours, theirs = images
     if ours is not None and theirs is not None and np.array_equal(ours, theirs):
@@ -259,3 +269,14 @@ def decide(
         map_ridges=partial(call_matcher, matcher, "ridge_map", *both, evidence),
         find_reachable=reach,
     )
+
+
+def _mirrored_score(rule: Rule, probe: Template, references: Sequence[Side]) -> float | None:
+    """Return the score of the mirrored probe, less what its tries cost; None for no match."""
+    if rule.rho is not None:
+        return None
+    mirrored = call_matcher(rule.matcher, "prepare", probe.mirrored())
+    tried = [compare_prepared(rule.matcher, one, mirrored) for _, one in references]
+    most = max((one.similarity for one in tried if one.transform is not None), default=0.0)
+    score = rule.score(most) - allowance_of(MIRRORED_SHARE, len(tried))
+    return score if score >= rule.threshold else None

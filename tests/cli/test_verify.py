@@ -176,7 +176,7 @@ def test_a_full_disk_does_not_cost_the_decision(run, prints, tiny_disk, monkeypa
     assert [path.name for path in tiny_disk.iterdir()] == ["fill"]
 
 
-def test_a_mirrored_print_matches_where_it_is_mirrored_back(run, tmp_path):
+def test_a_mirrored_print_is_no_match_and_is_named(run, tmp_path):
     pixels = np.asarray(Image.open(SAMPLES / "101_1.tif").convert("L"))
     probe, reference = tmp_path / "mirrored.png", SAMPLES / "101_3.tif"
     Image.fromarray(pixels[:, ::-1]).save(probe, dpi=(500, 500))
@@ -184,5 +184,8 @@ def test_a_mirrored_print_matches_where_it_is_mirrored_back(run, tmp_path):
     for one in (probe, tmp_path / "mirrored.json"):
         result = run("verify", one, reference)
         assert (result.exit_code, result.stdout.split("\n")[0]) == (1, "NO MATCH")
+        (score,) = re.findall("the probe matches, with a score of ([0-9.]+)", result.stdout)
         turned = run("verify", one, reference, "--mirror", "--json")
         assert (turned.exit_code, "left and right are exchanged" in turned.stderr) == (0, True)
+    paid = 10 * np.log10(2)  # one of two tries has half of the rate
+    assert decision(turned)["score"] - paid == pytest.approx(float(score), abs=0.1)

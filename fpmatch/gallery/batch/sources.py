@@ -14,13 +14,11 @@ import numpy as np
 
 from fpmatch.errors import ScoringError, TemplateError, without_path
 from fpmatch.gallery.engine.workers import attempt_each
-from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.csv_rows import csv_cell
 from fpmatch.gallery.listing.entry import NamePattern, entry_names
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.print_file import resolution_notes
 from fpmatch.gallery.listing.prints import extract_opened, find_prints, folder_reader, open_print
-from fpmatch.gallery.store.audit import ranges
 from fpmatch.gallery.store.stored_template import (
     minutiae_digest,
     stored_minutiae_digest,
@@ -175,6 +173,8 @@ class GallerySource:
     """
 
     def __init__(self, place: str | os.PathLike[str]) -> None:
+        from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415  (imports SQLAlchemy)
+
         self._open = partial(open_gallery, place)
         with self._open() as gallery:
             self.place, self.title = gallery.name, csv_cell(gallery.name)
@@ -190,6 +190,8 @@ class GallerySource:
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their ascending numbers."""
+        from fpmatch.gallery.store.audit import ranges  # noqa: PLC0415  (imports SQLAlchemy)
+
         wanted = [self._numbers[n] for n in numbers]
         with self._open() as gallery:
             gallery.record("read templates", entries=ranges(wanted))

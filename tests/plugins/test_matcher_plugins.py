@@ -9,14 +9,9 @@ from plugin_packages import ROOT, fpmatch, install, install_points, shown_comman
 
 from fpmatch import Minutiae, Template, enrol, extract, save_template
 from fpmatch.base.plugins import MATCHERS, forget_plugins, load_plugins
-from fpmatch.errors import MatcherError, ScoringError
-from fpmatch.gallery.batch.pair_list import print_names
-from fpmatch.gallery.batch.plan import ListedPairs
-from fpmatch.gallery.batch.score import score
-from fpmatch.gallery.batch.sources import open_source
+from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.registry import get_matcher, matcher_names
-from fpmatch.matching.result import Matcher, nothing_found
 
 GUIDE = "add_a_matcher.md"
 SAMPLES = ROOT / "sample_data"
@@ -215,38 +210,6 @@ def test_a_wrong_answer_is_one_line_that_names_matcher_and_pair(run, wrong, kind
     pair = line.removeprefix("fpmatch: error: ").partition(": matcher ")[0]
     assert NAMED.fullmatch(pair), line
     assert not Path("out.csv").exists()
-
-
-def test_a_run_is_not_resumed_by_a_matcher_that_answers_otherwise(wrong, tmp_path):
-    class Resumed(Matcher):
-        """Give the sum, or from some comparison on an interrupt."""
-
-        name, more, left = "resumed", 0.0, 10
-
-        def prepare(self, template):
-            return float(len(template.minutiae))
-
-        def compare(self, probe, reference):
-            self.left -= 1
-            if not self.left:
-                raise KeyboardInterrupt
-            return nothing_found("", probe + reference + self.more)
-
-    output, pairs = tmp_path / "s.csv", tmp_path / "pairs.csv"
-    names = sorted(path.name for path in wrong["prints"].iterdir())
-    rows = [f"{a},{b}" for a in names for b in names]
-    pairs.write_text("\n".join(["probe,reference", *rows]))
-    prints = open_source(wrong["prints"])
-    plan = ListedPairs(pairs, *[print_names(prints.place, prints.names)] * 2, pairs_per_chunk=4)
-    matcher = Resumed()
-    with pytest.raises(KeyboardInterrupt):
-        score(prints, prints, output, pairs=plan, matcher=matcher)
-    matcher.left, matcher.more = -1, 1.0
-    with pytest.raises(ScoringError, match="matcher resumed gives another answer than before"):
-        score(prints, prints, output, pairs=plan, matcher=matcher)
-    matcher.more = 0.0
-    done = score(prints, prints, output, pairs=plan, matcher=matcher)
-    assert 0 < done.resumed < done.pairs == 16
 
 
 def test_it_is_found_by_its_name_and_by_its_place(run, site, counted, few_prints):

@@ -1,6 +1,6 @@
-"""Files of scores: a row a comparison, of `evaluate --scores` and `score`, or of another program.
+"""Files of scores: a row a comparison, of `evaluate --scores` and `score`.
 
-fpmatch writes one format, whose columns are found by their names:
+There is one format, whose columns are found by their names:
 
 - ``matcher``, ``set``: the matcher and the database;
 - ``probe``, ``reference``: names of the two prints;
@@ -9,8 +9,7 @@ fpmatch writes one format, whose columns are found by their names:
 - ``score``: calibrated, 0 to 100; empty without calibration;
 - ``decision``: match, no match or inconclusive, as `fpmatch.verify` decides; inconclusive, too,
   where a print has no template; empty where the matcher does not decide;
-- the columns `DETAILS`, which only `evaluate` writes: number of pairs, transform, agreement;
-- ``reason``: why there is no similarity, or, in `evaluate`, why the prints do not match;
+- ``reason``: why there is no similarity;
 - ``probe_quality``, ``reference_quality``: quality of the two images, 0 to 100; empty where it is
   not known, as of templates.
 """
@@ -35,9 +34,6 @@ Lines = Iterator[tuple[int, Cells]]
 COLUMNS: Final = (
     *("matcher", "set", "probe", "reference", "genuine", "similarity", "score"),
     *("decision", "reason", "probe_quality", "reference_quality"),
-)
-DETAILS: Final = (
-    *("pairs", "scale", "rotation_deg", "tx", "ty", "rms_px", "agreement", "overlap"),
 )
 PARQUET: Final = ".parquet"
 FORMATS: Final = (".csv", PARQUET)

@@ -11,8 +11,7 @@ from fpmatch.errors import MatcherError
 from fpmatch.gallery.index.prints.compare import packs, similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.search.search import Search
-from fpmatch.gallery.store.stored_template import pack_template, unpack_template
-from fpmatch.matching.result import call_matcher, check_repeats, compare_prepared, named
+from fpmatch.matching.result import check_repeats, compare_prepared, named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from fpmatch.gallery.engine.in_threads import Threads
     from fpmatch.gallery.search.search import SearchOptions, Similarity, Subjects
     from fpmatch.matching.result import Matcher
-    from fpmatch.templates.minutiae import Template
 
 ENTRY: Final = "entry "  # before its number, in errors
 COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes others
@@ -49,23 +47,6 @@ class WholeSearch(Search):
         self.matcher, self.subjects, self.damaged = matcher, subjects, damaged or {}
         self.numbers = np.array(numbers, np.int64)
         self.prints: Any = PreparedPrints.pack(prints) if packs(matcher) else list(prints)
-
-    @classmethod
-    def of(cls, templates: Sequence[Template], matcher: Matcher) -> WholeSearch:
-        """Return a search of templates as a gallery stores them, numbered from 1.
-
-        Each is of a subject of its own. Raises TemplateError if one cannot be stored.
-        """
-        return cls(matcher, [], [], Unlabelled(0)).with_prints(templates)
-
-    def with_prints(self, templates: Sequence[Template]) -> WholeSearch:
-        """Return a search of some templates, too, whose numbers follow those of the others."""
-        first = int(self.numbers[-1]) + 1 if len(self) else 1
-        stored = [unpack_template(pack_template(one)) for one in templates]
-        prints = [call_matcher(self.matcher, "prepare", one) for one in stored]
-        numbers, subjects = range(first, first + len(prints)), Unlabelled(len(self) + len(prints))
-        added = WholeSearch(self.matcher, numbers, prints, subjects, self.damaged)
-        return added.after(self, np.arange(len(self)))
 
     def after(self, before: WholeSearch, places: NDArray[np.intp]) -> WholeSearch:
         """Put prints of a search before, by their places, before these; return this search."""
@@ -111,24 +92,6 @@ class WholeSearch(Search):
         except MatcherError as error:
             raise named(error, f"{ENTRY}{number}") from error
         return similarity
-
-
-class Unlabelled:
-    """Prints each of which is of a subject of its own."""
-
-    def __init__(self, prints: int) -> None:
-        self._prints = prints
-
-    def __len__(self) -> int:
-        return self._prints
-
-    def fingers(self) -> int:
-        """Return how many fingers there are."""
-        return self._prints
-
-    def fingers_of(self, numbers: Sequence[int]) -> dict[str, dict[str, list[int]]]:
-        """Return the subjects of the entries of some numbers; see `Subjects`."""
-        return {str(number): {"": [number]} for number in numbers}
 
 
 def _similarities(

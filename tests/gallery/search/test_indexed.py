@@ -96,11 +96,12 @@ def test_a_search_changes_with_the_size_of_its_gallery(large):
 def test_all_impressions_of_a_finger_that_ranks_first_are_compared(gallery):
     """Those that are not similar to the probe, too."""
     gallery.add([new_entry(k, k // 4) for k in range(SIZE)])
-    search, whole = opened(gallery), WholeSearch.of([print_of(k) for k in range(SIZE)], MATCHER)
+    search, numbers = opened(gallery), range(1, SIZE + 1)
+    whole = WholeSearch(MATCHER, numbers, [search.print_of(n) for n in numbers], search.subjects)
     result = identify(search, print_of(9), count=1)
     (candidate,) = result.candidates
     assert (candidate.number, candidate.impressions, result.fingers) == (10, 4, 10)
-    alone = identify(whole, print_of(9), count=SIZE).candidates
+    alone = identify(whole, print_of(9), count=SIZE, listed="impressions").candidates
     scores = {one.number: one.score for one in alone}
     assert candidate.score == pytest.approx(fused_score([scores[k] for k in (9, 10, 11, 12)]))
 

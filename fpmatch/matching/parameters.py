@@ -99,7 +99,9 @@ class MatchParameters:
     reach_px: float = parameter(
         10.0, "distance from its prediction within which a minutia is paired", 0.1, 100
     )
-    reach_per_px: float = 0.12  # growth of this distance per px to the nearest other pair
+    reach_per_px: float = parameter(
+        0.12, "growth of this distance per px to the nearest other pair", 0, 1
+    )
     reach_limit_px: float = 24.0  # largest such distance
 
     # Search for alignments by the ridges; the agreement of the orientation is the mean cosine of

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 
 from fpmatch.errors import MatcherError
+from fpmatch.gallery.index.prints._prepared_view_kernel import PreparedView
 from fpmatch.gallery.store.array_file import Column
-from fpmatch.matching.compiled import COMPILED
 from fpmatch.matching.constants.prints import NEIGHBOUR_WORDS, ORIENTATION_WORDS
 from fpmatch.matching.parameters import USUAL
+from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 from fpmatch.matching.prints.prepared import (
     ROOT_WEIGHTS,
     BitDescriptors,
@@ -28,10 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
-
-if COMPILED:
-    from fpmatch.gallery.index.prints._prepared_view_kernel import PreparedView
-    from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
 
 MAX_MINUTIAE: Final = 256  # of a print, that a byte can number
 # dimensions: one entry a print; one more than that. Others have the name of the array of starts.

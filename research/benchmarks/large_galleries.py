@@ -150,7 +150,6 @@ class Searched:
     turned: int
     effort: int
     first: list[Candidate] = field(default_factory=list)
-    cost: dict[str, float] = field(default_factory=dict)
 
 
 def searched(

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from array import array
 from collections import Counter, defaultdict
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -49,51 +48,23 @@ class ListedPair(NamedTuple):
     genuine: bool | None
 
 
-@dataclass(frozen=True, slots=True)
-class PairList:
-    """A list of pairs, all of which state whether they are genuine, or none."""
+def iterate_pairs(path: str | os.PathLike[str]) -> Iterator[ListedPair]:
+    r"""Yield the rows of a list of pairs, in the form that this module describes.
 
-    path: str
-    rows: tuple[ListedPair, ...]
-
-    @property
-    def labelled(self) -> bool:
-        """Whether the list states which pairs are genuine."""
-        return self.rows[0].genuine is not None
-
-
-def read_pairs(path: str | os.PathLike[str]) -> PairList:
-    r"""Read a list of pairs, in the form that this module describes.
-
-    Raises ScoringError if the file cannot be read, is empty or malformed; the message names file,
-    line and column.
+    Raises ScoringError if the file cannot be read or is malformed; the message names file, line and
+    column.
 
     Examples
     --------
     >>> import tempfile
     >>> from pathlib import Path
-    >>> from fpmatch.gallery.batch.pair_list import read_pairs
+    >>> from fpmatch.gallery.batch.pair_list import iterate_pairs
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "pairs.txt")
     ...     _ = file.write_text("101_1.tif 101_2.tif 1\n101_1.tif 102_1.tif 0\n")
-    ...     pairs = read_pairs(file)
-    >>> pairs.labelled, [row.genuine for row in pairs.rows]
-    (True, [True, False])
+    ...     [row.genuine for row in iterate_pairs(file)]
+    [True, False]
     """
-    rows = tuple(iterate_pairs(path))
-    if not rows:
-        raise ScoringError("the list holds no pairs", path=path, code="empty")
-    for row in rows:
-        if (row.genuine is None) != (rows[0].genuine is None):
-            state = "is empty" if row.genuine is None else "is stated"
-            raise list_error(
-                path, row.line, f"column genuine: {state}, unlike on line {rows[0].line}"
-            )
-    return PairList(str(path), rows)
-
-
-def iterate_pairs(path: str | os.PathLike[str]) -> Iterator[ListedPair]:
-    """Yield the rows of a list; raises ScoringError as `read_pairs` does."""
     columns: tuple[int, ...] = ()
     for line, cells in csv_rows(path, ScoringError, spaces=True):
         if not columns:

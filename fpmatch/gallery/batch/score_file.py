@@ -18,18 +18,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import OutputError
 from fpmatch.gallery.listing.csv_rows import csv_cell
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
 Cells = list[Any]
-Lines = Iterator[tuple[int, Cells]]
 
 COLUMNS: Final = (
     *("matcher", "set", "probe", "reference", "genuine", "similarity", "score"),

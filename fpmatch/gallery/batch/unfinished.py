@@ -249,7 +249,7 @@ class Unfinished:
                 self._database.commit()
 
     def templates(self, side: str, numbers: Sequence[int]) -> dict[int, bytes]:
-        """Return the templates, in bytes, of those of some prints that have one."""
+        """Return the stored templates of some prints, as bytes; without prints that have none."""
         templates: dict[int, bytes] = {}
         for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
             part = ",".join(map(str, numbers[k : k + _NUMBERS_PER_QUERY]))

@@ -1,4 +1,4 @@
-"""What runs in workers: processes of this machine, and those of a Dask cluster."""
+"""What runs in workers: processes of this machine or workers of a Dask cluster."""
 
 from __future__ import annotations
 

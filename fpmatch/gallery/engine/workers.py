@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
@@ -47,7 +46,7 @@ def run_chunks(
 ) -> list[Result]:
     """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
 
-    The parameters are those of `fpmatch.gallery.engine.engine.Engine.map` and of `processes`.
+    `fpmatch.gallery.engine.engine.Engine.map` and `processes` describe the parameters.
     `finished` is called with each chunk, in order, once its result is there.
     """
     results = []
@@ -62,14 +61,13 @@ def run_chunks(
 
 @dataclass(frozen=True, slots=True)
 class Attempt(Generic[Result]):
-    """The result of the work on one item, and its CPU time in milliseconds.
+    """The result of the work on one item.
 
     `result` is None if the work raised an `FpmatchError`, whose message is then the `reason`.
     """
 
     result: Result | None
     reason: str
-    cpu_ms: float
 
 
 def attempt_each(
@@ -117,10 +115,7 @@ def _attempt_chunk(work: Callable[[Item], Result], chunk: list[Item]) -> list[At
 
 
 def _attempt(work: Callable[[Item], Result], item: Item) -> Attempt[Result]:
-    start = time.process_time()
-    result, reason = None, ""
     try:
-        result = work(item)
+        return Attempt(work(item), "")
     except FpmatchError as error:
-        reason = str(error)
-    return Attempt(result, reason, 1000.0 * (time.process_time() - start))
+        return Attempt(None, str(error))

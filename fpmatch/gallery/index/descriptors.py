@@ -40,10 +40,10 @@ _SHORT: Final = np.iinfo(np.int16)
 class StoredDescriptors(PrintArrays):
     """The bit descriptors of prints in flat arrays.
 
-    Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``: those with a
-    neighbour. Of the words of a minutia, those of its first neighbours are kept, and of some places
-    of ridge orientation. Positions are rounded to whole pixels at 500 dpi, y pointing up, as
-    galleries contain them. Where `has_flow` is 0, the orientation is not known.
+    Print k has the minutiae from ``minutiae_start[k]`` to ``minutiae_start[k + 1]``, each with a
+    neighbour. A minutia keeps the words of its first neighbours and of some places of ridge
+    orientation. Positions are rounded to whole pixels at 500 dpi, y pointing up, as galleries
+    contain them. Where `has_flow` is 0, the orientation is not known.
     """
 
     minutiae_start: NDArray[np.int64] = field(metadata=of_each(START, "<i8"))

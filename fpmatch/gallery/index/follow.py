@@ -210,7 +210,7 @@ class GalleryIndex:
 def _enrolled(
     segment: Segment, numbers: NDArray[np.int64], digests: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
-    """Return which prints of a segment are those of a gallery's entries, numbers ascending."""
+    """Return which prints of a segment a gallery still has, by entry and digest; numbers ascend."""
     at = np.searchsorted(numbers, segment.number)
     there = np.append(numbers, -1)[at] == segment.number
     return np.asarray(there & (np.append(digests, 0)[at] == segment.digest))

@@ -27,7 +27,7 @@ def size_normalized(
     It is the Z-norm of biometric scores, by the size of the reference, in minutiae; `scores` and
     `sizes` have shape (N,). Mean and variance are linear in the logarithm of the size, and fitted
     to these scores, few of which are of mates: which prints they are matters, not their order.
-    Those of fewer than 500 prints are the usual ones.
+    Of fewer than 500 prints the usual ones are returned.
 
     Examples
     --------

@@ -29,7 +29,7 @@ COMPARED_AT_ONCE: Final = 128  # prints that one thread compares before it takes
 class WholeSearch(Search):
     """Search of prepared prints, packed where the matcher can pack them.
 
-    `state` is that of the gallery that they are from, `digests` are those of the entries.
+    `state` is the state of their gallery, `digests` has the digest of each entry.
     """
 
     state = ""

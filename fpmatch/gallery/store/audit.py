@@ -212,7 +212,7 @@ def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> 
 class _Enrolled:
     """The label and picture, hashed, that events state of entries, by number.
 
-    Those of `unsure` numbers may have been removed while no audit was kept.
+    Entries with `unsure` numbers may have been removed while no audit was kept.
     """
 
     entries: dict[int, bytes] = field(default_factory=dict)

@@ -125,7 +125,7 @@ class Database:
                 connection.exec_driver_sql("SET statement_timeout = 0")
                 names = ", ".join(table.name for table in TABLES)
                 connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {names}")
-                connection.invalidate()  # it has other limits than those of the pool
+                connection.invalidate()  # its limits are not the limits of the pool
             else:
                 make_private(self.file)
                 connection.exec_driver_sql("VACUUM")

@@ -129,7 +129,7 @@ class Gallery(Database):
         return numbers, digests
 
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
-        """Yield the entries, or those of one subject, by ascending number.
+        """Yield the entries, or the entries of one subject, by ascending number.
 
         A subject from the name of a file may be given as in that name, or as it is printed.
         """

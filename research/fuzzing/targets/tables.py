@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.gallery.batch.pair_list import read_pairs
+from fpmatch.gallery.batch.pair_list import iterate_pairs
 from fpmatch.gallery.encryption.keys import Key, load_keys
 from fpmatch.gallery.listing.manifest import is_manifest, read_manifest
 from fpmatch.image.dataset_folder import read_dataset_info
@@ -96,7 +96,11 @@ def _manifest() -> Reader:
 
 def _pairs() -> Reader:
     more = b"probe,reference,genuine\n1_1,1_2,1\n1_1,2_1,0\n1_2,2_1,0\n"
-    return _of_file("pairs.txt", read_pairs, [(SAMPLES / "pairs.txt").read_bytes(), more])
+    return _of_file(
+        "pairs.txt",
+        lambda path: list(iterate_pairs(path)),
+        [(SAMPLES / "pairs.txt").read_bytes(), more],
+    )
 
 
 def _scores() -> Reader:

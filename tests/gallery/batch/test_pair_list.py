@@ -1,7 +1,7 @@
 import pytest
 
 from fpmatch.errors import ScoringError
-from fpmatch.gallery.batch.pair_list import PrintNames, read_pairs
+from fpmatch.gallery.batch.pair_list import PrintNames, iterate_pairs
 
 ROWS = [("a 1.png", "b.png", True), ("c.png", "a 1.png", False)]
 
@@ -18,27 +18,23 @@ ROWS = [("a 1.png", "b.png", True), ("c.png", "a 1.png", False)]
 def test_rows_in_every_form(tmp_path, text):
     path = tmp_path / "list"
     path.write_text(text, encoding="utf-8", newline="")
-    found = read_pairs(path)
-    assert [row[1:] for row in found.rows] == ROWS
-    assert found.labelled
+    assert [row[1:] for row in iterate_pairs(path)] == ROWS
 
 
 def test_spaces_separate_where_nothing_else_does(tmp_path):
     (tmp_path / "list").write_text("\n  a   b  1\nc d 0\n")
-    assert [tuple(row) for row in read_pairs(tmp_path / "list").rows] == [
+    assert [tuple(row) for row in iterate_pairs(tmp_path / "list")] == [
         (2, "a", "b", True),
         (3, "c", "d", False),
     ]
     (tmp_path / "list").write_text("probe reference\na b\n")
-    assert not read_pairs(tmp_path / "list").labelled
+    assert [tuple(row) for row in iterate_pairs(tmp_path / "list")] == [(2, "a", "b", None)]
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "the list holds no pairs"),
         ("a b 1\nc d 2\n", "line 2, column genuine: must be 1 or 0, not '2'"),
-        ("a,b,1\nc,d,\n", "line 2, column genuine: is empty, unlike on line 1"),
         ("a,b\nc\n", "line 2: expected a probe and a reference"),
         ("a\n", "line 1: expected a probe and a reference"),
         (b"a,b\n\xffc,d\n", "line 2: not a CSV file in UTF-8"),
@@ -48,11 +44,11 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, text, reason):
     path = tmp_path / "list"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(ScoringError, match="list: ") as caught:
-        read_pairs(path)
+        list(iterate_pairs(path))
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
     with pytest.raises(ScoringError, match="cannot be read: no such file"):
-        read_pairs(tmp_path / "gone")
+        list(iterate_pairs(tmp_path / "gone"))
 
 
 def test_prints_are_found_by_any_path_that_ends_so(tmp_path):

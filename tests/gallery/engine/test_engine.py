@@ -65,7 +65,6 @@ def test_an_item_that_is_refused_stops_nothing_and_other_errors_come_through(eng
         assert [item for item, _ in first] == list(range(9))
         assert [attempt.result for _, attempt in first] == [0, None, 1, None, 2, None, 3, None, 4]
         assert [attempt.reason for _, attempt in first[1:4]] == ["1 is odd", "", "3 is odd"]
-        assert all(attempt.cpu_ms >= 0 for _, attempt in first)
         with pytest.raises(ValueError, match="10"):
             list(attempts)
 

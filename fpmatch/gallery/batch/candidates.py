@@ -25,8 +25,8 @@ from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.batch.unfinished import Rows, Unfinished
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.search.entries import BATCH, identify_each
 from fpmatch.gallery.search.identification import OF_SEARCHES
+from fpmatch.gallery.search.identify import BATCH, identify_each
 from fpmatch.gallery.search.probes import sha256_of
 from fpmatch.printable import json_text
 from fpmatch.prints.reading import group_by_note
@@ -212,20 +212,17 @@ def identify_probes(
 
     with (
         closing(probes.templates(engine, range(start, len(probes.paths)))) as templates,
-        closing(
-            identify_each(gallery, search, opened(templates), options, engine, names)
-        ) as outcomes,
+        closing(identify_each(search, opened(templates), options, engine, names)) as outcomes,
     ):
         for path, content, outcome in zip(names, before, outcomes, strict=True):
             stored = pending.popleft()
             if outcome is None:
                 yield Identified(path, stored.reason, stored.all_notes)
                 continue
-            result, entries = outcome
             if audited and sha256_of(Path(path)) != content:
                 raise ImageReadError("was changed while it was searched for", path=path)
-            gallery.record(IDENTIFY, probe=content, candidates=result.numbers)
-            yield Identified(path, stored.reason, stored.all_notes, result, entries)
+            gallery.record(IDENTIFY, probe=content, candidates=outcome.numbers)
+            yield Identified(path, stored.reason, stored.all_notes, outcome, outcome.entries)
 
 
 def check_candidates_format(output: Path) -> None:
@@ -247,7 +244,7 @@ def _rows(probe: Identified) -> Iterator[list[object]]:
         return
     stages = ["" if result.effort is None else result.effort, " ".join(map(str, result.passed_on))]
     about = [result.enrolled, result.compared, result.fingers, *stages]
-    listed = result.candidate_dicts(probe.entries)
+    listed = result.candidate_dicts()
     for candidate in listed:
         candidate["extrapolated"] = int(candidate["extrapolated"])
         yield [probe.path, *(candidate[name] for name in OF_CANDIDATES), *about, ""]
@@ -265,7 +262,7 @@ def _json_line(probe: Identified, about: Mapping[str, str]) -> bytes:
     candidates: list[dict[str, Any]] = []
     if result is not None:
         document = result.as_dict()
-        candidates = result.candidate_dicts(probe.entries)
+        candidates = result.candidate_dicts()
         reason = None if candidates else NO_CANDIDATE
     document = {"probe": probe.path, **about, **document}
     document |= {"candidates": candidates, "reason": reason}

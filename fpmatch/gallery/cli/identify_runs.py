@@ -51,7 +51,7 @@ class Run:
         """Open the gallery, with its content, and its search; name damaged entries at the end."""
         from fpmatch.gallery.engine.engine import make_engine
         from fpmatch.gallery.gallery import open_gallery
-        from fpmatch.gallery.search.opening import open_search
+        from fpmatch.gallery.search.search import Search
 
         say_slow_kernels()
         bars = ProgressBars({"prepare": "preparing prints", **stages})
@@ -59,7 +59,7 @@ class Run:
             content = gallery.content_hash()
             engine = make_engine(self.workers, self.scheduler)
             how: dict[str, Any] = {"progress": bars.show, "note": say_note}
-            search = open_search(gallery, self.matcher, engine=engine, **how)
+            search = Search.open(gallery, self.matcher, engine=engine, **how)
             bars.close()
             yield gallery, search, content, bars
         say_damaged(gallery.name, gallery.damaged)
@@ -81,7 +81,7 @@ class Run:
 def identify_one_by_one(run: Run) -> int:
     """Show the candidates of each probe; return the exit status of the command."""
     from fpmatch.gallery.listing.prints import folder_reader, read_one_print
-    from fpmatch.gallery.search.entries import identify_given
+    from fpmatch.gallery.search.identify import identify_given
     from fpmatch.gallery.search.probes import notes_on_identical, read_hashed
     from fpmatch.matching.result import named
     from fpmatch.prints.reading import group_by_note
@@ -141,7 +141,6 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
     import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
 
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
-    from fpmatch.gallery.search.entries import identify_entries_fused
     from fpmatch.gallery.search.probes import read_hashed
     from fpmatch.prints.reading import group_by_note
 

@@ -48,7 +48,7 @@ def identify(
 ) -> list[IdentifiedFinger]:
     """Find the enrolled fingers that a print matches best.
 
-    For many probes, `fpmatch.gallery.search.opening.open_search` prepares a gallery once.
+    For many probes, `fpmatch.gallery.search.search.Search` prepares a gallery once.
 
     Parameters
     ----------
@@ -85,9 +85,9 @@ def identify(
     """
     from fpmatch.gallery.engine.engine import processes  # noqa: PLC0415
     from fpmatch.gallery.gallery import Gallery, open_gallery  # noqa: PLC0415
-    from fpmatch.gallery.search.entries import identify_given  # noqa: PLC0415  (imports a database)
-    from fpmatch.gallery.search.opening import open_search  # noqa: PLC0415
+    from fpmatch.gallery.search.identify import identify_given  # noqa: PLC0415  (imports a database)
     from fpmatch.gallery.search.probes import read_hashed  # noqa: PLC0415
+    from fpmatch.gallery.search.search import Search  # noqa: PLC0415
 
     content = None
     if isinstance(probe, str | os.PathLike):
@@ -101,14 +101,14 @@ def identify(
         "effort": effort,
     }
     with nullcontext(gallery) if isinstance(gallery, Gallery) else open_gallery(gallery) as opened:
-        search = open_search(opened, matcher, engine=processes(workers))
-        _, result, entries = identify_given(opened, search, given, **limits)
+        search = Search.open(opened, matcher, engine=processes(workers))
+        _, result = identify_given(search, given, **limits)
         for number, why in opened.damaged.items():
             warnings.warn(f"{opened.name}: entry {number} is skipped: {why}", stacklevel=2)
         opened.record("identify", probe=content, candidates=result.numbers)
     return [
         IdentifiedFinger(entry.label, one.number, one.score, one.fmr)
-        for one, entry in zip(result.candidates, entries, strict=True)
+        for one, entry in zip(result.candidates, result.entries, strict=True)
     ]
 
 

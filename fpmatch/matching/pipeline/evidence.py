@@ -239,14 +239,6 @@ class Evidence(NamedTuple):
         return as_similarity(self.minus_log_fmr)
 
 
-class Alignment(NamedTuple):
-    """The best alignment of two prints, A and B, which are in the order of their content."""
-
-    linear: complex  # q = shift + linear·p maps A onto B, at 500 dpi with y pointing up
-    shift: complex
-    evidence: Evidence
-
-
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print: the common region is small
 POOR_RIDGES: Final = 0.3  # correlation: hardly more than that of impostor prints
 MOSTLY_PAIRED: Final = 0.5  # share of the minutiae in the common region: not too few are paired

@@ -33,7 +33,7 @@ from fpmatch.matching.constants.comparison import (
     SHORTFALL,
 )
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.pipeline.evidence import Alignment, load_weights
+from fpmatch.matching.pipeline.evidence import load_weights
 from fpmatch.matching.prints.prepared import prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
@@ -77,18 +77,18 @@ def describe(
 
 def rejected(
     a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
-) -> float | None:
-    """Return the estimate of -ln(FMR) of two prints that the prefilter rejects; else None."""
+) -> float:
+    """Return the estimate of -ln(FMR) of two prints that the prefilter rejects; else 0."""
     base, growth, limit = load_weights().model_of(a, b).prefilter
     enough = min(base + growth * min(len(a), len(b)), limit)
     bits = a.bit_descriptors, b.bit_descriptors
     shortfall = enough - descriptor_similarity(*bits, parameters)
-    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else None
+    return REJECTED - SHORTFALL * shortfall if shortfall > 0.0 else 0.0
 
 
 def match(
     a: PreparedTemplate, b: PreparedTemplate, parameters: MatchParameters = USUAL
-) -> tuple[Pairing, Alignment] | None:
+) -> tuple[Pairing, Evidence] | None:
     """Align print A with print B, in the order of their content; None if nothing is paired."""
     p, model = parameters, load_weights().model_of(a, b)
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods, parameters)
@@ -98,8 +98,7 @@ def match(
     if a.key == b.key:  # only the identity is its own inverse
         every = np.arange(len(a))
         identity = Pairing(a.points, b.points, every, np.ones(len(a)), parameters=parameters)
-        pairing, evidence = weighed(identity, ridges_from=model.refine_threshold)
-        return pairing, Alignment(*pairing.move, evidence)
+        return weighed(identity, ridges_from=model.refine_threshold)
 
     tried = []
     for pairing in coarse_pairings(a.points, b.points, candidates, parameters):
@@ -122,10 +121,7 @@ def match(
         by_ridges = (grow(start(*one_pair(len(a), *pair)), p.rounds) for pair in pairs)
         found = [weighed(each) for each in by_ridges if each.pairs]
         best = _greatest([best, *found] if best else found)
-    if best is None:
-        return None
-    pairing, evidence = best
-    return pairing, Alignment(*pairing.move, evidence)
+    return best
 
 
 def coarse_pairings(

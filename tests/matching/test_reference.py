@@ -31,9 +31,8 @@ from matching_prints import (
 from fpmatch.image.extract import extract
 from fpmatch.matching import reference as method
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.matchers.reference import MATCHER as REFERENCE
-from fpmatch.matching.matchers.reference import ReferenceMatcher
 from fpmatch.matching.matchers.unit_circle import MATCHER as COMPILED_MATCHER
+from fpmatch.matching.matchers.unit_circle import REFERENCE, ReferenceMatcher
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline._kernels._pair_mesh_kernel import PairMesh
 from fpmatch.matching.pipeline.evidence import Evidence

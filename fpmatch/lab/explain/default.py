@@ -254,7 +254,7 @@ def _local(m: DefaultMethod) -> Step:
     numbers = {
         "least": float(similar.min()),
         "most": float(similar.max()),
-        "rejected": method.rejected(*m.prints, m.parameters) < 0.0,
+        "rejected": bool(method.rejected(*m.prints, m.parameters)),
     }
     return Step("local_matches", draw.links(m.sides, m.as_pq(c.first, c.second), styles), numbers)
 

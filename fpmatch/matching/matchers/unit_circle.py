@@ -20,8 +20,9 @@ from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.parameters import USUAL, MatchParameters
 from fpmatch.matching.pipeline import evidence as score
 from fpmatch.matching.pipeline.evidence import Evidence, amount_terms, as_similarity, main_reason
-from fpmatch.matching.prints.prepared import lies_off_ridges
+from fpmatch.matching.prints.prepared import encode, lies_off_ridges
 from fpmatch.matching.reference.alignment import Pairing
+from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.matching.reference.ridges import ridge_map
 from fpmatch.matching.result import Compared, Comparison, Matcher, nothing_found
 from fpmatch.templates.minutiae import STANDARD_DPI
@@ -39,12 +40,7 @@ if COMPILED:
     from fpmatch.matching.pipeline._kernels._local_kernel import NeighbourIndex
     from fpmatch.matching.pipeline._kernels._pipeline_kernel import Pipeline
     from fpmatch.matching.prints._kernels._template_view_kernel import TemplateView
-    from fpmatch.matching.prints.prepare import (
-        encode,
-        prefilter_of,
-        prepare,
-        score_descriptors,
-    )
+    from fpmatch.matching.prints.prepare import prefilter_of, prepare, score_descriptors
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
@@ -185,19 +181,25 @@ class UnitCircleMatcher(Matcher):
         The probe's lengths are multiplied by each.
         """
         p, ours = self.parameters, reference.bit_descriptors
+        known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
+        theirs = encode(*known, ratios)
         if self.by_reference:
-            from fpmatch.matching.reference import prefilter as method  # noqa: PLC0415  (else not needed)
-
-            rescaled = (method.rescaled(probe, ratio, p) for ratio in ratios)
-            scores = [method.descriptor_similarity(ours, bits, p) for bits in rescaled]
+            scores = [descriptor_similarity(ours, bits, p) for bits in theirs]
         else:
-            known = probe.points, probe.quality, probe.neighbourhoods, probe.region, p
             tables = prefilter_of(ours, p)
-            scores = [score_descriptors(tables, encode(*known, ratio)) for ratio in ratios]
+            scores = [score_descriptors(tables, bits) for bits in theirs]
         return [k for k, value in zip(ratios, scores, strict=True) if value >= MIN_AT_SCALE]
 
 
+class ReferenceMatcher(UnitCircleMatcher):
+    """The default matcher as it is where no kernels are compiled: to change, and to measure."""
+
+    name = "reference"
+    by_reference = True
+
+
 MATCHER: Final = UnitCircleMatcher()
+REFERENCE: Final = ReferenceMatcher()
 
 
 def _in_order(

@@ -38,7 +38,7 @@ from fpmatch.matching.prints.prepared import prepare_by
 from fpmatch.matching.reference.alignment import Pairing, grow, one_pair, seeded
 from fpmatch.matching.reference.evidence import weigh
 from fpmatch.matching.reference.neighbourhood import local_similarity, neighbourhoods
-from fpmatch.matching.reference.prefilter import descriptor_similarity, encode
+from fpmatch.matching.reference.prefilter import descriptor_similarity
 from fpmatch.matching.reference.relaxation import relax
 from fpmatch.matching.reference.ridges import search_by_ridges
 from fpmatch.pointset.geometry.similarity import Similarity
@@ -49,30 +49,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.pipeline.evidence import Evidence
-    from fpmatch.matching.prints.prepared import (
-        BitDescriptors,
-        Neighbourhoods,
-        PreparedTemplate,
-        PrintArea,
-    )
+    from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.matching.reference.relaxation import Candidates
     from fpmatch.templates.minutiae import Template
 
 
 def prepare(template: Template, parameters: MatchParameters = USUAL) -> PreparedTemplate:
     """Triangulate the minutiae of a template and describe their rings."""
-    return prepare_by(describe, template, parameters)
-
-
-def describe(
-    points: NDArray[np.float64],
-    quality: NDArray[np.float64],
-    region: PrintArea,
-    parameters: MatchParameters,
-) -> tuple[Neighbourhoods, BitDescriptors]:
-    """Describe the minutiae (4, N) of a print of an area by their rings and by bits."""
-    rings = neighbourhoods(points, parameters)
-    return rings, encode(points, quality, rings, region, parameters)
+    return prepare_by(neighbourhoods, template, parameters)
 
 
 def rejected(

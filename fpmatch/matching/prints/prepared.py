@@ -197,29 +197,27 @@ def _neighbour_bits(
     t = np.where(t < 0.0, t + 1.0, t) * fixed.SECTORS
     sector = np.minimum(t, fixed.SECTORS - 1).astype(np.int64)
     place = frame[:, :2].transpose(1, 0, 2)[:, None] * per_px + fixed.CELLS_ALONG // 2
-    at = place.astype(np.int64)  # columns and rows
-    on = place - at >= 0.5
-    rank = np.arange(frame.shape[2])
-    inside = ((place >= 0.0) & (place < fixed.CELLS_ALONG)).all(axis=0)
-    inside &= coded[:, None] & (rank < neighbours.count[:, None])
-    further = (at + on < fixed.CELLS_ALONG).all(axis=0)
-    cell = (at[1] * fixed.CELLS_ALONG + at[0]) * fixed.SECTORS + sector
-    word = cell | (4 * on[1] + 2 * on[0] + (t - sector >= 0.5)) << fixed.STEPS
-    counts = np.stack([inside, inside & further])
-    cells = np.where(counts, np.stack([cell, second_cells(word)]), ~rank).astype(np.int16)
-    first = (cells[..., None] == cells[..., None, :]).argmax(axis=-1) == rank
-    word |= np.where(counts[0] & first[0], 0, fixed.NOT_FIRST)
-    word |= np.where(counts[1] & first[1], 0, fixed.NOT_SECOND)
+    at = place.astype(np.int64)
+    (u, v), (column, row) = place, at
+    on_column, on_row = place - at >= 0.5
+    on_sector = t - sector >= 0.5
+    rank, side = np.arange(frame.shape[2]), fixed.CELLS_ALONG
+    inside = coded[:, None] & (rank < neighbours.count[:, None])
+    inside = inside & (u >= 0.0) & (u < side) & (v >= 0.0) & (v < side)
+    further = inside & (column + on_column < side) & (row + on_row < side)
+    cell = (row * side + column) * fixed.SECTORS + sector
+    second = fixed.SECOND + cell + on_sector + fixed.SECTORS * (on_column + side * on_row)
+    word = cell | (4 * on_row + 2 * on_column + on_sector) << fixed.STEPS
+    for counts, cells, bit in (
+        (inside, cell, fixed.NOT_FIRST),
+        (further, second, fixed.NOT_SECOND),
+    ):
+        place = np.where(counts, cells, ~rank).astype(np.int16)
+        first = (place[..., None] == place[..., None, :]).argmax(axis=-1) == rank
+        word |= np.where(counts & first, 0, bit)
     bits = np.full((*word.shape[:-1], fixed.NEIGHBOUR_WORDS), fixed.NOWHERE, np.uint16)
     bits[..., : len(rank)] = np.where(inside, word, fixed.NOWHERE)
     return bits
-
-
-def second_cells(word: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the cells of the second grid that words contain."""
-    on_sector, on_column, on_row = (word >> (fixed.STEPS + k) & 1 for k in range(3))
-    step = on_sector + fixed.SECTORS * (on_column + fixed.CELLS_ALONG * on_row)
-    return np.asarray(fixed.SECOND + (word & fixed.CELL) + step)
 
 
 def _orientation_bins(

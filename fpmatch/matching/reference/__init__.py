@@ -19,8 +19,8 @@ exception.
 
 from __future__ import annotations
 
+import cmath
 import math
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -144,14 +144,21 @@ def transform_of(
     the rotation that of the pairing, to which the directions contribute.
     """
     i = np.flatnonzero(pairing.partner >= 0)
-    places = a.points[:2, i] / a.to_500dpi, b.points[:2, pairing.partner[i]] / b.to_500dpi
-    own, other = (place.T * (1.0, -1.0) for place in places)
-    weight = pairing.weight[i]
-    scale = a.to_500dpi / b.to_500dpi
-    fitted = Similarity.fit(own, other, weight)
-    stretch = fitted.scale / scale
-    if len(i) < MIN_PAIRS_FOR_SCALE or not 1.0 / MAX_STRETCH <= stretch <= MAX_STRETCH:
-        turned = Similarity(scale, -float(np.angle(pairing.move[0])))
-        shift = np.average(other - turned.apply(own), axis=0, weights=weight)
-        fitted = replace(turned, tx=float(shift[0]), ty=float(shift[1]))
-    return fitted, math.sqrt(np.mean(np.sum((fitted.apply(own) - other) ** 2, axis=1)))
+    weight = pairing.weight[i] / pairing.weight[i].sum()
+    own, other = (
+        of[:, paired].T @ [1.0, -1.0j] / side.to_500dpi  # y points down
+        for side, of, paired in ((a, a.points[:2], i), (b, b.points[:2], pairing.partner[i]))
+    )
+    middle_own, middle_other = weight @ own, weight @ other
+    span, scale = own - middle_own, a.to_500dpi / b.to_500dpi
+    linear = weight @ (span.conj() * (other - middle_other))
+    spread = weight @ (span.real * span.real + span.imag * span.imag)
+    stretched = abs(linear) / spread if spread > 0.0 else 0.0
+    if len(i) < MIN_PAIRS_FOR_SCALE or not 1 / MAX_STRETCH <= stretched / scale <= MAX_STRETCH:
+        stretched, linear = scale, pairing.move[0].conjugate()
+    turn = cmath.phase(linear)
+    linear = cmath.rect(stretched, turn)
+    shift = complex(middle_other - linear * middle_own)
+    off = shift + linear * own - other
+    fitted = Similarity(float(stretched), turn, shift.real, shift.imag)
+    return fitted, math.sqrt(np.mean(off.real * off.real + off.imag * off.imag))

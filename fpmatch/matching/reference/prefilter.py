@@ -8,7 +8,6 @@ import numpy as np
 
 from fpmatch.matching.constants import prints as fixed
 from fpmatch.matching.parameters import USUAL, MatchParameters
-from fpmatch.matching.prints.prepared import second_cells
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,5 +76,8 @@ def _pairs(a: BitDescriptors, b: BitDescriptors, most: int) -> tuple[Numbers, Nu
 def _cells(words: NDArray[np.uint16]) -> Numbers:
     """Return the cells of both grids in which words (N, 12) count, (N, 24)."""
     word = words.astype(np.intp)
+    on_sector, on_column, on_row = (word >> (fixed.STEPS + k) & 1 for k in range(3))
+    step = on_sector + fixed.SECTORS * (on_column + fixed.CELLS_ALONG * on_row)
+    second = fixed.SECOND + (word & fixed.CELL) + step
     first = np.where(word & fixed.NOT_FIRST, NO_CELL, word & fixed.CELL)
-    return np.hstack([first, np.where(word & fixed.NOT_SECOND, NO_CELL, second_cells(word))])
+    return np.hstack([first, np.where(word & fixed.NOT_SECOND, NO_CELL, second)])

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.gallery.index.prints.compare import packs, similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
 from fpmatch.matching.decision import NO_EVIDENCE, evidence_in, reachable_similarities
 from fpmatch.matching.result import (
     call_matcher,
@@ -81,7 +80,7 @@ class Comparer(Generic[Key]):
         if not packs(self.matcher):
             return self.one_by_one(probe, references, names)
         if self._packed[0] != references:
-            self._packed = references, PreparedPrints.pack(map(self.prepare, references))
+            self._packed = references, PreparedPrints(map(self.prepare, references))
         return similarities(self.matcher, self.prepare(probe), self._packed[1])
 
     def one_by_one(

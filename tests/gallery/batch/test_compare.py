@@ -58,8 +58,8 @@ def test_a_band_of_references_is_packed_once(template, rng, monkeypatch):
     comparer = BytesComparer(get_matcher("unit-circle"))
     bands = []
     monkeypatch.setattr(
-        comparer_module.PreparedPrints,
-        "pack",
+        comparer_module,
+        "PreparedPrints",
         lambda prints: bands.append(list(prints)) or bands[-1],
     )
     monkeypatch.setattr(comparer_module, "similarities", lambda *given: len(given[-1]))

@@ -13,16 +13,17 @@ import time
 from collections import deque
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
 from fpmatch.errors import ImageReadError, OutputError
-from fpmatch.gallery.batch.finished import finished_before, remember
+from fpmatch.gallery.batch.compare import Rows
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.batch.unfinished import Rows, Unfinished
+from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.search.entries import BATCH, identify_each
@@ -154,10 +155,8 @@ def write_candidates(
     with engine or serial() as place, Unfinished(target, run) as unfinished:
         begun = time.perf_counter()
         header = b"" if is_json_lines(target) else csv_lines([COLUMNS])
-        chunks = -(-total // BATCH)
-        start, end = unfinished.write(
-            header, chunks, rows_from, lambda at: progress(IDENTIFY, at.pairs, total)
-        )
+        report = partial(progress, IDENTIFY)
+        start, end = unfinished.write(header, rows_from, lambda at: report(at.pairs, total))
     if once:
         remember(target, run, end)
     return SearchSummary(

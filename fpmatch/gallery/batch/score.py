@@ -6,19 +6,26 @@ import json
 import os
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch._version import __version__
 from fpmatch.errors import MatcherError, number_text
+from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.decision import calibration_of
-from fpmatch.gallery.batch.finished import finished_before, remember
-from fpmatch.gallery.batch.pair_list import print_names
-from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
-from fpmatch.gallery.batch.run import Comparing, RowWriter, SideRows, collect
-from fpmatch.gallery.batch.score_file import check_format
+from fpmatch.gallery.batch.plan import (
+    AllPairs,
+    ListedPairs,
+    find_identical_pairs,
+    iterate_pairs,
+    print_names,
+)
+from fpmatch.gallery.batch.score_file import HEADER, check_format
 from fpmatch.gallery.batch.sources import open_source
-from fpmatch.gallery.batch.unfinished import Unfinished
+from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.matching.calibration import MAX_SCORE
@@ -26,11 +33,15 @@ from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Generator, Iterator, Sequence
 
-    from fpmatch.gallery.batch.plan import Plan
+    from numpy.typing import NDArray
+
+    from fpmatch.gallery.batch.compare import Rows
+    from fpmatch.gallery.batch.plan import PairChunk, Plan
     from fpmatch.gallery.batch.sources import PrintSource
     from fpmatch.gallery.engine.engine import Engine
+    from fpmatch.gallery.listing.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
@@ -40,7 +51,8 @@ if TYPE_CHECKING:
 IDENTICAL_NAMED: Final = 20  # pairs of identical prints that a summary names
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "7"  # of the state of an unfinished run
+COMPARE: Final = "compare"
+_FORMAT: Final = "8"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,19 +105,19 @@ def score(
     matcher: str | Matcher = DEFAULT_MATCHER,
     calibration: Calibration | None = None,
     threshold: float | None = None,
-    dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
     once: bool = False,
+    **reading: Any,
 ) -> ScoreSummary:
     """Score probes against references and write a row a pair.
 
     The rows are the same, byte by byte, with every engine and however often the run was
     interrupted; its state is kept beside the output until that is complete.
 
-    The sides are folders of prints, manifests or galleries (see `open_source`), `dpi` the
-    resolution of all images of folders. The output is a ``.csv`` or ``.parquet`` file. The `pairs`
-    are those of a list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
+    The sides are folders of prints, manifests or galleries, and `reading`, as ``dpi=500``, is as
+    for `open_source`. The output is a ``.csv`` or ``.parquet`` file. The `pairs` are those of a
+    list (see `ListedPairs`) or all (see `AllPairs`). Only rows whose score, by the
     `calibration` (default: the package's own for the matcher), reaches the `threshold` are kept,
     and those without a score. The `engine` is entered here (default: this process); `progress`
     is called with the stages "references", "probes" (in prints) and "compare" (in pairs). With
@@ -128,7 +140,9 @@ def score(
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = calibration or calibration_of(chosen.name)
     _check_threshold(threshold, calibration, chosen.name)
-    other, one = _opened(references, dpi), _opened(probes, dpi)
+    if isinstance(pairs, str | os.PathLike):
+        reading["names"] = {name for row in iterate_pairs(pairs) for name in row[1:3]}
+    other, one = _opened(references, reading), _opened(probes, reading)
     plan = _planned(pairs, one, other)
     run = {
         "format": _FORMAT,
@@ -150,23 +164,23 @@ def score(
     of_probes = REFERENCES if same else PROBES
     with engine or serial() as place, Unfinished(target, run) as store:
         for name, (side, numbers) in stored.items():
-            collect(store, name, side, numbers, place, progress)
-        writer = RowWriter(
-            matcher=chosen.name,
-            database=one.title if same else f"{one.title} against {other.title}",
-            probes=SideRows.of(one, store, of_probes),
-            references=SideRows.of(other, store, REFERENCES),
-            same=same,
-            calibration=calibration,
-            threshold=threshold,
-            rho=getattr(chosen, "rho", None) if threshold is None else None,
-        )
+            store.collect(name, numbers, partial(side.templates, place), partial(progress, name))
         about = _about_prints(stored, store)
         kept = [store.column(key, "digest", "digest != x''") for key in (of_probes, REFERENCES)]
         identical, first = find_identical_pairs(plan, kept[0], kept[1], IDENTICAL_NAMED)
+        database = one.title if same else f"{one.title} against {other.title}"
         begun = time.perf_counter()
-        comparing = Comparing(store, plan, of_probes, REFERENCES, chosen, writer)
-        start, end = comparing.run(place, progress)
+        comparer = PairComparer(
+            chosen, database, same=same, calibration=calibration, threshold=threshold
+        )
+        sides = _Prints(store, of_probes, one), _Prints(store, REFERENCES, other)
+
+        def rows_from(chunk: int) -> Generator[Rows, None, None]:
+            return place.map(PairComparer.rows, comparer, _tasks(plan.chunks(chunk), *sides))
+
+        start, end = store.write(
+            HEADER, rows_from, lambda at: progress(COMPARE, at.pairs, len(plan))
+        )
     if once:
         remember(target, run, end)
     return ScoreSummary(
@@ -212,8 +226,49 @@ def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[
         yield ImageFailure(name, f"entry {number}", f"damaged: {why}")
 
 
-def _opened(side: AnySource, dpi: float | None) -> PrintSource:
-    return open_source(side, dpi=dpi) if isinstance(side, str | os.PathLike) else side
+class _Prints:
+    """The prints of a side, as they are stored."""
+
+    def __init__(self, store: Unfinished, key: str, side: PrintSource) -> None:
+        self.key, self._side = key, side
+        self._templates = partial(store.templates, key)
+        self._reasons = store.column(key, "reason", "data IS NULL")
+        self._quality = store.column(key, "quality", "quality IS NOT NULL")
+        self._labels: Sequence[Label] | None = getattr(side, "labels", None)
+
+    def of(self, numbers: NDArray[np.integer]) -> dict[int, Print]:
+        """Return some prints by their numbers."""
+        some, side = np.unique(numbers).tolist(), self._side
+        data = self._templates(some)
+        return {
+            n: Print(
+                side.names[n],
+                side.fingers[n],
+                data.get(n),
+                self._reasons.get(n, ""),
+                self._quality.get(n),
+                None if self._labels is None else self._labels[n],
+            )
+            for n in some
+        }
+
+
+def _tasks(
+    chunks: Iterator[PairChunk], probes: _Prints, references: _Prints
+) -> Iterator[ComparisonTask]:
+    """Yield chunks of pairs with their prints; of one side, each print once."""
+    for chunk in chunks:
+        if probes.key == references.key:
+            prints = references.of(np.concatenate([chunk.probe, chunk.reference]))
+            ours = {n: prints[n] for n in np.unique(chunk.probe).tolist()}
+            theirs = {n: prints[n] for n in np.unique(chunk.reference).tolist()}
+            yield ComparisonTask(chunk, ours, theirs)
+        else:
+            yield ComparisonTask(chunk, probes.of(chunk.probe), references.of(chunk.reference))
+
+
+def _opened(side: AnySource, reading: dict[str, Any]) -> PrintSource:
+    return open_source(side, **reading) if isinstance(side, str | os.PathLike) else side
 
 
 def _planned(

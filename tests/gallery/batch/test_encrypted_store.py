@@ -16,8 +16,8 @@ pytestmark = pytest.mark.usefixtures("source")
 
 def begun(tmp_path):
     with Unfinished(tmp_path / "out.csv", {"what": "a run"}) as store:
-        items = [(1, StoredTemplate(DATA)), (2, StoredTemplate(None, "no print"))]
-        assert list(store.add_items("probes", items)) == [1, 2]
+        items = {1: StoredTemplate(DATA), 2: StoredTemplate(None, "no print")}
+        store.collect("probes", [1, 2], lambda some: (items[k] for k in some), lambda *_: None)
         assert store.templates("probes", [1, 2]) == {1: DATA}
     return tmp_path / "out.csv.unfinished" / "state.db"
 

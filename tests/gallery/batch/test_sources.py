@@ -64,7 +64,7 @@ def test_damaged_stored_templates_are_one_error():
     for k in range(len(data)):
         flipped = data[:k] + bytes([data[k] ^ 1]) + data[k + 1 :]
         for damaged in (flipped, data[:k]):
-            with pytest.raises(FpmatchError, match="damaged|not a packed template"):
+            with pytest.raises(FpmatchError, match=r"damaged|not a packed template"):
                 unpack(damaged)
 
 

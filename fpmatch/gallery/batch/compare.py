@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.batch.plan import PairChunk
+    from fpmatch.gallery.batch.sources import StoredTemplate
     from fpmatch.gallery.listing.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
@@ -44,19 +45,17 @@ PREPARED_KEPT: Final = 512
 
 
 class Print(NamedTuple):
-    """A print of a side: its template in bytes, or the reason why there is none."""
+    """A print of a side; prints of a manifest have labels."""
 
     name: str
     finger: str
-    data: bytes | None
-    reason: str
-    quality: int | None = None
-    label: Label | None = None  # of a manifest
+    label: Label | None
+    stored: StoredTemplate
 
 
 @dataclass(frozen=True, slots=True)
 class ComparisonTask:
-    """The pairs of a chunk, with the prints they need by number."""
+    """The pairs of a chunk, with the prints they need by ascending number."""
 
     pairs: PairChunk
     probes: Mapping[int, Print]
@@ -122,12 +121,13 @@ class PairComparer:
     ) -> tuple[object, ...]:
         reason = ""
         if math.isnan(similarity):
-            sides = {"probe": one.reason, "reference": other.reason}
+            sides = {"probe": one.stored.reason, "reference": other.stored.reason}
             reason = "; ".join(f"{side}: {why}" for side, why in sides.items() if why)
         genuine = listed if listed >= 0 else self._genuine(one, other)
         numbers = ["" if math.isnan(value) else value for value in (similarity, score)]
         names = self.matcher.name, self._database, one.name, other.name
-        return (*names, genuine, *numbers, decision, reason, one.quality, other.quality)
+        quality = one.stored.quality, other.stored.quality
+        return (*names, genuine, *numbers, decision, reason, *quality)
 
     def _genuine(self, one: Print, other: Print) -> int | None:
         """Return 1 or 0 where the prints indicate whether a pair is genuine, else None."""
@@ -165,25 +165,29 @@ class PairComparer:
         They are not a number where a print has no template.
         """
         pairs = task.pairs
-        there = {k: one.data for k, one in sorted(task.references.items()) if one.data is not None}
+        sides = (task.probes, task.references)
+        probes, there = (
+            {k: one.stored.data for k, one in side.items() if one.stored.data is not None}
+            for side in sides
+        )
         similarity, reachable = both = np.full((2, len(pairs)), np.nan)
         usable = np.isin(pairs.reference, list(there))
         last: tuple[bytes, bytes, float, list[str]] | None = None
-        for number, probe in task.probes.items():
+        for number, probe in probes.items():
             rows = np.flatnonzero((pairs.probe == number) & usable)
-            if probe.data is None or not len(rows):
+            if not len(rows):
                 continue
             numbers = pairs.reference[rows].tolist()
             references = [there[k] for k in numbers]
-            names = [probe.name, *(task.references[k].name for k in numbers)]
+            names = [task.probes[number].name, *(task.references[k].name for k in numbers)]
             often = len(pairs) >= 2 * len(there)  # comparisons of a reference
             similarity[rows] = self._with_many(
-                probe.data, references, names, [*there.values()] if often else []
+                probe, references, names, [*there.values()] if often else []
             )
             evidence = np.stack([self._print(data)[1] for data in references])
-            ours = self._print(probe.data)[1]
+            ours = self._print(probe)[1]
             reachable[rows] = reachable_similarities(self.matcher, ours, evidence)
-            last = probe.data, references[-1], similarity[rows[-1]], [names[0], names[-1]]
+            last = probe, references[-1], similarity[rows[-1]], [names[0], names[-1]]
         if last is not None:
             self._check_repeats(*last)
         return both

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.errors import MatcherError, number_text
 from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.gallery.batch.plan import (
@@ -28,20 +27,17 @@ from fpmatch.gallery.batch.sources import open_source
 from fpmatch.gallery.batch.unfinished import Unfinished, finished_before, remember
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.matching.calibration import MAX_SCORE
+from fpmatch.matching.decision import Rule
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import group_by_note
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence
 
-    from numpy.typing import NDArray
-
     from fpmatch.gallery.batch.compare import Rows
     from fpmatch.gallery.batch.plan import PairChunk, Plan
     from fpmatch.gallery.batch.sources import PrintSource
     from fpmatch.gallery.engine.engine import Engine
-    from fpmatch.gallery.listing.entry import Label
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
@@ -139,7 +135,8 @@ def score(
     check_format(target)
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     calibration = calibration or calibration_of(chosen.name)
-    _check_threshold(threshold, calibration, chosen.name)
+    if threshold is not None:
+        calibration = Rule.of(chosen, threshold, calibration).calibration
     if isinstance(pairs, str | os.PathLike):
         reading["names"] = {name for row in iterate_pairs(pairs) for name in row[1:3]}
     other, one = _opened(references, reading), _opened(probes, reading)
@@ -173,10 +170,10 @@ def score(
         comparer = PairComparer(
             chosen, database, same=same, calibration=calibration, threshold=threshold
         )
-        sides = _Prints(store, of_probes, one), _Prints(store, REFERENCES, other)
+        sides = (of_probes, one), (REFERENCES, other)
 
         def rows_from(chunk: int) -> Generator[Rows, None, None]:
-            return place.map(PairComparer.rows, comparer, _tasks(plan.chunks(chunk), *sides))
+            return place.map(PairComparer.rows, comparer, _tasks(store, plan.chunks(chunk), sides))
 
         start, end = store.write(
             HEADER, rows_from, lambda at: progress(COMPARE, at.pairs, len(plan))
@@ -226,45 +223,26 @@ def _failures(name: str, side: PrintSource, failed: dict[int, str]) -> Iterator[
         yield ImageFailure(name, f"entry {number}", f"damaged: {why}")
 
 
-class _Prints:
-    """The prints of a side, as they are stored."""
-
-    def __init__(self, store: Unfinished, key: str, side: PrintSource) -> None:
-        self.key, self._side = key, side
-        self._templates = partial(store.templates, key)
-        self._reasons = store.column(key, "reason", "data IS NULL")
-        self._quality = store.column(key, "quality", "quality IS NOT NULL")
-        self._labels: Sequence[Label] | None = getattr(side, "labels", None)
-
-    def of(self, numbers: NDArray[np.integer]) -> dict[int, Print]:
-        """Return some prints by their numbers."""
-        some, side = np.unique(numbers).tolist(), self._side
-        data = self._templates(some)
-        return {
-            n: Print(
-                side.names[n],
-                side.fingers[n],
-                data.get(n),
-                self._reasons.get(n, ""),
-                self._quality.get(n),
-                None if self._labels is None else self._labels[n],
-            )
-            for n in some
-        }
-
-
 def _tasks(
-    chunks: Iterator[PairChunk], probes: _Prints, references: _Prints
+    store: Unfinished, chunks: Iterator[PairChunk], sides: Sequence[tuple[str, PrintSource]]
 ) -> Iterator[ComparisonTask]:
-    """Yield chunks of pairs with their prints; of one side, each print once."""
+    """Yield chunks of pairs with their prints, each print of a chunk once."""
     for chunk in chunks:
-        if probes.key == references.key:
-            prints = references.of(np.concatenate([chunk.probe, chunk.reference]))
-            ours = {n: prints[n] for n in np.unique(chunk.probe).tolist()}
-            theirs = {n: prints[n] for n in np.unique(chunk.reference).tolist()}
-            yield ComparisonTask(chunk, ours, theirs)
-        else:
-            yield ComparisonTask(chunk, probes.of(chunk.probe), references.of(chunk.reference))
+        needed = [np.unique(side).tolist() for side in (chunk.probe, chunk.reference)]
+        prints: dict[str, dict[int, Print]] = {}
+        for (key, side), numbers in zip(sides, needed, strict=True):
+            kept = prints.setdefault(key, {})
+            labels = getattr(side, "labels", None)
+            for n, one in store.prints(key, [n for n in numbers if n not in kept]).items():
+                label = None if labels is None else labels[n]
+                kept[n] = Print(side.names[n], side.fingers[n], label, one)
+        yield ComparisonTask(
+            chunk,
+            *(
+                {n: prints[key][n] for n in some}
+                for (key, _), some in zip(sides, needed, strict=True)
+            ),
+        )
 
 
 def _opened(side: AnySource, reading: dict[str, Any]) -> PrintSource:
@@ -280,17 +258,3 @@ def _planned(
         names = (print_names(side.place, side.names) for side in (probes, references))
         return ListedPairs(pairs, *names)
     return pairs
-
-
-def _check_threshold(
-    threshold: float | None, calibration: Calibration | None, matcher: str
-) -> None:
-    if threshold is None:
-        return
-    if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {number_text(threshold)}")
-    if calibration is None:
-        raise MatcherError(
-            f"matcher {matcher!r} has no calibration, so its scores cannot be compared with a "
-            "threshold; see fpmatch calibrate"
-        )

@@ -24,6 +24,7 @@ from fpmatch.base.folders import create_private, make_private
 from fpmatch.base.output import atomic_write_bytes, make_missing, reason
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
 from fpmatch.gallery.batch.score_file import convert_to_parquet, is_parquet
+from fpmatch.gallery.batch.sources import StoredTemplate
 from fpmatch.gallery.encryption.keys import given_source, keys_for, load_keys
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
 
@@ -32,14 +33,12 @@ if TYPE_CHECKING:
     from typing import BinaryIO, Self
 
     from fpmatch.gallery.batch.compare import Rows
-    from fpmatch.gallery.batch.sources import StoredTemplate
 
 SUFFIX: Final = ".unfinished"
 ROWS_FILE: Final = "rows.csv"
 STATE_FILE: Final = "state.db"
 SAVE_EVERY_S: Final = 0.5  # of work between two saved positions, about
 _PURPOSE: Final = b"unfinished batch"
-_NUMBERS_PER_QUERY: Final = 500
 _TABLES: Final = (
     "CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL)",
     "CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT)",
@@ -228,16 +227,20 @@ class Unfinished:
         query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
         self._database.execute(query, (side, number, data, *beside))
 
-    def templates(self, side: str, numbers: Sequence[int]) -> dict[int, bytes]:
-        """Return the stored templates of some prints, as bytes; without prints that have none."""
-        templates: dict[int, bytes] = {}
-        for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
-            part = ",".join(map(str, numbers[k : k + _NUMBERS_PER_QUERY]))
-            templates |= self.column(side, "data", f"data IS NOT NULL AND number IN ({part})")
-        return {n: self._unsealed(side, n, data) for n, data in templates.items()}
+    def prints(self, side: str, numbers: Sequence[int]) -> dict[int, StoredTemplate]:
+        """Return some stored prints of a side, by number."""
+        which = ",".join(map(str, numbers))
+        query = f"SELECT * FROM item WHERE side = ? AND number IN ({which})"
+        with self._writing():
+            rows = self._database.execute(query, [side]).fetchall()
+        prints = {}
+        for _, number, data, why, dpi_assumed, notes, quality, digest in rows:
+            known = why, bool(dpi_assumed), tuple(json.loads(notes)), quality, digest
+            prints[number] = StoredTemplate(self._unsealed(side, number, data), *known)
+        return prints
 
-    def _unsealed(self, side: str, number: int, data: bytes) -> bytes:
-        if not is_sealed(data):
+    def _unsealed(self, side: str, number: int, data: bytes | None) -> bytes | None:
+        if data is None or not is_sealed(data):
             return data
         try:
             keys = self._keys or keys_for(key_id_of(data))

@@ -7,7 +7,7 @@ import numpy as np
 from fpmatch.gallery.batch import compare
 from fpmatch.gallery.batch.compare import ComparisonTask, PairComparer, Print
 from fpmatch.gallery.batch.plan import AllPairs, PairChunk
-from fpmatch.gallery.batch.sources import pack
+from fpmatch.gallery.batch.sources import StoredTemplate, pack
 from fpmatch.matching.registry import get_matcher
 from fpmatch.matching.result import Matcher
 
@@ -36,7 +36,7 @@ def prints(template, rng, count):
     for number in range(count):
         m = template.minutiae.take(np.sort(rng.permutation(len(template.minutiae))[:20]))
         data = None if number == 1 else pack(replace(template, minutiae=m))
-        made[number] = Print(str(number), "", data, "" if data else "no print")
+        made[number] = Print(str(number), "", None, StoredTemplate(data))
     return made
 
 

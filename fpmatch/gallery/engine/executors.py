@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 POLL_S: Final = 2.0  # how long a result is waited for before the workers are looked at
 CONNECT_S: Final = 10.0  # time limit for the scheduler to answer
-NO_WORKERS_S: Final = 60.0  # time limit for a cluster without workers
 _BROKEN: Final = "a worker process ended before its work was done: out of memory?"
 _LOST: Final = "the connection to the scheduler is lost"
 _KILLED: Final = "the same piece of work has ended several workers; out of memory?"
@@ -157,52 +156,44 @@ def open_cluster(scheduler: str) -> Iterator[Workers]:
 
 
 class _ClusterWorkers(Workers):
-    """The workers of a cluster, asked at most every `POLL_S` seconds."""
+    """The workers of a cluster, counted at most every `POLL_S` seconds."""
 
     def __init__(self, client: Any, scheduler: str) -> None:
-        super().__init__(client.get_executor(pure=False), 0)
-        self._client, self._scheduler = client, scheduler
-        self._counted, self._seen = -POLL_S, time.monotonic()
+        super().__init__(client.get_executor(pure=False), 1)
+        self._client, self._scheduler, self._counted = client, scheduler, -POLL_S
 
     def count(self) -> int:
         if time.monotonic() - self._counted >= POLL_S:
             self.check()
-        return max(1, self._workers)
+        return self._workers
 
     def check(self) -> None:
-        """Count the workers.
-
-        Raises EngineError if the scheduler is lost, or no worker has answered for `NO_WORKERS_S`.
-        """
-        self._counted, why = time.monotonic(), ""
+        """Count the workers; raise EngineError if the scheduler is lost."""
+        self._counted = time.monotonic()
         try:
             with suppress(TimeoutError):  # of a scheduler that hangs
                 ask = self._client.scheduler.ncores
-                self._workers = len(self._client.sync(ask, callback_timeout=CONNECT_S))
-                self._seen = self._counted if self._workers else self._seen
+                cores = self._client.sync(ask, callback_timeout=CONNECT_S)
+                self._workers = max(1, len(cores))
         except Exception as error:
             raise EngineError(f"{self._scheduler}: {_LOST}") from error
         if self._client.status != "running":
-            why = _LOST
-        elif time.monotonic() - self._seen > NO_WORKERS_S:
-            why = f"no worker has answered for {NO_WORKERS_S:g} seconds"
-        if why:
-            raise EngineError(f"{self._scheduler}: {why}")
+            raise EngineError(f"{self._scheduler}: {_LOST}")
 
     def explain(self, error: Exception) -> str | None:
         from distributed import KilledWorker  # noqa: PLC0415
 
+        why = ""
         if isinstance(error, KilledWorker):
-            return f"{self._scheduler}: {_KILLED}"
+            why = _KILLED
+        elif isinstance(error, CancelledError) or self._client.status != "running":
+            why = _LOST
         cause: BaseException | None = error
         while cause is not None:
             if isinstance(cause, ImportError) and (cause.name or "").startswith("fpmatch"):
                 why = f"a worker cannot import fpmatch {__version__}: {_first_line(cause)}"
-                return f"{self._scheduler}: {why}"
             cause = cause.__cause__
-        if isinstance(error, CancelledError) or self._client.status != "running":
-            return f"{self._scheduler}: {_LOST}"
-        return None
+        return f"{self._scheduler}: {why}" if why else None
 
 
 def _first_line(error: BaseException) -> str:

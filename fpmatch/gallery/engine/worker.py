@@ -6,7 +6,6 @@ import multiprocessing
 import os
 import pickle
 import signal
-from collections import OrderedDict
 from contextlib import contextmanager, nullcontext
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any, Final
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 TASKS_HELD: Final = 2  # that a worker keeps, the latest ones
-_tasks: OrderedDict[str, tuple[Any, Any]] = OrderedDict()  # function, and what its chunks share
+_tasks: dict[str, tuple[Any, Any]] = {}  # by run: a function, and what its chunks share
 _one_at_a_time: Final = Lock()  # workers of a cluster may have several threads
 _own: list[bool] = []  # not empty in a process that `init_worker` has prepared
 
@@ -57,8 +56,8 @@ def run_chunk(run: str, task: bytes, chunk: Any) -> tuple[Any] | None:
                     f"a worker has fpmatch {__version__}, not {version}: scores might differ"
                 )
             _tasks[run] = work, shared
-            while len(_tasks) > TASKS_HELD:
-                _tasks.popitem(last=False)
+            if len(_tasks) > TASKS_HELD:
+                del _tasks[next(iter(_tasks))]
         work, shared = _tasks[run]
         return (work(shared, chunk),)
 

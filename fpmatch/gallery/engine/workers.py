@@ -57,10 +57,9 @@ def attempt_each(
     >>> [attempt.result for _, attempt in attempt_each(serial(), abs, [-1, 2, -3])]
     [1, 2, 3]
     """
-    sent: deque[list[Item]] = deque()
+    iterator, sent = iter(items), deque[list[Item]]()
 
     def chunks() -> Iterator[list[Item]]:
-        iterator = iter(items)
         while chunk := list(islice(iterator, ITEMS_PER_CHUNK)):
             sent.append(chunk)
             yield chunk

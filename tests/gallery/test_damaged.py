@@ -11,6 +11,7 @@ from made_prints import FAKE, changed, entry_of, flipped, scattered
 
 from fpmatch.formats.files import save_template
 from fpmatch.gallery.batch.sources import open_source
+from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
@@ -20,7 +21,6 @@ from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
-from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
 
@@ -111,10 +111,10 @@ def test_claims_exports_checks_and_sources_skip_it(place, tmp_path):
         assert [entry.id for entry in checked.entries] == [4]
         assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was
         assert [check.name for check in check_fingers(gallery)] == ["1", "3"]
-        assert export_templates(gallery, tmp_path / "out") == len(SOUND)
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
         assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
+    assert export_gallery(str(place), tmp_path / "out", "json", None) == 1
     dataset = load_dataset(place)
     (made,) = extract_datasets([dataset])
     assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)

@@ -1,4 +1,4 @@
-"""`fpmatch gallery`: commands that show and change a gallery."""
+"""`fpmatch gallery`: commands that show and change a gallery, and its audit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from fpmatch.cli.notes import say_note, show, show_line
 from fpmatch.cli.options import json_array_option, json_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.cli.gallery_audit import audit
 from fpmatch.gallery.cli.notes import json_lines, say_damaged
 from fpmatch.gallery.cli.options import key_option
 from fpmatch.printable import count, json_text, printable
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 
 _HEADER: Final = f"number  {'print':<16}  {'dpi':>5}  minutiae  picture"
 _ARGUMENT: Final = click.argument("gallery")
+_HASH_DIGITS: Final = 64
 
 
 @click.group(
@@ -144,25 +144,18 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 
     stages = {"read": "reading entries", "check": "comparing"}
-    faults: list[str] = []
+    fault = ""
     with open_gallery(gallery) as opened, ProgressBars(stages) as bars:
-        if subject is None:
-            if fault := opened.structure_fault():
-                lost = "entries may be missing, or under other names; restore a copy"
-                faults.append(f"{opened.name}: the database is damaged ({fault}): {lost}")
-            try:
+        try:
+            if subject is None:
                 check_audit(opened)  # before this check becomes its last event
-            except AuditError as error:
-                faults.append(str(error))
-            except GalleryError as error:
-                if error.code != "no audit":
-                    raise
+        except AuditError as error:
+            fault = str(error)
+        except GalleryError as error:
+            if error.code != "no audit":
+                raise
         damaged = find_damaged(opened, subject=subject, progress=bars.show)
-        wanted = None
-        if subject is not None:
-            entries = map(opened.find_entry, opened.numbers_of(subject))
-            wanted = {entry.label.subject for entry in entries if entry is not None}
-        checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
+        checks = list(check_fingers(opened, subject=subject, progress=bars.show))
     doubtful = [check for check in checks if not check.consistent]
     if as_json:
         # of the same form as the checks of fingers, for programs that read these only
@@ -183,9 +176,9 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
             show_line(f"entry {number} is damaged: {why}")
         lost = f"; {count(len(damaged), 'damaged entry', 'damaged entries')}" if damaged else ""
         show(f"{several} with several impressions checked, {len(doubtful)} doubtful{lost}")
-    for fault in faults:
+    if fault:
         say_note(fault)
-    return 2 if faults else 1 if doubtful or damaged else 0
+    return 2 if fault else 1 if doubtful or damaged else 0
 
 
 @gallery.command(
@@ -255,8 +248,7 @@ def rewrite(gallery: str, encrypt: bool, decrypt: bool, as_json: bool) -> int:
         raise click.UsageError("--encrypt and --decrypt exclude each other")
     if encrypt or decrypt:
         return _seal(gallery, decrypt=decrypt, as_json=as_json)
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.tasks.space import free_space
+    from fpmatch.gallery.gallery import free_space, open_gallery
 
     with open_gallery(gallery) as opened:
         done, name = free_space(opened), opened.name
@@ -287,4 +279,121 @@ def _seal(gallery: str, *, decrypt: bool, as_json: bool) -> int:
     return 1 if done.damaged else 0
 
 
-gallery.add_command(audit)
+def _expected(
+    ctx: click.Context, param: click.Parameter, value: str | None
+) -> tuple[int, str] | None:
+    """Return the number and the hash that an option contains."""
+    if value is None:
+        return None
+    number, _, digest = value.partition(":")
+    if not (number.isascii() and number.isdecimal() and len(digest) == _HASH_DIGITS):
+        raise click.BadParameter(f"{value!r} is not of the form NUMBER:HASH, as verify prints it")
+    return int(number[:18]), digest.lower()
+
+
+@gallery.group(
+    cls=Group,
+    epilog="""\b
+Examples:
+  fpmatch gallery audit show prints.db
+  fpmatch gallery audit verify prints.db
+  fpmatch gallery audit switch prints.db on
+
+The client of an event is the name of a token of the server; for commands it is the user of the
+system and the host, after the name in FPMATCH_OPERATOR if that is set. Times are UTC.
+""",
+)
+def audit() -> None:
+    """Show and verify who did what with a gallery, and when; switch this on or off.
+
+    The audit of a GALLERY contains who enrolled, searched, compared, listed, removed or exported
+    what, by commands and over HTTP; the event of a change is stored together with the change. It
+    contains neither pictures nor templates. An action whose event cannot be stored is not done.
+    """
+
+
+@audit.command(
+    "show",
+    epilog="""\b
+Examples:
+  fpmatch gallery audit show prints.db
+  fpmatch gallery audit show prints.db --json | jq '.[] | select(.action == "remove")'
+""",
+)
+@_ARGUMENT
+@json_array_option
+def show_(gallery: str, as_json: bool) -> None:
+    """Print the events in the audit of GALLERY."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import events_of
+
+    with open_gallery(gallery) as opened:
+        events = (event for _, _, event in events_of(opened))
+        for line in json_lines(events) if as_json else map(_as_text, events):
+            show_line(line)
+
+
+@audit.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit verify prints.db
+  fpmatch gallery audit verify prints.db --expect 1204:5d0c2a...
+
+All entries are read. That the last lines are missing, or that all were written anew, cannot be seen
+from the audit alone, but from a number of lines and the last hash that were noted elsewhere:
+--expect compares them.
+
+Exit status: 0 when the audit is whole, 2 when a line was changed, removed or inserted, or the
+gallery was changed without an event.
+"""
+)
+@_ARGUMENT
+@click.option(
+    "--expect",
+    metavar="N:HASH",
+    callback=_expected,
+    help="Check that line N has this hash: that an earlier state is a part of this one.",
+)
+@json_option
+def verify(gallery: str, expect: tuple[int, str] | None, as_json: bool) -> None:
+    """Check the audit of GALLERY and its entries; print the number of events and the last hash."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import check_audit
+
+    with open_gallery(gallery) as opened:
+        state = check_audit(opened, expect=expect)
+        opened.check_rows()
+    words = f"{count(state.events, 'event')}, last hash {state.last}"
+    show(json_text(asdict(state)) if as_json else words)
+
+
+@audit.command(
+    "switch",
+    epilog="""\b
+Examples:
+  fpmatch gallery audit switch prints.db on
+  fpmatch gallery audit switch prints.db off --yes
+""",
+)
+@_ARGUMENT
+@click.argument("state", metavar="on|off", type=click.Choice(["on", "off"]))
+@click.option("--yes", is_flag=True, help="Confirm off, which becomes the last event.")
+def switch_(gallery: str, state: str, yes: bool) -> None:
+    """Let GALLERY keep an audit from now on, or none any more."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.store.audit import switch
+
+    if yes and state == "on":
+        raise click.UsageError("--yes confirms off")
+    if state == "off" and not yes:
+        raise click.UsageError("off ends the audit, which then shows nothing more: add --yes")
+    with open_gallery(gallery) as opened:
+        changed = switch(opened, on=state == "on")
+        show_line(f"{opened.name}: audit {state}{'' if changed else ', as it was before'}")
+
+
+def _as_text(event: dict[str, Any]) -> str:
+    known = ("time", "client", "action")
+    time, client, action = (printable(event.get(key, "-")) for key in known)
+    details = {k: v for k, v in event.items() if k not in {*known, "previous", "state"}}
+    return f"{time}  {client}  {action}  {json_text(details, indent=None)}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.gallery.engine.workers import Progress, no_progress
@@ -15,7 +14,7 @@ from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.listing.entry import Entry, Label
@@ -78,7 +77,7 @@ class FingerCheck:
 
 
 def check_fingers(
-    gallery: Gallery, *, subjects: Collection[str] | None = None, progress: Progress = no_progress
+    gallery: Gallery, *, subject: str | None = None, progress: Progress = no_progress
 ) -> Iterator[FingerCheck]:
     """Compare the impressions of each finger with each other; yield fingers by first entry.
 
@@ -87,22 +86,19 @@ def check_fingers(
     they form many pairs. Of more than 64 impressions, all are compared with 64 spread over them.
     Fingers with one impression are left out, and damaged entries.
 
-    Only fingers of `subjects` are checked (default: all). `progress` is called with stage "check"
+    Only fingers of a `subject` are checked (default: all). `progress` is called with stage "check"
     and numbers of impressions. Raises GalleryError if the gallery cannot be read.
     """
     matcher, curve = get_matcher(DEFAULT_MATCHER), load_calibration(DEFAULT_MATCHER)
-    fingers: dict[Label, list[Entry]] = {}
-    wanted = [None] if subjects is None else subjects
-    for entry in chain.from_iterable(gallery.entries(subject=one) for one in wanted):
-        fingers.setdefault(entry.label.of_finger, []).append(entry)
+    fingers: dict[Label, dict[int, Entry]] = {}
+    for entry in gallery.entries(subject=subject):
+        fingers.setdefault(entry.label.of_finger, {})[entry.id] = entry
     several = [entries for entries in fingers.values() if len(entries) > 1]
-    several.sort(key=lambda entries: entries[0].id)
     done, total = 0, sum(map(len, several))
     progress("check", 0, total)
-    gallery.record("check", entries=ranges(entry.id for entries in several for entry in entries))
+    gallery.record("check", entries=ranges(number for entries in several for number in entries))
     for entries in several:
-        templates = [(entry, gallery.find_template(entry.id)) for entry in entries]
-        sound = {entry: template for entry, template in templates if template is not None}
+        sound = {entries[k]: template for k, template in gallery.templates(of=entries)}
         if len(sound) > 1:
             yield _check(sound, matcher, curve)
         done += len(entries)
@@ -117,16 +113,12 @@ def find_damaged(
     `progress` is called with stage "read" and numbers of entries. Raises GalleryError if the
     gallery cannot be read.
     """
-    if subject is None:
-        total = len(gallery)
-        for done, _ in enumerate(gallery.packed_entries(), start=1):
-            progress("read", min(done, total), total)
-        return dict(gallery.damaged)
-    numbers = gallery.numbers_of(subject)
-    for number in numbers:
-        if gallery.find_entry(number) is not None:
-            gallery.find_template(number)
-    return {number: gallery.damaged[number] for number in numbers if number in gallery.damaged}
+    numbers = None if subject is None else gallery.numbers_of(subject)
+    total = len(gallery if numbers is None else numbers)
+    for done, _ in enumerate(gallery.packed_entries(of=numbers), start=1):
+        progress("read", min(done, total), total)
+    damaged = gallery.damaged.items()
+    return {number: why for number, why in damaged if numbers is None or number in numbers}
 
 
 def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration) -> FingerCheck:

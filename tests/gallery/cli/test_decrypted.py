@@ -17,7 +17,7 @@ import pytest
 from made_prints import entries_of, print_of
 
 from fpmatch.gallery.batch.sources import pack
-from fpmatch.gallery.encryption.key_text import make_keys
+from fpmatch.gallery.encryption.keys import make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.listing.entry import Label

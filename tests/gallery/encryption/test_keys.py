@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.errors import EncryptionError
-from fpmatch.gallery.encryption.key_text import add_key, make_keys
-from fpmatch.gallery.encryption.keys import Key, KeyRing, load_keys, parse_keys
+from fpmatch.gallery.encryption.keys import Key, KeyRing, add_key, load_keys, make_keys, parse_keys
 
 
 @pytest.fixture
@@ -105,7 +104,7 @@ def test_a_key_that_was_added_to_the_source_meanwhile_is_found(source):
 def test_without_the_library_one_line_names_the_extra(monkeypatch):
     import sys
 
-    monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives", None)
+    monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives.hashes", None)
     with pytest.raises(EncryptionError, match=r"fpmatch\[encryption\]"):
         Key(bytes(32)).cipher(b"x", b"")
 

@@ -40,6 +40,13 @@ def refusal(path, columns=COLUMNS, about=ABOUT):
     return caught.value.code
 
 
+def contents(path):
+    """Return the header of a file, and the rest."""
+    whole = path.read_bytes()
+    _, length, _ = array_file.HEAD.unpack(whole[:64])
+    return whole[64 : 64 + length], whole[64 + length + -length % 64 :]
+
+
 @pytest.fixture
 def small(tmp_path):
     """Return a file."""
@@ -47,10 +54,9 @@ def small(tmp_path):
     return tmp_path / "arrays"
 
 
-@pytest.mark.parametrize("block", [64, 128, array_file.READ_AT_ONCE])
 @pytest.mark.parametrize("sizes", [(0, 0), (1, 0), (0, 1), (8, 64), (9, 200)])
-def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes, block):
-    monkeypatch.setattr(array_file, "READ_AT_ONCE", block)
+def test_arrays_come_back_as_they_were(tmp_path, monkeypatch, sizes):
+    monkeypatch.setattr(array_file, "READ_AT_ONCE", 64)
     given_ = arrays_of(*sizes)
     write_arrays(tmp_path / "arrays", given_, COLUMNS, ABOUT)
     found = read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)
@@ -104,13 +110,13 @@ HEADERS = [
 @pytest.mark.parametrize(("part", "value"), HEADERS)
 def test_a_header_that_states_something_else_is_refused(small, part, value):
     """The checksums are those of the changed header: it is its statements that are checked."""
-    header, content = array_file.read_content(small)
+    header, content = contents(small)
     document = json.loads(header)
     if part in {"arrays", "about"}:
         document[part] = value
     else:
         document["arrays"][0][("name", "dtype", "shape").index(part)] = value
-    rewrite(small, json.dumps(document).encode(), content)
+    small.write_bytes(array_file.encode(json.dumps(document).encode(), content))
     assert refusal(small) == ("other" if part == "about" else "damaged")
 
 
@@ -119,15 +125,14 @@ def test_a_header_that_states_something_else_is_refused(small, part, value):
     [b"", b"{}", b"[]", b"7", b"\xff", b"{" * 20_000, b"[" * 20_000, b'{"about": 1}', b"1" * 5000],
 )
 def test_a_header_that_is_no_header_is_refused(small, header):
-    _, content = array_file.read_content(small)
-    rewrite(small, header, content)
+    small.write_bytes(array_file.encode(header, contents(small)[1]))
     assert refusal(small) in {"damaged", "other"}
 
 
 def test_a_file_about_something_else_is_another(small):
     assert refusal(small, about={"what": "another"}) == "other"
     assert refusal(small, about={}) == "other"
-    small.write_bytes(b"fpmatch arrays 1" + small.read_bytes()[16:])
+    small.write_bytes(b"fpmatch arrays 2" + small.read_bytes()[16:])
     assert refusal(small) == "other"
 
 
@@ -147,7 +152,7 @@ def test_a_disk_that_fails_is_an_error(small, monkeypatch):
     def fail(*_):
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
-    monkeypatch.setattr(array_file, "_checksum", fail)
+    monkeypatch.setattr(array_file, "crc32", fail)
     assert refusal(small) == "unreadable"
 
 
@@ -157,7 +162,3 @@ def test_writing_replaces_the_file_and_leaves_what_was_mapped(tmp_path):
     write_arrays(tmp_path / "arrays", arrays_of(1, 0), COLUMNS, ABOUT)
     assert mapped["start"].tolist() == arrays_of(5, 70)["start"].tolist()
     assert len(read_arrays(tmp_path / "arrays", COLUMNS, ABOUT)["start"]) == 1
-
-
-def rewrite(path, header, content):
-    path.write_bytes(array_file.encode(header, content.tobytes()))

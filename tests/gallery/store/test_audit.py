@@ -9,6 +9,7 @@ import sqlalchemy as sa
 from made_prints import refused
 
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
 from fpmatch.gallery.store import audit
@@ -17,12 +18,10 @@ from fpmatch.gallery.store.audit import (
     acting_as,
     check_audit,
     events_of,
-    turn_off,
-    turn_on,
+    switch,
 )
 from fpmatch.gallery.tasks.api import identify
 from fpmatch.gallery.tasks.consistency import check_fingers
-from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -41,7 +40,7 @@ def events(gallery):
 @pytest.fixture
 def audited(where):
     with open_gallery(where, create=True) as gallery:
-        turn_on(gallery)
+        switch(gallery, on=True)
         yield gallery
 
 
@@ -70,10 +69,10 @@ def test_changes_are_stored_with_their_events(audited, where):
         assert check_audit(again).events == 4
 
 
-def test_reads_are_stored(audited, tmp_path):
+def test_reads_are_stored(audited, where, tmp_path):
     audited.add([entry("101"), entry("101", "2"), entry("102")])
     identify(audited, audited.template(1))
-    export_templates(audited, tmp_path / "out", subject="101")
+    export_gallery(where, tmp_path / "out", "json", "101")
     list(check_fingers(audited))
     audited.record("list", subject="101")
     audited.record("identify", probe=b"picture", candidates=[3])
@@ -99,15 +98,15 @@ def test_it_is_off_until_it_is_turned_on(where):
     with open_gallery(where, create=True) as gallery:
         gallery.add([entry("101")])
         refused(events, gallery, code="no audit")
-        assert turn_on(gallery)
-        assert not turn_on(gallery)
+        assert switch(gallery, on=True)
+        assert not switch(gallery, on=True)
         gallery.add([entry("102")])
-        assert turn_off(gallery)
-        assert not turn_off(gallery)
+        assert switch(gallery, on=False)
+        assert not switch(gallery, on=False)
         gallery.add([entry("103")])
         gallery.record("list")
         assert check_audit(gallery).events == 3
-        assert turn_on(gallery)
+        assert switch(gallery, on=True)
         gallery.remove([3])
         found = [event["action"] for event in events(gallery)]
     assert found == ["audit on", "enrol", "audit off", "audit on", "remove"]
@@ -115,7 +114,7 @@ def test_it_is_off_until_it_is_turned_on(where):
 
 def change(gallery, *statements):
     """Change the database as another program does."""
-    with gallery.writing() as connection:
+    with gallery.changing() as connection:
         for one in statements:
             connection.execute(sa.text(one))
 
@@ -182,13 +181,13 @@ def test_a_change_of_entries_without_an_event_is_found(audited, run, where, stat
 
 def test_what_was_removed_while_no_audit_was_kept_is_not_missed(audited):
     audited.add([entry("101"), entry("102")])
-    turn_off(audited)
+    switch(audited, on=False)
     audited.remove([1])
-    turn_on(audited)
+    switch(audited, on=True)
     assert check_audit(audited).events == 4
 
 
-def test_what_cannot_be_stored_is_not_done(audited, monkeypatch, tmp_path):
+def test_what_cannot_be_stored_is_not_done(audited, where, monkeypatch, tmp_path):
     audited.add([entry("101")])
 
     def fail(*_, **__):
@@ -199,7 +198,7 @@ def test_what_cannot_be_stored_is_not_done(audited, monkeypatch, tmp_path):
         lambda: audited.add([entry("102")]),
         lambda: audited.remove([1]),
         lambda: audited.record("list"),
-        lambda: export_templates(audited, tmp_path / "out"),
+        lambda: export_gallery(where, tmp_path / "out", "json", None),
         lambda: identify(audited, Template(Minutiae(x=[1], y=[2], angle=[0]), 300, 400)),
     ):
         with pytest.raises(GalleryError):

@@ -7,8 +7,7 @@ import pytest
 from made_prints import changed, entries_of, entry_of, flipped, readable, refused, scattered
 
 from fpmatch.errors import EncryptionError, GalleryError
-from fpmatch.gallery.encryption.key_text import add_key, make_keys
-from fpmatch.gallery.encryption.keys import load_keys
+from fpmatch.gallery.encryption.keys import add_key, load_keys, make_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.identify import identify
@@ -16,7 +15,7 @@ from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.store.tables import ENTRY, WHOLE, DamagedRowError
-from fpmatch.gallery.tasks.transfer import enrol_gallery
+from fpmatch.gallery.tasks.enrol import enrol_gallery
 from tests.gallery.conftest import remove_key
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
@@ -190,7 +189,7 @@ def test_damaged_keys_in_use_are_one_error(encrypted, keys):
     changed(encrypted, "CREATE TABLE other (id, gallery, keys)")
     changed(encrypted, "INSERT INTO other VALUES (1, ?, ?)", bytes(16), keys)
     changed(encrypted, "DROP TABLE fpmatch_encryption")
-    refused(open_gallery, encrypted, code="damaged")
+    refused(open_gallery, encrypted, code="database")
     changed(encrypted, "ALTER TABLE other RENAME TO fpmatch_encryption")
     with pytest.raises(GalleryError, match="the key in use is missing"):
         open_gallery(encrypted)

@@ -40,7 +40,7 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([entry_of(k) for k in range(3)])
         open_search(gallery, engine=serial())
-        with gallery.writing() as connection:
+        with gallery.changing() as connection:
             connection.exec_driver_sql("DELETE FROM fpmatch_failure")
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")
             assert (tmp_path / "g.db-journal").exists()

@@ -40,7 +40,7 @@ def test_a_print_of_another_finger_is_told_with_the_pair_that_disagrees(gallery)
     assert first.as_dict()["groups"] == [[1, 2], [3]]
     assert second.consistent
     assert (second.name, second.disagreements) == ("b", ())
-    assert list(check_fingers(gallery, subjects={"c"})) == []
+    assert list(check_fingers(gallery, subject="c")) == []
 
 
 def screened(gallery, new, *, strict=False):
@@ -73,8 +73,8 @@ def test_what_matches_nothing_of_its_finger_is_named_or_refused(gallery, togethe
 
 def test_a_print_is_compared_with_the_last_eight_before_it_is_stored(gallery, monkeypatch):
     gallery.add(entries(*(("a", number, 1) for number in range(1, 12))))
-    read, find_template = [], gallery.find_template
-    monkeypatch.setattr(gallery, "find_template", lambda k: read.append(k) or find_template(k))
+    read, templates = [], gallery.templates
+    monkeypatch.setattr(gallery, "templates", lambda of: read.extend(of) or templates(of=of))
     (new,) = entries(("a", 20, 9))
     existing = list(gallery.entries(subject="a"))
     why = find_unmatched(gallery, new.label, new.template, existing)

@@ -8,15 +8,12 @@ import sys
 import pytest
 from made_prints import changed, entries_of, entry_of, readable, refused, scattered
 
-from fpmatch.gallery.encryption.key_text import add_key, make_keys
-from fpmatch.gallery.encryption.keys import load_keys
+from fpmatch.gallery.encryption.keys import add_key, load_keys, make_keys
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.opening import open_search
-from fpmatch.gallery.store.rows import row_digest
 from fpmatch.gallery.store.stored_template import pack_template
 from fpmatch.gallery.store.summary import summarize
-from fpmatch.gallery.store.tables import ENTRY, WHOLE
 from fpmatch.gallery.tasks import rotation
 from fpmatch.gallery.tasks.rotation import rotate
 from tests.gallery.conftest import remove_key
@@ -140,30 +137,6 @@ def test_a_killed_process_has_changed_nothing(tmp_path, source):
         os.kill(process.pid, signal.SIGKILL)
     assert lines[5] == f"rotate 5 {len(PRINTS)}\n"
     assert (packed(path), keys_in_use(path)) == (PACKED, before)
-
-
-@pytest.mark.parametrize("recorded", ["{} {}", "{} plain", "plain {}"])
-def test_a_rotation_that_an_earlier_version_left_unfinished_is_read_and_finished(
-    tmp_path, source, recorded
-):
-    path = make(tmp_path / "g.db", encrypt=True)
-    first = load_keys(source).current.id
-    second = add_key(source).current.id
-    if "plain" in recorded:
-        keys = recorded.format(first)
-        plain = dict(PACKED)[2]
-        with open_gallery(path) as gallery, gallery.reading() as connection:
-            row = connection.execute(WHOLE.where(ENTRY.c.id == 2)).one()
-        digest = row_digest(row._asdict() | {"template": plain})
-        statement = "UPDATE fpmatch_entry SET template = ?, digest = ? WHERE id = 2"
-        changed(path, statement, plain, digest)
-    else:
-        keys = recorded.format(second, first)
-    changed(path, "UPDATE fpmatch_encryption SET keys = ?", keys)
-    with open_gallery(path) as gallery:
-        assert list(gallery.packed_templates()) == PACKED
-        rotate(gallery)
-    assert (packed(path), keys_in_use(path)) == (PACKED, (second,))
 
 
 def test_a_damaged_entry_is_left_and_named(tmp_path, source):

@@ -7,11 +7,11 @@ from click.testing import CliRunner
 from made_prints import changed, entries_of, entry_of, refused, scattered
 
 from fpmatch.cli.group import fpmatch
-from fpmatch.gallery.encryption.key_text import make_keys
+from fpmatch.gallery.encryption.keys import make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.tasks import transfer
-from fpmatch.gallery.tasks.transfer import enrol_gallery
+from fpmatch.gallery.tasks import enrol
+from fpmatch.gallery.tasks.enrol import enrol_gallery
 
 COUNT = 7
 
@@ -38,7 +38,7 @@ def contents(gallery):
 
 
 def test_all_is_copied_on_either_database(source, where, monkeypatch):
-    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 3)
+    monkeypatch.setattr(enrol, "PRINTS_PER_COMMIT", 3)
     shown = []
     with open_gallery(source) as given, open_gallery(where, create=True) as gallery:
         done = enrol_gallery(gallery, given, progress=lambda _, *counts: shown.append(counts))
@@ -50,7 +50,7 @@ def test_all_is_copied_on_either_database(source, where, monkeypatch):
 
 
 def test_a_run_that_was_stopped_continues(source, tmp_path, monkeypatch):
-    monkeypatch.setattr(transfer, "ENTRIES_PER_COMMIT", 2)
+    monkeypatch.setattr(enrol, "PRINTS_PER_COMMIT", 2)
 
     def stop(_, done, __):
         if done == 4:
@@ -91,7 +91,7 @@ def test_an_encrypted_gallery_is_opened_and_encrypted_again(tmp_path):
         expected = contents(given)
     assert run(tmp_path / "b.db", tmp_path / "a.db", "--encrypt", "--key", key)[0] == 0
     with open_gallery(tmp_path / "b.db", key=key) as copied:
-        assert copied.encrypted
+        assert copied.sealing() is not None
         assert contents(copied) == expected
     status, _, err = run(tmp_path / "c.db", tmp_path / "a.db")
     assert status == 2

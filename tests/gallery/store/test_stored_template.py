@@ -59,12 +59,6 @@ def test_minutiae_are_the_same_where_the_digests_are(template):
     assert have_same_minutiae(template, unpack_template(pack_template(template))) == bool(digest)
 
 
-def test_what_cannot_be_packed_has_no_digest():
-    far = Template(Minutiae(x=[4e4, 1, 2, 3], y=[1, 2, 3, 4], angle=[0, 1, 2, 3]), 300, 300)
-    assert minutiae_digest(far) == b""
-    assert not have_same_minutiae(far, far)
-
-
 @given(templates())
 def test_round_trip_keeps_what_it_says_and_is_exact_after_the_first_rounding(template):
     data = pack_template(template)
@@ -107,18 +101,6 @@ def test_positions_of_extracted_minutiae_are_exact(fingers, dpi):
     assert len(template.minutiae) > 5
     kept = unpack_template(pack_template(template))
     np.testing.assert_array_equal(kept.minutiae.xy, template.minutiae.xy)
-
-
-def test_fifty_minutiae_with_their_field_take_at_most_600_bytes(rng):
-    """On a print as large as the largest flat ones: 330 mm²."""
-    n, mask = 50, np.zeros((30, 40), bool)
-    mask[3:26, 7:29] = True
-    minutiae = Minutiae(rng.uniform(0, 640, n), rng.uniform(0, 480, n), rng.uniform(0, 6, n))
-    field = RidgeField(16.0, rng.uniform(0, np.pi, mask.shape), mask)
-    template = Template(minutiae, 640, 480, 500.0, field)
-    without = len(pack_template(template))
-    assert without <= 600
-    assert len(pack_template(with_ridges(template))) == without + 8 * np.count_nonzero(mask)
 
 
 OLD_HEAD = "666d010120a107002c01900102000a0005000402"
@@ -209,3 +191,4 @@ def full_field(rows, columns, step=1.0):
 def test_what_does_not_fit_is_refused(template):
     with pytest.raises(TemplateError, match=r"beyond|more than|outside"):
         pack_template(template)
+    assert minutiae_digest(template) == b""

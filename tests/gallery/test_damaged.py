@@ -92,7 +92,7 @@ few = pytest.mark.parametrize("place", ["bit", "step", "dpi text"], indirect=Tru
 SOUND = [k for k in range(1, PRINTS + 1) if k != DAMAGED]
 
 
-def test_identification_goes_on_without_it(place):
+def test_every_reader_skips_it(place, tmp_path):
     with open_gallery(place) as gallery:
         search = open_search(gallery, engine=serial())
         _, own = identify_entries(gallery, search, scattered(DAMAGED, 30), listed="impressions")
@@ -103,10 +103,6 @@ def test_identification_goes_on_without_it(place):
             found, entries = identify_entries(gallery, search, scattered(1, 30), listed=listed)
             assert (len(entries), entries[0].id, found.enrolled) == (3, 1, len(SOUND))
             assert [one.rank for one in found.candidates] == [1, 2, 3]
-
-
-def test_claims_exports_checks_and_sources_skip_it(place, tmp_path):
-    with open_gallery(place) as gallery:
         checked = check_claim(gallery, scattered(4, 30), "2")
         assert [entry.id for entry in checked.entries] == [4]
         assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was

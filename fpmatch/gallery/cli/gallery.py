@@ -372,21 +372,16 @@ def verify(gallery: str, expect: tuple[int, str] | None, as_json: bool) -> None:
     epilog="""\b
 Examples:
   fpmatch gallery audit switch prints.db on
-  fpmatch gallery audit switch prints.db off --yes
+  fpmatch gallery audit switch prints.db off
 """,
 )
 @_ARGUMENT
 @click.argument("state", metavar="on|off", type=click.Choice(["on", "off"]))
-@click.option("--yes", is_flag=True, help="Confirm off, which becomes the last event.")
-def switch_(gallery: str, state: str, yes: bool) -> None:
-    """Let GALLERY keep an audit from now on, or none any more."""
+def switch_(gallery: str, state: str) -> None:
+    """Let GALLERY keep an audit from now on, or, after a last event, none any more."""
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.store.audit import switch
 
-    if yes and state == "on":
-        raise click.UsageError("--yes confirms off")
-    if state == "off" and not yes:
-        raise click.UsageError("off ends the audit, which then shows nothing more: add --yes")
     with open_gallery(gallery) as opened:
         changed = switch(opened, on=state == "on")
         show_line(f"{opened.name}: audit {state}{'' if changed else ', as it was before'}")

@@ -63,12 +63,9 @@ def test_an_audit_is_verified(gallery, run):
     assert run("gallery", "audit", "verify", gallery, "--expect", "3:00").exit_code == 2
 
 
-def test_it_ends_with_a_confirmation_only(gallery, run):
-    result = run("gallery", "audit", "switch", gallery, "off")
-    assert result.exit_code == 2
-    assert "add --yes" in result.stderr
-    assert run("gallery", "audit", "switch", gallery, "off", "--yes").exit_code == 0
-    assert "as it was before" in run("gallery", "audit", "switch", gallery, "off", "--yes").stdout
+def test_it_ends_where_it_is_switched_off(gallery, run):
+    assert run("gallery", "audit", "switch", gallery, "off").exit_code == 0
+    assert "as it was before" in run("gallery", "audit", "switch", gallery, "off").stdout
     run("gallery", "remove", gallery, "1")
     assert actions(run("gallery", "audit", "show", gallery, "--json"))[-1] == "audit off"
     assert run("gallery", "audit", "verify", gallery).exit_code == 0

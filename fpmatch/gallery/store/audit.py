@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 import sqlalchemy as sa
 
 from fpmatch.base.parsing import ParseError, parse_json
-from fpmatch.errors import FpmatchError
 from fpmatch.gallery.store.tables import AUDIT, ENTRY, GALLERY, parts
 from fpmatch.printable import json_text
 
@@ -39,10 +38,6 @@ OPERATOR: Final = "FPMATCH_OPERATOR"  # environment variable: who uses the comma
 _STATE_DIGITS: Final = 16  # of the random state of a gallery, in each event
 _LABEL: Final = ("subject", "finger", "impression")
 _client: ContextVar[str | None] = ContextVar("fpmatch_client", default=None)
-
-
-class AuditError(FpmatchError):
-    """An audit cannot be read or written, or was changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,8 +116,8 @@ def labels_of(
 def events_of(gallery: Database) -> Iterator[tuple[int, str, dict[str, Any]]]:
     """Yield number, hash and event of each line, checked against the line before it.
 
-    Raises AuditError, which names the line, if one was changed, removed or inserted, or is damaged;
-    GalleryError (code "no audit") if the gallery never kept an audit.
+    Raises GalleryError, which names the line, if one was changed, removed or inserted ("changed"),
+    or is "damaged"; or if the gallery never kept an audit ("no audit").
     """
     with gallery.reading() as connection:
         if _last(connection) is None:
@@ -133,11 +128,11 @@ def events_of(gallery: Database) -> Iterator[tuple[int, str, dict[str, Any]]]:
         for number, line in rows:
             event = _parsed(line)
             if event is None:
-                raise AuditError(f"line {number} is damaged", path=gallery.name, code="damaged")
+                raise gallery.error(f"line {number} is damaged", "damaged")
             if number != before + 1 or event.get("previous") != previous:
                 why = f"line {number} does not follow the line before it: a line was changed, "
                 why += "removed or inserted"
-                raise AuditError(why, path=gallery.name, code="changed")
+                raise gallery.error(why, "changed")
             previous, before = _hash_of(line), number
             yield number, previous, event
 
@@ -146,15 +141,11 @@ def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> 
     """Check the audit of a gallery, and its entries against their events.
 
     With `expect`, an earlier number of lines and the hash of the last of them are checked, too.
-    Raises AuditError as `events_of`, and with these codes: "changed" if the line of that number
+    Raises GalleryError as `events_of`, and with these codes: "changed" if the line of that number
     has another hash, "shortened" if there are fewer lines, "unrecorded" if the last change has no
     event, "exchanged" if an entry has not the label and the picture that were enrolled with its
     number, "missing" or "removed" if an entry, or its removal, was undone without an event.
     """
-
-    def wrong(why: str, code: str) -> AuditError:
-        return AuditError(why, path=gallery.name, code=code)
-
     with gallery.reading() as connection:
         state = _state(connection)
     number, last, event = 0, START, dict[str, Any]()
@@ -163,29 +154,29 @@ def check_audit(gallery: Database, *, expect: tuple[int, str] | None = None) -> 
         try:
             stated.follow(event)
         except (KeyError, TypeError) as error:
-            raise wrong(f"line {number} is damaged", "damaged") from error
-        if expect is not None and number == expect[0] and last != expect[1]:
+            raise gallery.error(f"line {number} is damaged", "damaged") from error
+        if expect is not None and number == expect[0] and last != expect[1].lower():
             why = f"line {number} is not the one expected: the lines up to it were written anew"
-            raise wrong(why, "changed")
+            raise gallery.error(why, "changed")
     if expect is not None and number < expect[0]:
         why = f"has {number} lines, not the {expect[0]} expected: the last ones were removed"
-        raise wrong(why, "shortened")
+        raise gallery.error(why, "shortened")
     with gallery.reading() as connection:
         unchanged = _state(connection) == state
     if unchanged and event.get("action") != OFF and event.get("state") != state:
         why = "was changed after the last event, and not by this fpmatch: no event states it"
-        raise wrong(why, "unrecorded")
+        raise gallery.error(why, "unrecorded")
     query = sa.select(ENTRY.c.id, *(ENTRY.c[name] for name in _LABEL), ENTRY.c.content)
     for rows, _ in gallery.pages(query, ENTRY.c.id):
         for entry, *label, content in rows:
             if entry in stated.removed:
-                raise wrong(f"entry {entry} was removed, and is there again", "removed")
+                raise gallery.error(f"entry {entry} was removed, and is there again", "removed")
             own = _identity(label, bytes(content).hex())
             if stated.enrolled.pop(entry, own) != own:
                 why = f"entry {entry} is not the print that was enrolled with this number"
-                raise wrong(why, "exchanged")
+                raise gallery.error(why, "exchanged")
     for entry in stated.enrolled.keys() - stated.unsure if unchanged else ():
-        raise wrong(f"entry {entry} is missing, and no event states its removal", "missing")
+        raise gallery.error(f"entry {entry} is missing, and no event states its removal", "missing")
     return AuditState(number, last)
 
 

@@ -22,7 +22,6 @@ from fpmatch.gallery.store.tables import (
     ENCRYPTED_VERSION,
     ENCRYPTION,
     GALLERY,
-    VERSION,
     DamagedRowError,
 )
 
@@ -122,12 +121,6 @@ def set_key(connection: sa.Connection, key_id: str) -> None:
         new_id = secrets.token_bytes(_ID_BYTES)
         connection.execute(ENCRYPTION.insert().values(id=1, gallery=new_id, keys=key_id))
     connection.execute(GALLERY.update().values(version=ENCRYPTED_VERSION))
-
-
-def set_plain(connection: sa.Connection) -> None:
-    """Record that a gallery is not encrypted any more."""
-    connection.execute(ENCRYPTION.delete())
-    connection.execute(GALLERY.update().values(version=VERSION))
 
 
 def _as_bytes(row: dict[str, Any]) -> Iterator[bytes]:

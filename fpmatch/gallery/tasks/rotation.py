@@ -1,4 +1,4 @@
-"""Encryption of all templates of a gallery with another key, or their decryption."""
+"""Encryption of all templates of a gallery with another key."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from fpmatch.gallery.gallery import current_key
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.kept_files import delete_files
 from fpmatch.gallery.store.rows import check_row, row_digest
-from fpmatch.gallery.store.sealing import set_key, set_plain
+from fpmatch.gallery.store.sealing import set_key
 from fpmatch.gallery.store.tables import ENTRY, WHOLE, DamagedRowError
 
 if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
 
-PLAIN: Final = "plain"
 _ROWS_PER_READ: Final = 500
 _UPDATE: Final = (
     ENTRY.update()
@@ -29,7 +28,7 @@ _UPDATE: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Rotation:
-    """The number of templates that a rotation has sealed, and its key; "plain" for none.
+    """The number of templates that a rotation has sealed, and its key.
 
     `damaged` has, by number, why an entry could not be read; it was left as it is.
     """
@@ -39,31 +38,23 @@ class Rotation:
     damaged: dict[int, str]
 
 
-def rotate(
-    gallery: Gallery, *, decrypt: bool = False, progress: Progress = no_progress
-) -> Rotation:
-    """Seal all templates of a gallery, or `decrypt` them, with the current one of its keys.
+def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> Rotation:
+    """Seal all templates of a gallery with the current one of its keys.
 
-    The gallery is open with the key in use and the new one. All is one transaction: other programs
-    wait for its end, and one that is killed has changed nothing. Then the files of the gallery are
-    rewritten without what they had before. `progress` is called with stage "rotate" and numbers of
-    entries. Raises GalleryError if a key is missing; EncryptionError if the source of the keys
-    cannot be read.
+    The gallery is open with the key in use, if it has one, and the new one. All is one transaction:
+    other programs wait for its end, and one that is killed has changed nothing. Then the files of
+    the gallery are rewritten without what they had before. `progress` is called with stage "rotate"
+    and numbers of entries. Raises GalleryError if a key is missing; EncryptionError if the source
+    of the keys cannot be read.
     """
     total, sealed, after = len(gallery), 0, 0
     damaged: dict[int, str] = {}
     with gallery.changing() as connection:
-        target = PLAIN if decrypt else current_key(gallery.key)
-        before = gallery.sealing(connection)
-        if before is not None:
-            assert before.key  # of which all templates are read
-        elif decrypt:
-            raise gallery.error("is not encrypted", "not encrypted")
-        if decrypt:
-            set_plain(connection)
-        else:
-            set_key(connection, target)
+        target, before = current_key(gallery.key), gallery.sealing(connection)
+        assert before is None or before.key  # of which all templates are read
+        set_key(connection, target)
         new = gallery.sealing(connection)
+        assert new is not None
         query = WHOLE.order_by(ENTRY.c.id).limit(_ROWS_PER_READ)
         progress("rotate", 0, total)
         while new != before and (rows := connection.execute(query.where(ENTRY.c.id > after)).all()):
@@ -75,7 +66,7 @@ def rotate(
                 except DamagedRowError as error:
                     damaged[row.id] = error.why
                     continue
-                own = columns if new is None else new.seal_row(columns)
+                own = new.seal_row(columns)
                 changes.append({"row": row.id, "own": own["template"], "of_own": row_digest(own)})
             if changes:
                 connection.execute(_UPDATE, changes)

@@ -43,7 +43,7 @@ def keys_in_use(where):
         return tuple(summarize(gallery)["keys"])
 
 
-def test_a_plain_gallery_is_encrypted_and_decrypted_while_another_is_open(where, source):
+def test_a_plain_gallery_is_encrypted_while_another_is_open(where, source):
     make(where, encrypt=False)
     with open_gallery(where) as gallery, open_gallery(where) as other:
         assert len(list(other.templates())) == len(PRINTS)
@@ -55,11 +55,6 @@ def test_a_plain_gallery_is_encrypted_and_decrypted_while_another_is_open(where,
         assert rotate(gallery).sealed == len(PRINTS) + 1
         assert list(other.packed_templates())[:-1] == PACKED
         assert summarize(gallery)["keys"] == [load_keys(source).current.id]
-        done = rotate(gallery, decrypt=True)
-        assert (done.key, done.sealed) == ("plain", len(PRINTS) + 1)
-        assert list(other.packed_templates())[:-1] == PACKED
-        assert summarize(gallery)["version"] == 3
-        refused(rotate, gallery, decrypt=True, code="not encrypted")
 
 
 def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, source, monkeypatch):
@@ -86,9 +81,9 @@ class Stopped(Exception):
     pass
 
 
-@pytest.mark.parametrize(("encrypt", "decrypt"), [(False, False), (True, False), (True, True)])
+@pytest.mark.parametrize("encrypt", [False, True])
 def test_what_is_stopped_after_its_transaction_is_done_again(
-    tmp_path, source, monkeypatch, encrypt, decrypt
+    tmp_path, source, monkeypatch, encrypt
 ):
     path = make(tmp_path / "g.db", encrypt=encrypt)
     target = add_key(source).current.id
@@ -99,13 +94,12 @@ def test_what_is_stopped_after_its_transaction_is_done_again(
     with monkeypatch.context() as patch, open_gallery(path) as gallery:
         patch.setattr(gallery, "vacuum", stop)
         with pytest.raises(Stopped):
-            rotate(gallery, decrypt=decrypt)
+            rotate(gallery)
     assert packed(path) == PACKED
-    if not decrypt:
-        with open_gallery(path) as gallery:
-            assert rotate(gallery).sealed == 0
-        assert not any(readable(tmp_path, template) for template in PRINTS)
-    assert keys_in_use(path) == (() if decrypt else (target,))
+    with open_gallery(path) as gallery:
+        assert rotate(gallery).sealed == 0
+    assert not any(readable(tmp_path, template) for template in PRINTS)
+    assert keys_in_use(path) == (target,)
 
 
 ROTATE = """

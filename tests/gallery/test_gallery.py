@@ -24,43 +24,31 @@ from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.gallery.store.tables import ENROLLED, Conflict
 
 
-def test_what_is_enrolled_is_there_when_opened_again(where):
-    strange = Label("Ødegård '; drop table", "右人差し指", "1")  # names may be of any script
-    new = [entry_of(7), entry_of(3, label=strange, source="/Bücher/ñ.tif"), entry_of(5)]
-    with open_gallery(where, create=True) as gallery:
-        assert len(gallery) == 0
-        assert gallery.add(new) == [None, None, None]
-    with open_gallery(where) as gallery:
-        assert len(gallery) == 3
-        entries = list(gallery.entries())
-        assert [e.id for e in entries] == sorted(e.id for e in entries)
-        for entry, one in zip(entries, new, strict=True):
-            assert (entry.label, entry.source, entry.content) == (
-                *(one.label, one.source, one.content),
-            )
-            assert (entry.dpi, entry.minutiae) == (500.0, 5)
-            assert gallery.entry(entry.id) == entry
-            template = unpack_template(pack_template(one.template))
-            assert gallery.template(entry.id) == template
-            assert (entry.id, template) in list(gallery.templates())
-        assert list(gallery.entries(subject=strange.subject)) == [entries[1]]
-        refused(gallery.template, 77, code="unknown")
-        refused(gallery.entry, 77, code="unknown")
-
-
-def test_rows_come_and_go_in_batches(where, monkeypatch):
+def test_what_is_enrolled_is_there_when_opened_again(where, monkeypatch):
     monkeypatch.setattr(tables, "VALUES_PER_QUERY", 7)
     monkeypatch.setattr(database, "ROWS_PER_READ", 5)
+    strange = Label("Ødegård '; drop table", "右人差し指", "1")  # names may be of any script
+    new = [entry_of(99, label=strange, source="/Bücher/ñ.tif"), *map(entry_of, range(20))]
     with open_gallery(where, create=True) as gallery:
-        assert gallery.add([entry_of(k) for k in range(20)]) == [None] * 20
+        assert len(gallery) == 0
+        assert gallery.add(new) == [None] * 21
         mixed = [entry_of(k) for k in range(10, 30)]
         assert gallery.add(mixed) == [ENROLLED] * 10 + [None] * 10
-        numbers = [entry.id for entry in gallery.entries()]
-        assert len(gallery) == len(numbers) == 30
+    with open_gallery(where) as gallery:
+        entries, templates = list(gallery.entries()), dict(gallery.templates())
+        assert len(gallery) == len(entries) == 31
+        assert list(templates) == sorted(entry.id for entry in entries)
         assert gallery.size() > 0
-        assert [gallery.has_over(count) for count in (0, 29, 30, 99)] == [True, True, False, False]
-        assert [number for number, _ in gallery.templates()] == numbers
-        assert [str(e.label) for e in gallery.entries(subject="4")] == ["4_1"]
+        assert [gallery.has_over(count) for count in (0, 30, 31, 99)] == [True, True, False, False]
+        for entry, one in zip(entries, [*new, *mixed[10:]], strict=True):
+            about = (one.label, one.source, one.content, 500.0, 5)
+            assert (entry.label, entry.source, entry.content, entry.dpi, entry.minutiae) == about
+            assert gallery.entry(entry.id) == entry
+            assert templates[entry.id] == unpack_template(pack_template(one.template))
+            assert gallery.template(entry.id) == templates[entry.id]
+        assert list(gallery.entries(subject=strange.subject)) == [entries[0]]
+        refused(gallery.template, 77, code="unknown")
+        refused(gallery.entry, 77, code="unknown")
 
 
 def test_duplicates_are_failures_that_say_of_what(where):
@@ -77,20 +65,13 @@ def test_duplicates_are_failures_that_say_of_what(where):
         assert gallery.add([one, same_picture]) == [None, reasons[0]]
         assert gallery.add([entry_of(2, label=label), other_dpi]) == reasons[1:]
         assert len(gallery) == 1
-        assert gallery.failures() == [
-            Failure("/b.tif", "enrolled already, at 500 dpi, not 569"),
-            Failure("/prints/2_1.tif", f"{reasons[1].why} (/prints/1_1.tif)"),
-            Failure("/prints/9.tif", f"{reasons[0].why} (/prints/1_1.tif)"),
-        ]
-        requests = [
-            EnrolmentRequest(label, one.content),
-            EnrolmentRequest(label, one.content, 500.0),
-            EnrolmentRequest(label, one.content, 569.0),
-            EnrolmentRequest(label, b"new"),
-            EnrolmentRequest(Label("2", impression="1"), b"new"),
-        ]
+        sources = ("/prints/9.tif", "/prints/2_1.tif", "/b.tif")
+        failed = [Failure(*one) for one in zip(sources, map(str, reasons), strict=True)]
+        assert gallery.failures() == failed[::-1]
+        asked = [(label, one.content, dpi) for dpi in (None, 500.0, 569.0)]
+        asked += [(label, b"new"), (Label("2", impression="1"), b"new")]
         expected = [ENROLLED, ENROLLED, reasons[2], reasons[1], None]
-        assert gallery.find_conflicts(requests) == expected
+        assert gallery.find_conflicts([EnrolmentRequest(*one) for one in asked]) == expected
 
 
 def test_failures_are_kept_until_the_source_is_enrolled(where):

@@ -44,23 +44,11 @@ def gallery() -> None:
     """
 
 
-def _summary_text(name: str, s: Mapping[str, Any]) -> str:
-    impressions, failures, damaged = s["impressions"], s["failures"], s["damaged"]
-    n = max(impressions, 1)
-    dpi = (f"{one['impressions']} at {one['dpi']:g} dpi" for one in s["dpi"])
-    failed = f"{count(failures, 'picture')} could not be enrolled" if failures else "none"
-    uncounted = f"{count(damaged, 'entry', 'entries')}, not counted here"
-    rows = [
-        ("Impressions", f"{impressions} of {count(s['subjects'], 'subject')}"),
-        ("Resolution", ", ".join(dpi) or "none"),
-        ("Minutiae", f"{s['minutiae']}, {s['minutiae'] / n:.0f} an impression"),
-        ("Templates", f"{s['template_bytes']} bytes, {s['template_bytes'] / n:.0f} an impression"),
-        ("Failures", failed),
-        *(("Encryption", f"key {key}") for key in s["keys"]),
-        ("Format", f"version {s['version']}"),
-        *([("Damaged", uncounted)] if damaged else []),
-    ]
-    return "\n".join([printable(name), *(f"  {label:<12}{text}" for label, text in rows)])
+def _summary_text(name: str, counted: Mapping[str, Any]) -> str:
+    dpi = ", ".join(f"{one['impressions']} at {one['dpi']:g} dpi" for one in counted["dpi"])
+    rows = {**counted, "dpi": dpi or "none", "keys": ", ".join(counted["keys"]) or "none"}
+    lines = (f"  {key.replace('_', ' '):<16}{value}" for key, value in rows.items())
+    return "\n".join([printable(name), *lines])
 
 
 @gallery.command(

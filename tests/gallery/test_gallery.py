@@ -110,22 +110,6 @@ def test_removed_numbers_are_not_given_again_and_changes_change_the_hash(where):
         assert len(set(hashes)) == 4
 
 
-def test_an_error_in_the_middle_leaves_nothing(where, monkeypatch):
-    def stop(*_, **__):
-        raise RuntimeError("stop")
-
-    with open_gallery(where, create=True) as gallery:
-        gallery.add([entry_of(1)])
-        with monkeypatch.context() as patch:
-            patch.setattr(gallery_module.Gallery, "_mark_changed", stop)
-            with pytest.raises(RuntimeError, match="stop"):
-                gallery.add([entry_of(2)], [Failure("x", "y")])
-        assert [str(entry.label) for entry in gallery.entries()] == ["1_1"]
-        assert gallery.failures() == []
-        gallery.add([entry_of(2)])
-        assert len(gallery) == 2
-
-
 ENROL = """
 import sys
 from fpmatch.gallery.listing.entry import NewEntry, Label

@@ -6,12 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import sqlalchemy as sa
-from made_prints import refused
+from made_prints import entry_of, refused
 
 from fpmatch.errors import GalleryError
 from fpmatch.gallery.cli.export import export_gallery
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Failure, Label, NewEntry
+from fpmatch.gallery.listing.entry import Failure, Label
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.audit import (
     acting_as,
@@ -25,11 +25,9 @@ from fpmatch.templates.minutiae import Minutiae, Template
 
 
 def entry(subject, impression="1"):
-    """Return a print of a subject, of two minutiae."""
-    minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
+    """Return a print of a subject."""
     content = hashlib.sha256(f"{subject}_{impression}".encode()).digest()
-    label = Label(subject, "", impression)
-    return NewEntry(label, f"/pictures/{subject}.png", content, Template(minutiae, 300, 400))
+    return entry_of(7, label=Label(subject, "", impression), content=content)
 
 
 def events(gallery):

@@ -37,7 +37,6 @@ _REASONS: Final = {
     "SQLITE_CORRUPT": "damaged",
     "SQLITE_IOERR": "cannot be read or written (disk I/O error)",
 }
-_FIRST: Final = -(2**31)  # before all numbers of rows
 _LOCK: Final = 0x66706D61746368  # "fpmatch", of those who write, on a PostgreSQL server
 _LATE: Final = {"57014", "55P03"}  # of PostgreSQL: a statement, or a lock, took too long
 _POOL: Final = "fpmatch"
@@ -108,24 +107,25 @@ class Database:
             yield connection
 
     def pages(
-        self, query: sa.Select[Any], number: sa.Column[int], after: int = _FIRST
+        self, query: sa.Select[Any], number: sa.Column[int]
     ) -> Iterator[tuple[Sequence[Any], Sealing | None]]:
         """Yield rows by ascending `number`, their first column, and how templates are sealed.
 
-        Each thousand are read in one transaction, so that no other is blocked for long. Only rows
-        `after` a number are read.
+        Each thousand are read in one transaction, so that no other is blocked for long.
         """
-        query = query.order_by(number).limit(ROWS_PER_READ)
+        further = query = query.order_by(number).limit(ROWS_PER_READ)
+        numbers: list[int] = []
         while True:
             with self.reading() as connection:
-                rows = connection.execute(query.where(number > after)).all()
+                rows = connection.execute(further).all()
                 sealing = self.sealing(connection)
-            if any(one >= other for one, other in pairwise([after, *(row[0] for row in rows)])):
+            numbers = [*numbers[-1:], *(row[0] for row in rows)]
+            if any(one >= other for one, other in pairwise(numbers)):
                 raise self.error("damaged: its rows are not in order", "damaged")
             yield rows, sealing
             if len(rows) < ROWS_PER_READ:
                 return
-            after = rows[-1][0]
+            further = query.where(number > numbers[-1])
 
     def vacuum(self) -> None:
         """Rewrite the database, or the tables of galleries on PostgreSQL, without free space.

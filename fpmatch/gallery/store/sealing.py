@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
 _INDEX: Final = b"index"
+_VERSION: Final = sa.select(GALLERY.c.version)
 _BOUND: Final = ("subject", "finger", "impression", "source", "content", "dpi", "minutiae")
 
 
@@ -105,7 +106,7 @@ def read_sealing(connection: sa.Connection, given: KeyRing | str | None) -> Seal
 
     Raises EncryptionError (code "damaged") if the key in use is not recorded.
     """
-    if connection.scalar(sa.select(GALLERY.c.version)) != ENCRYPTED_VERSION:
+    if connection.scalar(_VERSION) != ENCRYPTED_VERSION:
         return None
     row = connection.execute(sa.select(ENCRYPTION)).first()
     key_id = "" if row is None else str(row.keys)

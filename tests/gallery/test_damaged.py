@@ -106,7 +106,7 @@ def test_every_reader_skips_it(place, tmp_path):
         checked = check_claim(gallery, scattered(4, 30), "2")
         assert [entry.id for entry in checked.entries] == [4]
         assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was
-        assert [check.name for check in check_fingers(gallery)] == ["1", "3"]
+        assert [check["subject"] for check in check_fingers(gallery)] == ["1", "3"]
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
         assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS

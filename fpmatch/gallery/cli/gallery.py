@@ -127,6 +127,7 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
     with reasons; `fpmatch gallery remove` removes them, and the prints can be enrolled again.
     """
     from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.listing.entry import Label
     from fpmatch.gallery.store.audit import check_audit
     from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 
@@ -140,7 +141,7 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
             fault = "" if error.code == "no audit" else str(error)
         damaged = find_damaged(opened, subject=subject, progress=bars.show)
         checks = list(check_fingers(opened, subject=subject, progress=bars.show))
-    doubtful = [check for check in checks if not check.consistent]
+    doubtful = [check for check in checks if not check["consistent"]]
     if as_json:
         # of the same form as the checks of fingers, for programs that read these only
         rows = [
@@ -148,13 +149,16 @@ def check(gallery: str, subject: str | None, as_json: bool) -> int:
             | {"disagreements": [], "damaged": why}
             for number, why in damaged.items()
         ]
-        show(json_text([*(check.as_dict() for check in checks), *rows]))
+        show(json_text([*checks, *rows]))
     else:
         for one in doubtful:
-            sizes = ", ".join(str(len(group)) for group in one.groups)
-            show_line(f"{one.name}: groups of {sizes} impressions do not match each other")
-            for pair in one.disagreements:
-                show_line(f"  {pair}")
+            name = Label(one["subject"], one["finger"])
+            sizes = ", ".join(str(len(group)) for group in one["groups"])
+            show_line(f"{name}: groups of {sizes} impressions do not match each other")
+            for pair in one["disagreements"]:
+                first, second = pair["ids"]
+                text = f"entry {second} does not match entry {first}, score {pair['score']:.1f}"
+                show_line(f"  {text}")
         several = count(len(checks), "finger")
         for number, why in damaged.items():
             show_line(f"entry {number} is damaged: {why}")

@@ -48,7 +48,7 @@ def test_check_tells_which_fingers_disagree(run, place):
     assert (result.exit_code, result.stderr) == (1, "")
     head, pair, total = result.stdout.splitlines()
     assert head == "1: groups of 1, 1 impressions do not match each other"
-    assert pair == "  1_2 (entry 2) does not match 1_1 (entry 1), score 0.0"
+    assert pair == "  entry 2 does not match entry 1, score 0.0"
     assert total == "1 finger with several impressions checked, 1 doubtful"
     (found,) = json.loads(run("gallery", "check", place, "--json").stdout)
     assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from fpmatch.errors import FpmatchError
-from fpmatch.gallery.encryption.keys import KeyRing, load_keys
+from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.store.gallery import Gallery
 from fpmatch.gallery.store.kept_files import PREPARED, delete_files, kept_files, kept_folders
 from fpmatch.gallery.store.sealing import set_key
@@ -19,6 +19,8 @@ from fpmatch.gallery.store.tables import ENCRYPTED_VERSION, GALLERY, METADATA, T
 if TYPE_CHECKING:
     import os
     from collections.abc import Collection
+
+    from fpmatch.gallery.encryption.keys import KeyRing
 
 __all__ = ["Gallery", "open_gallery"]
 
@@ -57,7 +59,7 @@ def open_gallery(
     EncryptionError
         If there is no key for a gallery to be made.
     """
-    key_id = current_key(key) if encrypt else ""  # before a file is made
+    key_id = load_keys(key).current.id if encrypt else ""  # before a file is made
     gallery = Gallery(where, create=create, key=key, patience=patience)
     gallery.erase = partial(_erase_traces, gallery)
     try:
@@ -66,11 +68,6 @@ def open_gallery(
         gallery.close()
         raise
     return gallery
-
-
-def current_key(given: KeyRing | str | None) -> str:
-    """Return the id of the current one of the keys that were given; EncryptionError if none was."""
-    return (given if isinstance(given, KeyRing) else load_keys(given)).current.id
 
 
 def free_space(gallery: Gallery) -> dict[str, dict[str, int]]:

@@ -145,21 +145,16 @@ def given_source() -> str:
     return os.environ.get(KEY_VARIABLE, "")
 
 
-def keys_for(key_id: str, source: str | None = None) -> KeyRing:
-    """Return the keys of a source, as `load_keys`; without one, the error names the key's id."""
-    if not (source or given_source()):
-        raise _missing_key(key_id)
-    return load_keys(source)
-
-
-def load_keys(source: str | None = None) -> KeyRing:
+def load_keys(source: KeyRing | str | None = None, key_id: str = "") -> KeyRing:
     """Return the keys of a source.
 
     Parameters
     ----------
-    source : str, optional
+    source : KeyRing or str, optional
         ``file:PATH`` (which no other user may read) or ``env:NAME`` (default: that in the
-        environment variable ``FPMATCH_KEY``).
+        environment variable ``FPMATCH_KEY``); keys are returned as they are.
+    key_id : str
+        The id of the key that is needed, which the error names where there is no source.
 
     Raises
     ------
@@ -174,7 +169,11 @@ def load_keys(source: str | None = None) -> KeyRing:
     >>> load_keys("env:MY_KEY").current
     Key('4290bd01905d96eb')
     """
+    if isinstance(source, KeyRing):
+        return source
     chosen = given_source() if source is None else source
+    if not chosen and key_id:
+        raise _missing_key(key_id)
     if not chosen:
         why = f"no key was given; {KEY_VARIABLE} names one: {SOURCES}"
         raise EncryptionError(why, code="missing key")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import secrets
 import struct
 from dataclasses import dataclass
+from functools import cached_property
 from string import hexdigits
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import sqlalchemy as sa
 
 from fpmatch.errors import EncryptionError, FpmatchError
-from fpmatch.gallery.encryption.keys import ID_DIGITS, KeyRing, keys_for
+from fpmatch.gallery.encryption.keys import ID_DIGITS, load_keys
 from fpmatch.gallery.encryption.records import key_id_of, seal, unseal
 from fpmatch.gallery.store.tables import (
     ENCRYPTED_VERSION,
@@ -28,7 +29,7 @@ from fpmatch.gallery.store.tables import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fpmatch.gallery.encryption.keys import Key
+    from fpmatch.gallery.encryption.keys import Key, KeyRing
 
 _ID_BYTES: Final = 16
 _ENTRY: Final = b"gallery entry"
@@ -37,7 +38,7 @@ _VERSION: Final = sa.select(GALLERY.c.version)
 _BOUND: Final = ("subject", "finger", "impression", "source", "content", "dpi", "minutiae")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Sealing:
     """Seal and unseal the templates and the index of a gallery.
 
@@ -49,10 +50,10 @@ class Sealing:
     key_id: str
     given: KeyRing | str | None
 
-    @property
+    @cached_property
     def ring(self) -> KeyRing:
         """The keys that were given; EncryptionError if there are none."""
-        return self.given if isinstance(self.given, KeyRing) else keys_for(self.key_id, self.given)
+        return load_keys(self.given, self.key_id)
 
     @property
     def key(self) -> Key:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
 
+from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.gallery import current_key
 from fpmatch.gallery.store import audit
 from fpmatch.gallery.store.kept_files import delete_files
 from fpmatch.gallery.store.rows import check_row, row_digest
@@ -50,7 +50,7 @@ def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> Rotation:
     total, sealed, after = len(gallery), 0, 0
     damaged: dict[int, str] = {}
     with gallery.changing() as connection:
-        target, before = current_key(gallery.key), gallery.sealing(connection)
+        target, before = load_keys(gallery.key).current.id, gallery.sealing(connection)
         assert before is None or before.key  # of which all templates are read
         set_key(connection, target)
         new = gallery.sealing(connection)

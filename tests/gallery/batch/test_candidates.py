@@ -24,7 +24,7 @@ from fpmatch.gallery.listing.prints import find_prints
 from fpmatch.gallery.search import identify as identify_module
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.search import Search, SearchOptions
-from fpmatch.gallery.store.audit import events_of, turn_on
+from fpmatch.gallery.store.audit import events_of, switch
 
 OPTIONS = {
     "usual": SearchOptions(listed="subjects", count=3),
@@ -205,7 +205,7 @@ def test_a_damaged_entry_is_no_candidate(gallery, probes, tmp_path):
 def test_an_audit_states_what_was_searched_for_or_the_run_stops(
     gallery, probes, tmp_path, monkeypatch
 ):
-    turn_on(gallery)
+    switch(gallery, on=True)
     run(gallery, probes, tmp_path / "c.csv")
     searched = [event for _, _, event in events_of(gallery) if event["action"] == "identify"]
     content = hashlib.sha256((probes / "0.json").read_bytes()).hexdigest()

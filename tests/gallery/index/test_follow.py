@@ -17,12 +17,11 @@ from made_prints import DAMAGES, changed, entry_of, scattered
 
 from fpmatch.errors import OutputError
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.gallery import free_space, open_gallery
 from fpmatch.gallery.index import follow as index_files
 from fpmatch.gallery.index.follow import GalleryIndex
 from fpmatch.gallery.index.segment import Segment
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.tasks.space import free_space
 from fpmatch.matching.matchers.unit_circle import MATCHER
 
 

@@ -101,25 +101,23 @@ def identify_one_by_one(run: Run) -> int:
                 continue
             start = time.perf_counter()
             try:
-                probe, result, entries = identify_given(
-                    gallery, search, given, run.options, workers=run.workers
-                )
+                probe, result = identify_given(search, given, run.options, workers=run.workers)
             except MatcherError as error:
                 raise named(error, file.path) from error
             seconds, name, first = time.perf_counter() - start, str(file.path), first or result
             gallery.record("identify", probe=content, candidates=result.numbers)
-            identical = notes_on_identical(gallery, probe.template, entries)
+            identical = notes_on_identical(gallery, probe.template, result.entries)
             noted.append((name, (*probe.notes, *identical)))
             probes.append(
                 {
                     "probe": name,
                     "seconds": round(seconds, 4),
                     "passed_on": list(result.passed_on),
-                    "candidates": result.candidate_dicts(entries),
+                    "candidates": result.candidate_dicts(),
                 }
             )
             if not run.as_json:
-                show(candidates_as_text(name, result, entries, seconds))
+                show(candidates_as_text(name, result, result.entries, seconds))
     say_notes(group_by_note(noted))
     say_errors(failures)
     if first is None:
@@ -141,6 +139,7 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
     import scipy.optimize  # noqa: F401  (which assigns probes to fingers, while time is taken)
 
     from fpmatch.gallery.listing.prints import extract_print, folder_reader
+    from fpmatch.gallery.search.fused import identify_fused
     from fpmatch.gallery.search.probes import read_hashed
     from fpmatch.prints.reading import group_by_note
 
@@ -153,8 +152,7 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
     extracted = [made for made, _ in hashed]
     with run.opened() as (gallery, search, _, _):
         start = time.perf_counter()
-        result, entries = identify_entries_fused(
-            gallery,
+        result = identify_fused(
             search,
             [one.template for one in extracted],
             options=run.options,
@@ -174,9 +172,9 @@ def identify_by_fingers(run: Run, others: Sequence[PrintFile]) -> int:
         "probes": names,
         "fingers": positions,
         "seconds": round(seconds, 4),
-        "candidates": result.candidate_dicts(entries, names),
+        "candidates": result.candidate_dicts(names),
     }
-    run.show(gallery, search, document, [subjects_as_text(names, result, entries, seconds)])
+    run.show(gallery, search, document, [subjects_as_text(names, result, result.entries, seconds)])
     return 0
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, combinations
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.gallery.fingers.consolidate import link_impressions, linked_groups
 from fpmatch.gallery.fingers.finger import choose_impressions
 from fpmatch.gallery.store.audit import ranges
 from fpmatch.matching.calibration import load_calibration
@@ -130,23 +131,26 @@ def find_damaged(
 
 
 def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration) -> FingerCheck:
+    """Return the groups of readable impressions of a finger that matches link."""
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  (slow to import)
+
     entries, templates = list(sound), list(sound.values())
     prepared = [matcher.prepare(template) for template in templates]
     among = set(choose_impressions(templates))
-    needed = _link_score(len(entries))
-    links = link_impressions(
-        prepared, matcher, curve, least_score=needed, least_pairs=1, among=among
-    )
-    groups = linked_groups(len(entries), links)
+    scores = np.zeros((len(entries), len(entries)))
+    for i, j in combinations(range(len(entries)), 2):
+        if i in among or j in among:
+            similarity = matcher.compare(prepared[i], prepared[j]).similarity
+            scores[i, j] = scores[j, i] = curve.score(similarity)
+    _, label = connected_components(scores >= _link_score(len(entries)), directed=False)
+    groups = [np.flatnonzero(label == k).tolist() for k in range(max(label) + 1)]
+    groups.sort(key=lambda group: (-len(group), group[0]))
     disagreements = []
     for group in groups[1:]:
-        pairs = [(i, j) for i in groups[0] for j in group if i in among or j in among]
-        scored = [
-            (curve.score(matcher.compare(prepared[i], prepared[j]).similarity), i, j)
-            for i, j in pairs or [(groups[0][0], group[0])]
-        ]
-        score, i, j = max(scored, key=lambda one: (one[0], -one[1], -one[2]))
-        disagreements.append(Disagreement(entries[i], entries[j], score))
+        between = scores[np.ix_(groups[0], group)]
+        i, j = np.unravel_index(between.argmax(), between.shape)
+        one, other = entries[groups[0][i]], entries[group[j]]
+        disagreements.append(Disagreement(one, other, float(between[i, j])))
     grouped = tuple(tuple(entries[k] for k in group) for group in groups)
     return FingerCheck(grouped, tuple(disagreements))
 

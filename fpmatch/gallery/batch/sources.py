@@ -254,7 +254,7 @@ def _template_of(arrays: Mapping[str, Any]) -> Template:
 
 
 def _extract(opened: OpenedPrint) -> StoredTemplate:
-    extracted = extract_opened(opened, graded=True)
+    extracted = extract_opened(opened)
     template = extracted.template
     beside = extracted.dpi_assumed, extracted.notes, extracted.quality, minutiae_digest(template)
     return StoredTemplate(pack(template), "", *beside)

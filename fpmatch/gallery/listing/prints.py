@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.engine.workers import results_of_each
-from fpmatch.gallery.listing.folders import prints_below, prints_by_folder, prints_in
+from fpmatch.gallery.listing.folders import labelled_by_folder, prints_below, prints_in
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.gallery.listing.manifest import read_manifest
 from fpmatch.gallery.listing.print_file import PrintFile
@@ -177,38 +177,30 @@ def open_print(reader: Reader, file: PrintFile) -> OpenedPrint:
         return file, error
 
 
-def extract_opened(
-    opened: OpenedPrint, min_quality: int = 0, *, graded: bool = False
-) -> ExtractedPrint:
-    """Return the template of a print that `open_print` has read, as `extract_print` does."""
+def extract_opened(opened: OpenedPrint) -> ExtractedPrint:
+    """Return the template of a print that `open_print` has read, and the quality of its image."""
     file, content = opened
     if isinstance(content, FpmatchError):
         raise content
-    return extract_print(file, lambda _: content, min_quality, graded=graded)
+    return extract_print(file, lambda _: content, graded=True)
 
 
-def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> Iterable[PrintFile]:
+def _files(place: Path, pattern: NamePattern | None, *, by_folder: bool) -> list[PrintFile]:
     kind = kind_of(place)
     if kind == "manifest":
         return read_manifest(place)
-    if kind != "folder":
-        return _labelled([PrintFile(place)], pattern)
-    if not place.exists():
+    if kind == "folder" and not place.exists():
         raise ImageReadError("no such file or folder", path=place, code="missing")
-    if not place.is_dir():  # a pipe, say
-        return [PrintFile(place)]
-    if not by_folder and (paths := prints_in(place)):
-        return _labelled(map(PrintFile, paths), pattern)
+    files = [PrintFile(place)]
+    if place.is_dir():
+        files = [] if by_folder else list(map(PrintFile, prints_in(place)))
+        if not files:
+            files = prints_below(place)
+            if files and pattern is None:
+                return labelled_by_folder(place, files, certain=by_folder)
+        if not files:
+            why = "the folder contains no images and no templates"
+            raise ImageReadError(why, path=place, code="empty folder")
     if pattern is None:
-        return prints_by_folder(place, certain=by_folder)
-    if files := prints_below(place):
-        return _labelled(files, pattern)
-    raise ImageReadError(
-        "the folder contains no images and no templates", path=place, code="empty folder"
-    )
-
-
-def _labelled(files: Iterable[PrintFile], pattern: NamePattern | None) -> list[PrintFile]:
-    if pattern is None:
-        return list(files)
+        return files
     return [replace(file, label=pattern.label(file.path)) for file in files]

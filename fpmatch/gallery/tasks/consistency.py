@@ -148,9 +148,9 @@ def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration
     disagreements = []
     for group in groups[1:]:
         between = scores[np.ix_(groups[0], group)]
-        i, j = np.unravel_index(between.argmax(), between.shape)
-        one, other = entries[groups[0][i]], entries[group[j]]
-        disagreements.append(Disagreement(one, other, float(between[i, j])))
+        row, column = np.unravel_index(between.argmax(), between.shape)
+        one, other = entries[groups[0][row]], entries[group[column]]
+        disagreements.append(Disagreement(one, other, float(between[row, column])))
     grouped = tuple(tuple(entries[k] for k in group) for group in groups)
     return FingerCheck(grouped, tuple(disagreements))
 

@@ -7,7 +7,12 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.gallery.listing.two_prints import minutiae_across, neck_and_break, why_two_prints
+from fpmatch.gallery.listing.two_prints import (
+    count_areas,
+    minutiae_across,
+    neck_and_break,
+    why_two_prints,
+)
 from fpmatch.templates.minutiae import Minutiae, RidgeField, Template
 
 
@@ -50,6 +55,15 @@ def test_each_sign_is_named():
     assert signs(anywhere) == "neighbouring minutiae have contrary directions"
     groups = Minutiae(np.where(m.x < 190, m.x, m.x + 200), m.y, m.angle)
     assert signs(groups) == "the minutiae form two groups"
+
+
+def test_the_prints_of_a_card_are_counted_at_any_resolution():
+    """A card of two rows of three prints, of 10 by 12 cells each; small spots are none."""
+    row, column = np.indices((30, 39))
+    mask = (row % 15 < 12) & (column % 13 < 10)
+    card = RidgeField(16.0, np.mod(0.1 * (column % 13), np.pi), mask)
+    assert count_areas(card, 500.0) == count_areas(replace(card, step=32.0), 1000.0) == 6
+    assert count_areas(replace(card, mask=mask & (column < 16)), 500.0) == 2
 
 
 def test_a_seam_is_where_ridges_turn_at_once():

@@ -98,6 +98,8 @@ def _visible(folder: Path) -> list[Path]:
     """Return what a folder contains that is not hidden, numbers in names in order."""
     try:
         paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    except FileNotFoundError as error:
+        raise DatasetError("no such folder", path=folder) from error
     except OSError as error:
         raise DatasetError(f"cannot be listed: {reason(error)}", path=folder) from error
     return sorted(paths, key=lambda path: natural_key(path.name))

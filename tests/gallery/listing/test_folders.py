@@ -102,7 +102,7 @@ def test_images_come_in_the_order_of_their_numbers(tmp_path):
 
 
 def test_a_folder_must_be_one(tmp_path):
-    with pytest.raises(DatasetError, match="nowhere: cannot be listed: no such file"):
+    with pytest.raises(DatasetError, match="nowhere: no such folder"):
         prints_in(tmp_path / "nowhere")
     (tmp_path / "file").touch()
     with pytest.raises(DatasetError, match="file: cannot be listed: "):

@@ -147,11 +147,10 @@ def test_commands_name_it_once_and_count_it(run, place, tmp_path):
         assert "Traceback" not in result.output
         return result.stderr.count(f"entry {DAMAGED} is skipped")
 
-    for words in (["identify"], ["identify", "--all"]):
-        result = run(words[0], place, probe, "--json", "--workers", "1", *words[1:])
-        document = json.loads(result.stdout)
-        assert (result.exit_code, named(result), document["damaged"]) == (0, 1, 1)
-        assert document["probes"][0]["candidates"][0]["id"] == 1
+    result = run("identify", place, probe, "--json", "--workers", "1")
+    document = json.loads(result.stdout)
+    assert (result.exit_code, named(result), document["damaged"]) == (0, 1, 1)
+    assert document["probes"][0]["candidates"][0]["id"] == 1
     result = run("gallery", "check", place)
     assert result.exit_code == 1
     assert f"entry {DAMAGED} is damaged: " in result.stdout

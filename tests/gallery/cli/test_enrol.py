@@ -102,7 +102,7 @@ def test_two_prints_in_one_are_named_and_refused_if_strict(run, prints, tmp_path
         assert "; probably two prints in one: " in run("inspect", folder / name).stdout
 
 
-def test_a_mirrored_sensor_is_enrolled_and_searched_for(run, prints, tmp_path):
+def test_a_mirrored_sensor_is_enrolled(run, prints, tmp_path):
     folder, place = copied(prints, tmp_path / "folder", "1_1.png", "2_1.png"), tmp_path / "g.db"
     mirrored = copied(prints, tmp_path / "mirrored")
     for path in folder.iterdir():
@@ -111,10 +111,10 @@ def test_a_mirrored_sensor_is_enrolled_and_searched_for(run, prints, tmp_path):
     result = run("enrol", place, mirrored, "--mirror", "--workers", 1)
     assert (result.exit_code, "left and right are exchanged" in result.stderr) == (0, True)
 
-    def best(*words):
-        (probe,) = json.loads(run("identify", place, *words, "--json").stdout)["probes"]
-        (first, *_) = probe["candidates"]
+    def best(probe):
+        (searched,) = json.loads(run("identify", place, probe, "--json").stdout)["probes"]
+        (first, *_) = searched["candidates"]
         return first["subject"], first["score"] >= 40
 
-    assert best(folder / "1_1.png") == best(mirrored / "1_1.png", "--mirror") == ("1", True)
+    assert best(folder / "1_1.png") == ("1", True)
     assert not best(mirrored / "1_1.png")[1]

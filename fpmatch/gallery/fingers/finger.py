@@ -37,25 +37,16 @@ if TYPE_CHECKING:
 MOST_IMPRESSIONS: Final = 64  # of a finger that a probe is compared with
 
 
-def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
-    """Return the indices, ascending, of at most so many impressions to compare a probe with.
-
-    Impressions of one session often overlap. So the impressions are divided, in the order in
-    which they are given, into `most` runs, and of each run the one is taken
-    whose minutiae have the greatest quality in sum; of equals, the first.
+def choose_impressions(count: int) -> list[int]:
+    """Return the numbers of the impressions to compare with: of very many, some spread over all.
 
     Examples
     --------
-    >>> from fpmatch import Minutiae, Template
-    >>> poor, good = (Template(Minutiae([1], [1], [0], quality=[q]), 9, 9) for q in (10, 90))
-    >>> choose_impressions([poor, good, good, poor, poor, poor], most=2)
-    [1, 3]
+    >>> choose_impressions(3), choose_impressions(128)[:3]
+    ([0, 1, 2], [0, 2, 4])
     """
-    if len(templates) <= most:
-        return list(range(len(templates)))
-    quality = np.array([template.minutiae.quality.sum(dtype=np.int64) for template in templates])
-    runs = np.array_split(np.arange(len(templates)), most)
-    return [int(run[np.argmax(quality[run])]) for run in runs]
+    some = min(count, MOST_IMPRESSIONS)
+    return [k * count // some for k in range(some)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +94,7 @@ def verify_finger(
     assert rule.calibration is not None  # a threshold is a score
     if not references:
         raise MatcherError("a finger without impressions cannot be compared")
-    chosen = tuple(choose_impressions(references))
+    chosen = tuple(choose_impressions(len(references)))
     ours = probe, call_matcher(rule.matcher, "prepare", probe)
     sides = [(references[k], call_matcher(rule.matcher, "prepare", references[k])) for k in chosen]
     comparisons = [compare_prepared(rule.matcher, ours[1], prepared) for _, prepared in sides]

@@ -60,7 +60,7 @@ def assign_fingers(
     ]
     if not pairs:
         return 0.0, []
-    fused = fuse_fingers([scores[pair] for pair in pairs])
+    fused = fuse_fingers([float(scores[pair]) for pair in pairs])
     fused -= 10.0 * math.log10(_assignments(tuple(map(tuple, allowed.tolist()))))
     return min(max(0.0, fused), MAX_SCORE), pairs
 

@@ -136,7 +136,7 @@ def _check(sound: Mapping[Entry, Template], matcher: Matcher, curve: Calibration
 
     entries, templates = list(sound), list(sound.values())
     prepared = [matcher.prepare(template) for template in templates]
-    among = set(choose_impressions(templates))
+    among = set(choose_impressions(len(entries)))
     scores = np.zeros((len(entries), len(entries)))
     for i, j in combinations(range(len(entries)), 2):
         if i in among or j in among:

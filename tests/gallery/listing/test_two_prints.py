@@ -46,6 +46,8 @@ def test_each_sign_is_named():
     column = np.indices((24, 24))[1]
     apart = replace(one, mask=one.mask & (column != 11))
     assert signs(m, apart) == "the ridges have two areas; cut them into one image each"
+    thrice = replace(apart, mask=apart.mask & (column != 5) & (column != 17) & (column < 18))
+    assert signs(m, thrice).startswith("probably 3 prints in one: the ridges have 3 areas; cut")
     turned = np.where(column < 12, one.orientation, np.mod(one.orientation + 1, np.pi))
     assert "the ridges break off along a line" in signs(m, replace(one, orientation=turned))
     across = Minutiae(m.x, m.y, np.mod(m.angle + np.pi / 2, 2 * np.pi))
@@ -113,10 +115,3 @@ def test_any_template_has_an_answer_that_its_hidden_cells_do_not_change(
     one = Template(minutiae, 300, 300, 500.0, RidgeField(step, orientation, mask, bits))
     shown = RidgeField(step, np.where(mask, orientation, 0), mask, bits)
     assert why_two_prints(one) == why_two_prints(replace(one, field=shown))
-
-
-def test_the_number_of_prints_that_lie_apart_is_named():
-    one = arch((24, 36))
-    column = np.indices((24, 36))[1]
-    apart = replace(one, mask=one.mask & (column != 11) & (column != 24))
-    assert signs(Minutiae([], [], []), apart).startswith("probably 3 prints in one: ")

@@ -118,7 +118,7 @@ def _templates_among(files: Sequence[Path]) -> list[Path]:
     """Return the files that are named like templates, one of each name, by name.
 
     JSON, CSV, text and array files are taken if they begin like templates; beside any template,
-    also JSON and CSV files that are no text, so that a damaged template is an error.
+    also JSON and CSV files that are none at all, so that a damaged template is an error.
     """
     from fpmatch.formats.registry import known_codecs  # noqa: PLC0415
     from fpmatch.prints.reading import content_of  # noqa: PLC0415
@@ -133,16 +133,19 @@ def _templates_among(files: Sequence[Path]) -> list[Path]:
         if path.suffix.lower() not in _COMMON_SUFFIXES or content_of(path) in {"template", "both"}
     }
     if templates:
-        templates.update(filter(_is_no_text, named))
+        templates.update(filter(_is_damaged, named))
     by_stem: dict[str, Path] = {}
     for path in sorted(templates, key=lambda path: suffixes.index(path.suffix.lower())):
         by_stem.setdefault(path.stem, path)
     return sorted(by_stem.values())
 
 
-def _is_no_text(path: Path) -> bool:
-    """Return whether a JSON or CSV file is empty, cannot be read or is not UTF-8."""
-    if path.suffix.lower() not in {".json", ".csv"}:
+def _is_damaged(path: Path) -> bool:
+    """Return whether a file named JSON or CSV is neither, or cannot be read."""
+    suffix = path.suffix.lower()
+    if suffix not in {".json", ".csv"}:
         return False
-    text = read_head(path).decode("utf-8", errors="replace").strip()
-    return not text or "\0" in text or "\ufffd" in text[:-4]  # the last may be cut through
+    text = read_head(path).decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
+    if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last may be cut through
+        return True
+    return text[0] not in "{[" if suffix == ".json" else "," not in text.splitlines()[0]

@@ -73,7 +73,9 @@ def test_a_folder_without_images_is_its_templates_one_of_each_name(tmp_path, tem
     assert [file.path.name for file in find_prints([tmp_path])] == ["1_1.png"]
 
 
-@pytest.mark.parametrize("damage", [b"", b"\x00" * 20, b"\xff\xfe\xfd\xfc" * 10])
+@pytest.mark.parametrize(
+    "damage", [b"", b"\x00" * 20, b"\xff\xfe\xfd\xfc" * 10, b"<html>404</html>\n"]
+)
 @pytest.mark.parametrize("suffix", [".json", ".csv"])
 def test_damaged_ones_beside_templates_are_not_passed_over(tmp_path, template, suffix, damage):
     (tmp_path / f"2_1{suffix}").write_bytes(damage)

@@ -146,10 +146,9 @@ def test_commands_name_it_once_and_count_it(run, place, tmp_path):
         assert result.stderr.count(f"entry {DAMAGED} is skipped") == times
         return json.loads(result.stdout)
 
-    for more in ([], ["--all"]):
-        document = named("identify", place, probe, "--workers", "1", *more)
-        assert document["damaged"] == 1
-        assert document["probes"][0]["candidates"][0]["id"] == 1
+    document = named("identify", place, probe, "--workers", "1")
+    assert document["damaged"] == 1
+    assert document["probes"][0]["candidates"][0]["id"] == 1
     checks = named("gallery", "check", place, status=1, times=0)
     assert [one["groups"] for one in checks if "damaged" in one] == [[[DAMAGED]]]
     claim = ("--gallery", place, "--subject", "1")

@@ -1,17 +1,25 @@
-"""The file of settings of a server: clients, what each role may request, and limits."""
+"""Settings: the file of clients and limits, and the address, names and token of a bound server."""
 
 import hashlib
+import socket
 from dataclasses import fields, replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.server.settings import Limits, Role, SettingsError, digest_of, load_settings
+from fpmatch.server.server import ServeError, bind_server
+from fpmatch.server.settings import (
+    Client,
+    Limits,
+    Role,
+    Settings,
+    SettingsError,
+    digest_of,
+    load_settings,
+)
 
-from .conftest import served_gallery
-
-TOKENS = {role: f"the-token-of-{role.name.lower()}" for role in Role}
+TOKEN = "sixteen-letters-"
 
 
 def write(folder, text):
@@ -21,26 +29,22 @@ def write(folder, text):
     return path
 
 
-def test_a_file_with_tokens_that_all_may_read_is_refused(tmp_path):
-    path = write(tmp_path, '[office]\nrole = "admin"\ntoken = "a-long-enough-token"\n')
+def test_a_file_names_clients_roles_and_tokens_and_is_private(tmp_path):
+    digest = hashlib.sha256(b"another-long-token").hexdigest()
+    office = f'[office]\nrole = "admin"\nsha256 = "{digest}"\n'
+    desk = f'["front desk"]\nrole = "verify"\ntoken = "{TOKEN}"\n'
+    path = write(tmp_path, desk + office)
+    clients = load_settings(path).clients
+    assert clients[digest_of(TOKEN)] == Client("front desk", Role.VERIFY)
+    assert clients[digest_of("another-long-token")].role is Role.ADMIN
     path.chmod(0o644)
     with pytest.raises(SettingsError, match=r"other users may read the tokens; first: chmod o-rwx"):
         load_settings(path)
-    digest = hashlib.sha256(b"another-long-token").hexdigest()
-    write(tmp_path, f'[office]\nrole = "admin"\nsha256 = "{digest}"\n').chmod(0o644)
+    write(tmp_path, office).chmod(0o644)
     assert load_settings(path).clients
 
 
-def test_a_file_names_clients_roles_and_tokens(tmp_path):
-    digest = hashlib.sha256(b"another-long-token").hexdigest()
-    path = write(
-        tmp_path,
-        f'["front desk"]\nrole = "verify"\ntoken = "a-long-enough-token"\n'
-        f'[office]\nrole = "admin"\nsha256 = "{digest}"\n',
-    )
-    clients = load_settings(path).clients
-    assert clients[digest_of("a-long-enough-token")].name == "front desk"
-    assert clients[digest_of("another-long-token")].role is Role.ADMIN
+CLIENT = f'role = "read"\ntoken = "{TOKEN}"\n'
 
 
 @pytest.mark.parametrize(
@@ -57,6 +61,7 @@ def test_a_file_names_clients_roles_and_tokens(tmp_path):
         ('[a]\nrole = "read"\nsha256 = "zz"', "64"),
         ('[a]\nrole = "read"\nsha256 = "' + "z" * 64 + '"', "64"),
         ('[a]\nrole = "read"\ntoken = "a-long-enough-token"\nname = "x"', "name"),
+        (f"[a]\n{CLIENT}[b]\n{CLIENT}", "clients a and b have the same token"),
         ("a." * 20_000 + "b = 1", "a"),
         ("limits = 5", "limits: must be a table"),
         ("[limits]\nreqests = 5", "unknown limit .* Did you mean 'requests'"),
@@ -95,65 +100,50 @@ def test_each_limit_can_be_set(tmp_path_factory, limits):
     assert load_settings(path).limits == replace(Limits(), **limits)
 
 
-def test_two_clients_with_one_token_are_refused(tmp_path):
-    client = 'role = "read"\ntoken = "a-long-enough-token"\n'
-    with pytest.raises(SettingsError, match="a and b"):
-        load_settings(write(tmp_path, f"[a]\n{client}[b]\n{client}"))
-
-
-@pytest.fixture(scope="module")
-def client(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("served")
-    tables = (
-        f'[{role.name}]\nrole = "{role.name.lower()}"\ntoken = "{TOKENS[role]}"' for role in Role
+@pytest.mark.parametrize(
+    ("host", "token", "clients", "made"),
+    [
+        ("127.0.0.1", None, {}, None),
+        ("localhost", TOKEN, {}, "owner"),
+        ("0.0.0.0", None, {digest_of(TOKEN): Client("ada", Role.READ)}, None),
+        ("0.0.0.0", None, {}, "owner"),  # other machines can connect: a random token
+    ],
+)
+def test_a_server_is_bound_with_names_and_perhaps_a_token(host, token, clients, made):
+    settings, names = Settings(clients=clients), {"localhost", "prints.example"}
+    bound, second = (
+        bind_server(host, 0, settings, token=token, allowed_hosts=["Prints.Example"])
+        for _ in range(2)
     )
-    clients = load_settings(write(folder, "\n".join(tables))).clients
-    gallery = folder / "prints.db"
-    with served_gallery(gallery, clients=clients) as client:
-        yield client
+    for one in (bound, second):
+        one.listener.close()
+    local = host != "0.0.0.0"
+    names |= {"127.0.0.1", "[::1]"} if local else {socket.gethostname().lower()}
+    assert names <= set(bound.settings.hosts)
+    address, _, shown = bound.address.partition("#token=")
+    assert address.startswith(f"http://{host if local else socket.gethostname().lower()}:")
+    owner = bound.settings.clients.get(digest_of(shown))
+    assert owner == (None if made is None else Client(made, Role.ADMIN))
+    assert shown == (token or shown)
+    assert (bound.settings.clients == second.settings.clients) == (made is None or bool(token))
+    assert "clients" not in repr(bound.settings)
 
 
 @pytest.mark.parametrize(
-    ("method", "path", "least"),
+    ("host", "port", "token", "code"),
     [
-        ("GET", "/about", Role.READ),
-        ("GET", "/gallery", Role.READ),
-        ("GET", "/gallery/prints?subject=ada", Role.READ),
-        ("GET", "/metrics", Role.READ),
-        ("POST", "/verify", Role.VERIFY),
-        ("POST", "/compare", Role.VERIFY),
-        ("POST", "/overlay", Role.VERIFY),
-        ("POST", "/views", Role.VERIFY),
-        ("POST", "/gallery/1/views", Role.VERIFY),
-        ("POST", "/extract", Role.VERIFY),
-        ("POST", "/stages", Role.VERIFY),
-        ("POST", "/case-report", Role.VERIFY),
-        ("POST", "/identify", Role.VERIFY),
-        ("POST", "/gallery/verify", Role.VERIFY),
-        ("POST", "/gallery/1/compare", Role.VERIFY),
-        ("POST", "/gallery/1/overlay", Role.VERIFY),
-        ("POST", "/enrol", Role.ENROL),
-        ("DELETE", "/gallery/1", Role.ADMIN),
-        ("DELETE", "/gallery/prints?subject=ada", Role.ADMIN),
+        ("127.0.0.1", 0, "short", "token"),
+        ("127.0.0.1", 0, "sixteen letters and spaces", "token"),
+        ("127.0.0.1", 0, "größer-als-sechzehn", "token"),
+        ("127.0.0.1", 99_999, None, "port"),
+        ("127.0.0.1", "taken", None, "listen"),
+        ("no.such.host.invalid", 0, None, "listen"),
     ],
 )
-def test_a_role_may_request_what_it_includes_and_no_more(client, method, path, least):
-    assert client.request(method, path).status_code == 401
-    for role in Role:
-        headers = {"authorization": f"Bearer {TOKENS[role]}"}
-        response = client.request(method, path, headers=headers)
-        assert (response.status_code == 403) == (role < least), (role, response.text)
-
-
-def test_every_address_states_who_may_request_it(client):
-    """An address without a role is one of those that need no token."""
-    headers = {"authorization": f"Bearer {TOKENS[Role.READ]}"}
-    description = client.get("/openapi.json", headers=headers).json()
-    assert "HTTPBearer" in description["components"]["securitySchemes"]
-    open_to_all = {
-        path
-        for path, methods in description["paths"].items()
-        for method in methods.values()
-        if not method.get("security")
-    }
-    assert open_to_all == {"/health", "/ready"}
+def test_what_cannot_be_served_is_refused(host, port, token, code):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        if port == "taken":
+            port = taken.getsockname()[1]
+        with pytest.raises((ServeError, SettingsError)) as caught:
+            bind_server(host, port, Settings(), token=token)
+    assert caught.value.code == code

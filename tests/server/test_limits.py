@@ -1,5 +1,6 @@
-"""Connections that keep the server waiting: closed in time, and never at the cost of others."""
+"""Limits of time, size and number: slow or odd clients are closed, and hold up no other."""
 
+import asyncio
 import os
 import signal
 import socket
@@ -9,20 +10,33 @@ import time
 from contextlib import contextmanager, suppress
 
 import pytest
+from fastapi import HTTPException
+from starlette.middleware.exceptions import ExceptionMiddleware
+from starlette.responses import JSONResponse
 
 from fpmatch.server.access import Access
 from fpmatch.server.settings import Limits, Settings
 
-from .conftest import LARGE_BYTES, echo, listening
-from .test_access import with_errors
+from .conftest import LARGE_BYTES, echo, listening, serving
 
 QUICK = Limits(slow_seconds=1.0, kilobytes_per_second=5000, seconds=1.0, wait_seconds=1.0)
 HEAD = b"GET /health HTTP/1.1\r\nhost: localhost\r\n"
 POST = b"POST /verify HTTP/1.1\r\nhost: localhost\r\ncontent-length: %d\r\n\r\n"
+CHUNKED = POST.replace(b"content-length: %d", b"transfer-encoding: chunked")
+
+
+def guarded(app, limits):
+    """Return an application behind `Access`, which answers with the status of an error."""
+
+    async def answer(_, error):
+        return JSONResponse({"error": error.detail}, error.status_code, error.headers)
+
+    inner = ExceptionMiddleware(app, {HTTPException: answer})
+    return Access(inner, Settings(workers=1, limits=limits))
 
 
 @contextmanager
-def serving():
+def connections():
     """Yield a function that opens a connection and sends the first bytes."""
     opened = []
 
@@ -36,8 +50,7 @@ def serving():
         opened.append(one)
         return one
 
-    access = Access(with_errors(echo), Settings(workers=1, limits=QUICK))
-    with listening(access, QUICK) as port:
+    with listening(guarded(echo, QUICK), QUICK) as port:
         try:
             yield connect
         finally:
@@ -71,17 +84,16 @@ def send_until_closed(one, data):
 
 @pytest.mark.slow
 def test_slow_clients_are_closed_in_time_and_hold_up_no_other():
-    with serving() as connect:
-        chunked = POST.replace(b"content-length: %d", b"transfer-encoding: chunked")
-        beginnings = (b"", HEAD + b"x-a: ", POST % 1000 + b"x", chunked + b"1\r\nx\r\n")
+    with connections() as connect:
+        beginnings = (b"", HEAD + b"x-a: ", POST % 1000 + b"x", CHUNKED + b"1\r\nx\r\n")
         slow = {data: [connect(data) for _ in range(50)] for data in beginnings}
         start = time.monotonic()
         for _ in range(5):
             assert status(connect) == 200
             assert status(connect, POST % 4 + b"body") == 200
         assert time.monotonic() - start < 3.0
-        for data, connections in slow.items():
-            answers = [rest(one) for one in connections]
+        for data, waiting in slow.items():
+            answers = [rest(one) for one in waiting]
             late = b"HTTP/1.1 408 " if data.startswith(b"POST") else b""
             assert all(answer.startswith(late) for answer in answers)
         assert time.monotonic() - start < 10.0
@@ -92,7 +104,7 @@ def test_slow_clients_are_closed_in_time_and_hold_up_no_other():
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="of Linux")
 def test_an_answer_that_is_not_read_is_dropped():
-    with serving() as connect:
+    with connections() as connect:
         one = connect(HEAD.replace(b"/health", b"/large") + b"\r\n", receive_bytes=4096)
         time.sleep(4.0)
         assert len(rest(one)) < LARGE_BYTES
@@ -106,7 +118,7 @@ ODD = {
     "many": HEAD + b"".join(b"x-%d: a\r\n" % k for k in range(20_000)),
     "version": b"GET / HTTP/9.9\r\n\r\n",
     "length": POST.replace(b"%d", b"-1"),
-    "chunk": POST.replace(b"content-length: %d", b"transfer-encoding: chunked") + b"zz\r\n",
+    "chunk": CHUNKED + b"zz\r\n",
     "upgrade": b"GET http://localhost/%00 HTTP/1.1\r\nhost: localhost\r\nconnection: upgrade\r\n"
     b"upgrade: websocket\r\n\r\n",
     "pipelined": 200 * (HEAD + b"\r\n"),
@@ -114,7 +126,7 @@ ODD = {
 
 
 def test_odd_requests_are_answered_or_refused_and_end():
-    with serving() as connect:
+    with connections() as connect:
         opened = {name: connect() for name in ODD}
         for name, one in opened.items():
             with suppress(OSError):
@@ -126,15 +138,74 @@ def test_odd_requests_are_answered_or_refused_and_end():
         assert status(connect) == 200
 
 
-SERVE = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0", "--workers", "1"]
+async def ask(access, released, size):
+    """Return status and headers of the answer to a request whose body comes when it is let."""
+    answers = []
+
+    async def receive():
+        await released.wait()
+        return {"type": "http.request", "body": bytes(size), "more_body": False}
+
+    async def send(message):
+        answers.append(message)
+
+    headers = [(b"host", b"localhost"), (b"content-length", str(size).encode())]
+    scope = {"type": "http", "method": "POST", "path": "/verify", "headers": headers}
+    await access(scope, receive, send)
+    return answers[0]["status"], dict(answers[0]["headers"])
 
 
-def start(words, **options):
-    server = subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+@pytest.mark.parametrize(
+    ("limits", "sizes", "statuses"),
+    [
+        ({"requests": 2}, (9, 9, 9), [200, 200, 503]),
+        ({"megabytes_at_once": 1.5}, (2_000_000, 9), [200, 503]),
+        ({"megabytes_at_once": 1.5}, (1_000_000, 400_000, 400_000), [200, 200, 503]),
+        ({"slow_seconds": 0.01}, (9, 9), [408, 408]),
+    ],
+)
+def test_requests_beyond_a_limit_are_refused_and_leave_room(limits, sizes, statuses):
+    let_in, late = asyncio.Event(), "slow_seconds" in limits
+
+    async def slow_echo(scope, receive, send):
+        await receive()
+        await asyncio.sleep(0.1)
+        await echo({**scope, "method": "GET"}, receive, send)
+
+    async def test():
+        access = guarded(slow_echo, Limits(**limits))
+        asked = [asyncio.create_task(ask(access, let_in, size)) for size in sizes]
+        await asyncio.sleep(0.1)
+        let_in.set()
+        answers = await asyncio.gather(*asked)
+        later, _ = await ask(access, let_in, 9)
+        assert access.inside == 0
+        return answers, later
+
+    answers, later = asyncio.run(test())
+    assert [status for status, _ in answers] == statuses
+    assert later == 200
+    if not late:
+        assert answers[-1][1][b"retry-after"].isdigit()
+
+
+def test_hosts_are_names_of_this_server_or_with_a_token_addresses(server):
+    ours = ("localhost:99", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST")
+    addresses = ("10.0.0.7", "[::2]")  # no stranger's name server takes them over
+    others = (
+        "localhost.evil.example",
+        "[::1].evil.example",
+        "[::1]:80@evil.example",
+        "localhost:e",
     )
-    assert server.stdout is not None
-    return server, int(server.stdout.readline().rsplit(":", 1)[1].rstrip("/\n"))
+    with serving() as local:
+        for host in (*ours, *addresses, *others):
+            answers = [http.get("/about", headers={"host": host}) for http in (local, server)]
+            known = [200 if host in names else 421 for names in (ours, (*ours, *addresses))]
+            assert [one.status_code for one in answers] == known, host
+
+
+SERVE = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0", "--workers", "1"]
 
 
 @pytest.mark.slow
@@ -142,9 +213,10 @@ def start(words, **options):
 @pytest.mark.parametrize("group", [False, True])
 def test_sigterm_lets_requests_end_and_the_status_is_0(prints, group):
     httpx = pytest.importorskip("httpx")
-    server, port = start(SERVE, start_new_session=True)
-    with server:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(SERVE, **pipes, start_new_session=True) as server:
         try:
+            port = int(server.stdout.readline().rsplit(":", 1)[1].rstrip("/\n"))
             waiting = socket.create_connection(("127.0.0.1", port), 5)
             waiting.sendall(POST % 100 + b"x")  # a request that never becomes whole
             form = httpx.Request(

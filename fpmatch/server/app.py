@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import secrets
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -25,7 +26,7 @@ from fpmatch.server.gallery import check_gallery, make_index
 from fpmatch.server.pool import Pool
 from fpmatch.server.routes import gallery_router, operations_router, router
 from fpmatch.server.settings import STATIC
-from fpmatch.server.watch import Check, Observer, report, route_of
+from fpmatch.server.watch import Check, Observer, route_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping
@@ -104,20 +105,15 @@ def make_app(settings: Settings, ready: Callable[[], None] = lambda: None) -> Ob
 
 async def _make_index(pool: Pool, gallery: str, made: asyncio.Event) -> None:
     """Make the index of a gallery where it lacks one, and prepare a worker for searches."""
-
-    async def tell() -> None:
-        await anyio.sleep(_QUICK_S)
-        _log.warning("the index of the gallery is being made: searches wait, or are refused")
-
+    making = asyncio.create_task(pool.prepare(make_index, gallery))
     try:
-        async with anyio.create_task_group() as group:
-            group.start_soon(tell)
-            try:
-                await pool.prepare(make_index, gallery)
-            except FpmatchError as error:  # each search meets it, too
-                _log.warning("the gallery cannot be searched: %s", error)
-            group.cancel_scope.cancel()
+        if not (await asyncio.wait([making], timeout=_QUICK_S))[0]:
+            _log.warning("the index of the gallery is being made: searches wait, or are refused")
+        await making
+    except FpmatchError as error:  # each search meets it, too
+        _log.warning("the gallery cannot be searched: %s", error)
     finally:
+        making.cancel()
         made.set()
 
 
@@ -180,7 +176,8 @@ def _incident(
     request: Request, sentence: str, reason: str, status: int, error: Exception | None = None
 ) -> Response:
     """Log why a request failed; return the response that contains the identifier of the reason."""
+    number, why = secrets.token_hex(4), " ".join(reason.split())
     where = f"{request.method} {route_of(request.scope)}"
-    number = report(_log, f"{where}: {' '.join(reason.split())}", error)
+    _log.error("%s: %s: %s", number, where, why, exc_info=error)
     text = f"{sentence}: the log of the server has the reason under {number}"
     return JSONResponse({"error": text, "id": number}, status)

@@ -17,14 +17,14 @@ from fpmatch.formats.files import load_template
 from fpmatch.gallery.encryption.key_text import make_keys
 from fpmatch.gallery.encryption.keys import load_keys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import FVC_PATTERN, Label
+from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.audit import check_audit, events_of, turn_on
 from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 from fpmatch.prints.reading import ASSUMED_DPI
 from fpmatch.server.gallery import describe_gallery, enrol_print
-from fpmatch.server.prints import LONGEST_NAME, PrintOptions, Upload, shown_name
+from fpmatch.server.prints import LONGEST_NAME, Upload, shown_name
 from fpmatch.server.settings import STATIC, Limits, Role
 
 from .conftest import bearer, clients, serving
@@ -315,8 +315,8 @@ def test_a_new_print_is_compared_with_few_of_its_finger_before_it_is_stored(
         return real(self, *sides)
 
     def enrol(data, subject, impression=""):
-        label, reading = Label(subject, "", impression), PrintOptions(Limits())
-        return enrol_print(Upload("a.png", data), reading, str(gallery), label, FVC_PATTERN)
+        label = Label(subject, "", impression)
+        return enrol_print(Upload("a.png", data, Limits()), str(gallery), label)
 
     for k in range(12):  # the same minutiae in other files
         enrol(prints["2_1.png"] + bytes(k), "ada", str(k))

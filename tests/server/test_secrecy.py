@@ -15,7 +15,6 @@ from fpmatch.server.settings import Role
 from .conftest import bearer, clients, serving, wait_until_ready
 
 LIBRARIES = ("sqlite", "psycopg", "traceback", "sqlalchemy", "errno", "connection refused")
-BY_FOLDER = r"(?P<subject>[^/]+)/(?P<impression>[^/]+)"
 POINTS = "[fpmatch.{}]\nbroken = broken:THING\n"
 
 
@@ -134,11 +133,3 @@ def test_a_plug_in_that_cannot_be_loaded_is_named_in_the_log_only(
     assert answer.json()["id"] in caplog.text
     assert str(tmp_path) in caplog.text
     assert text.json() == {"error": "text.png: not an image of a known format"}
-
-
-def test_the_working_folder_becomes_no_label(gallery, sent):
-    with serving(gallery=gallery, pattern=BY_FOLDER) as client:
-        answer = client.post("/enrol", files=sent(image="1_1.png"))
-        assert answer.status_code == 422
-        assert "does not contain the subject" in answer.json()["error"]
-        assert client.get("/gallery").json()["impressions"] == 0

@@ -2,13 +2,12 @@
 
 import hashlib
 import socket
-from dataclasses import fields, replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.server.server import ServeError, bind_server
+from fpmatch.server.server import bind_server
 from fpmatch.server.settings import (
     Client,
     Limits,
@@ -57,24 +56,24 @@ CLIENT = f'role = "read"\ntoken = "{TOKEN}"\n'
         ('[a]\nrole = ["read"]\ntoken = "a-long-enough-token"', "role"),
         ('[a]\nrole = "read"', "either"),
         ('[a]\nrole = "read"\ntoken = "short"', "16"),
-        ('[a]\nrole = "read"\ntoken = 5', "64"),
+        ('[a]\nrole = "read"\ntoken = 5', "a: token: input should be a valid string"),
         ('[a]\nrole = "read"\nsha256 = "zz"', "64"),
         ('[a]\nrole = "read"\nsha256 = "' + "z" * 64 + '"', "64"),
         ('[a]\nrole = "read"\ntoken = "a-long-enough-token"\nname = "x"', "name"),
         (f"[a]\n{CLIENT}[b]\n{CLIENT}", "clients a and b have the same token"),
         ("a." * 20_000 + "b = 1", "a"),
         ("limits = 5", "limits: must be a table"),
-        ("[limits]\nreqests = 5", "unknown limit .* Did you mean 'requests'"),
-        ("[limits]\nrequests = 0", "requests must be a whole number from 1 to"),
-        ("[limits]\nrequests = 5.0", "requests must be a whole number"),
-        ("[limits]\nrequests = true", "requests must be a whole number"),
-        ("[limits]\nwait_seconds = -1", "wait_seconds must be a number from 0 to"),
-        ("[limits]\nseconds = 0", "seconds must be a number from 0.001 to 1000000"),
-        ("[limits]\nseconds = nan", "seconds must be a number"),
-        ("[limits]\nseconds = inf", "seconds must be a number"),
-        ("[limits]\nseconds = 1" + "0" * 400, "seconds must be a number"),
-        ('[limits]\nseconds = "5"', "seconds must be a number"),
-        ('[limits]\nrole = "read"\ntoken = "a-long-enough-token"', "unknown limit 'role'"),
+        ("[limits]\nreqests = 5", "unknown key .* Did you mean 'requests'"),
+        ("[limits]\nrequests = 0", "limits: requests: input should be greater than or equal to 1"),
+        ("[limits]\nrequests = 5.0", "requests: input should be a valid integer"),
+        ("[limits]\nrequests = true", "requests: input should be a valid integer"),
+        ("[limits]\nwait_seconds = -1", "wait_seconds: input should be greater than or equal to 0"),
+        ("[limits]\nseconds = 0", "seconds: input should be greater than or equal to 0.001"),
+        ("[limits]\nseconds = nan", "seconds: input should be"),
+        ("[limits]\nseconds = inf", "seconds: input should be"),
+        ("[limits]\nseconds = 1" + "0" * 400, "seconds: input should be a valid number"),
+        ('[limits]\nseconds = "5"', "seconds: input should be a valid number"),
+        ('[limits]\nrole = "read"\ntoken = "a-long-enough-token"', "unknown key 'role'"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(tmp_path, text, word):
@@ -89,15 +88,15 @@ def test_bad_files_are_refused_in_one_line(tmp_path, text, word):
     st.fixed_dictionaries(
         {},
         optional={
-            each.name: st.integers(1, 1000) if each.type == "int" else st.floats(0.01, 1000)
-            for each in fields(Limits)
+            name: st.integers(1, 1000) if type(usual) is int else st.floats(0.01, 1000)
+            for name, usual in Limits()
         },
     )
 )
 def test_each_limit_can_be_set(tmp_path_factory, limits):
     lines = [f"{name} = {value!r}" for name, value in limits.items()]
     path = write(tmp_path_factory.getbasetemp(), "\n".join(["[limits]", *lines]))
-    assert load_settings(path).limits == replace(Limits(), **limits)
+    assert load_settings(path).limits == Limits(**limits)
 
 
 @pytest.mark.parametrize(
@@ -144,6 +143,6 @@ def test_what_cannot_be_served_is_refused(host, port, token, code):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         if port == "taken":
             port = taken.getsockname()[1]
-        with pytest.raises((ServeError, SettingsError)) as caught:
+        with pytest.raises(SettingsError) as caught:
             bind_server(host, port, Settings(), token=token)
     assert caught.value.code == code

@@ -24,7 +24,7 @@ def test_without_the_extra_one_line_says_so(run, monkeypatch):
 def test_bad_options_are_one_line(run, tmp_path):
     pytest.importorskip("hypercorn", reason="the extra `web` is not installed")
     (tmp_path / "no.db").write_text("no gallery")
-    for words in (["--token", "short"], ["--gallery", tmp_path / "no.db"], ["--pattern", "("]):
+    for words in (["--token", "short"], ["--gallery", tmp_path / "no.db"]):
         done = run("serve", "--port", 0, *words)
         assert done.exit_code == 2, words
         assert done.stderr.count("\n") == 1

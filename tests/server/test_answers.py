@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fpmatch.formats.files import load_template
-from fpmatch.gallery.encryption.key_text import make_keys
-from fpmatch.gallery.encryption.keys import load_keys
+from fpmatch.gallery.encryption.keys import load_keys, make_keys
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label
-from fpmatch.gallery.store.audit import check_audit, events_of, turn_on
+from fpmatch.gallery.store.audit import check_audit, events_of, switch
 from fpmatch.image.skeleton._thin_kernel import COMPILED
 from fpmatch.matching.constants.comparison import IMPOSTOR_RIDGES
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -260,7 +259,7 @@ def test_a_gallery_is_searched_compared_with_and_audited(run, sent, tmp_path, ga
     command = ("identify", gallery, "1_2.png", "--transform", "--json")
     (printed,) = json.loads(run(*command).stdout)["probes"]
     with open_gallery(gallery) as opened:
-        turn_on(opened)
+        switch(opened, on=True)
     with serving(gallery=gallery, clients=clients()) as http:
         http.headers.update(bearer(Role.ADMIN))
         probe = sent(probe="1_2.png")

@@ -39,11 +39,6 @@ _DESCRIPTION: Final = (
     "Two images of fingerprints in; a decision, its certainty and the recovered transform out. "
     'Errors are `{"error": "one sentence"}`.'
 )
-_INTERNAL: Final = 500
-_GONE: Final = 499  # the client has closed the connection
-_NOT_FOUND: Final = 404
-_NO_METHOD: Final = 405
-_BUSY: Final = 503
 _FAULTS: Final = {  # of the server, by the code of the error
     "missing key": "the gallery is encrypted, and the server has not its key",
     "plug-in": "a matcher or format of another package cannot be loaded",
@@ -60,7 +55,7 @@ class _Page(StaticFiles):
         """Return a file; status 404 where there is none, 405 where it is not to be read."""
         response = await super().get_response(path, {**scope, "method": "GET"})
         if scope["method"] != "GET":
-            raise HTTPException(_NO_METHOD, headers={"Allow": "GET, HEAD"})
+            raise HTTPException(405, headers={"Allow": "GET, HEAD"})
         return response
 
 
@@ -130,12 +125,12 @@ async def _on_error(request: Request, error: Exception) -> Response:
             return _incident(request, why, str(error), 503)
         case RequestError():
             status, text = error.status, str(error)
-            if status == _BUSY:
+            if status == 503:
                 headers = RETRY
-        case FpmatchError() if status_of(error) == _INTERNAL:
+        case FpmatchError() if status_of(error) == 500:
             other = "the gallery cannot be used" if isinstance(error, GalleryError) else _UNKNOWN
             why = _FAULTS.get(error.code, other)
-            return _incident(request, why, str(error), _INTERNAL)
+            return _incident(request, why, str(error), 500)
         case FpmatchError():
             status, text = status_of(error), str(error)
         case RequestValidationError():
@@ -146,16 +141,16 @@ async def _on_error(request: Request, error: Exception) -> Response:
                 text = f"unknown form field {first['loc'][-1]!r:.80}"
             elif "UploadFile" in text:
                 text = f"{where}: must be a file, as curl -F {where}=@FILE sends it"
-        case HTTPException() if error.status_code == _NO_METHOD:
+        case HTTPException() if error.status_code == 405:
             return _no_method(request, error)
         case HTTPException():
             status, text, headers = error.status_code, str(error.detail), error.headers
-            text = "there is nothing at this address" if status == _NOT_FOUND else text
+            text = "there is nothing at this address" if status == 404 else text
         case ClientGoneError():
-            return Response(status_code=_GONE)
+            return Response(status_code=499)  # nobody reads it
         case _:
             kind = type(error).__name__
-            return _incident(request, _UNKNOWN, kind, _INTERNAL, error)
+            return _incident(request, _UNKNOWN, kind, 500, error)
     return JSONResponse({"error": printable(" ".join(text.split()))}, status, headers)
 
 
@@ -169,7 +164,7 @@ def _no_method(request: Request, error: HTTPException) -> Response:
     methods = {method.upper() for method in described or stated}
     allowed = ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
     text = f"this address takes {allowed}, not {printable(request.method)}"
-    return JSONResponse({"error": text}, _NO_METHOD, headers={"Allow": allowed})
+    return JSONResponse({"error": text}, 405, headers={"Allow": allowed})
 
 
 def _incident(

@@ -16,14 +16,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from fpmatch.errors import EncryptionError, GalleryError, TemplateError
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import (
-    FVC_PATTERN,
-    EnrolmentRequest,
-    Entry,
-    Label,
-    NamePattern,
-    NewEntry,
-)
+from fpmatch.gallery.listing.entry import EnrolmentRequest, Entry, Label, NamePattern, NewEntry
 from fpmatch.gallery.search.entries import identify_given
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.rows import check_storable
@@ -207,7 +200,7 @@ def enrol_print(upload: Upload, where: str, label: Label | None) -> dict[str, An
     In what is returned, ``enrolled`` is false where the same file was enrolled before, and
     ``unmatched`` is the reason where the print matches no other of its finger.
     """
-    used = label or NamePattern(FVC_PATTERN).label(Path(upload.name))
+    used = label or NamePattern().label(Path(upload.name))
     if used is None:
         raise RequestError(
             "its name does not contain the subject (as 101_3.tif does); give subject and "

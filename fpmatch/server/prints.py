@@ -66,7 +66,14 @@ def open_upload(upload: Upload) -> GivenPrint:
         width, height, own_dpi = first.width, first.height, first.dpi
     else:
         (height, width), own_dpi = content.pixels.shape, content.dpi or likely_dpi(content.pixels)
-    _check_size(upload.name, width, height, dpi or own_dpi, limits)
+    used = dpi or own_dpi
+    megapixels = width * height * (STANDARD_DPI / used) ** 2 / 1e6
+    if megapixels > limits.megapixels_at_500_dpi or width * height > limits.megapixels * 1e6:
+        raise ImageError(  # it would occupy a worker for long
+            f"{width} x {height} pixels at {used:g} dpi are more than this server accepts: "
+            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi",
+            path=upload.name,
+        )
     return make_given_print(content, upload.name, dpi=dpi, enhance=upload.enhance)
 
 
@@ -77,14 +84,3 @@ def open_upload_with_minutiae(upload: Upload) -> GivenPrint:
         why = why_no_minutiae(given.quality)
         raise ImageError(why, path=given.name, code="no minutiae")
     return with_note_on_two_prints(given)
-
-
-def _check_size(name: str, width: int, height: int, dpi: float, limits: Limits) -> None:
-    """Refuse a print that would occupy a worker for long."""
-    megapixels = width * height * (STANDARD_DPI / dpi) ** 2 / 1e6
-    if megapixels > limits.megapixels_at_500_dpi or width * height > limits.megapixels * 1e6:
-        raise ImageError(
-            f"{width} x {height} pixels at {dpi:g} dpi are more than this server accepts: "
-            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi",
-            path=name,
-        )

@@ -16,20 +16,7 @@ from fpmatch.matching.registry import matcher_names
 from fpmatch.server import forms, pair
 from fpmatch.server import gallery as gallery_work
 from fpmatch.server.errors import NotReadyError, RequestError
-from fpmatch.server.forms import (
-    FORM,
-    Context,
-    EnrolledOverlayForm,
-    EnrolledPairForm,
-    EnrolledReportForm,
-    Here,
-    LabelPart,
-    OverlayForm,
-    PairForm,
-    ReportForm,
-    needs,
-    takes,
-)
+from fpmatch.server.forms import FORM, Context, Here, LabelPart, needs, takes
 from fpmatch.server.pair import PairRequest
 from fpmatch.server.pool import encoded
 from fpmatch.server.settings import Role
@@ -139,12 +126,12 @@ async def about(here: Here) -> Document:
 
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
-async def verify(here: Here, form: Annotated[PairForm, FORM]) -> Document:
+async def verify(here: Here, form: Annotated[forms.PairForm, FORM]) -> Document:
     """Return what `fpmatch verify --json` prints."""
     return await here.run(pair.verify_pair, await form.pair(here, None))
 
 
-async def compare(here: Context, _: EnrolledPairForm, prints: PairRequest) -> Response:
+async def compare(here: Context, _: forms.EnrolledPairForm, prints: PairRequest) -> Response:
     """Return the decision, both prints with their minutiae and pictures, and the pairs.
 
     Of an enrolled print it is what its template contains.
@@ -152,19 +139,21 @@ async def compare(here: Context, _: EnrolledPairForm, prints: PairRequest) -> Re
     return _json(await here.run_pair(prints, encoded, pair.show_pair, prints))
 
 
-async def views(here: Context, _: EnrolledPairForm, prints: PairRequest) -> Response:
+async def views(here: Context, _: forms.EnrolledPairForm, prints: PairRequest) -> Response:
     """Return the map of ridge agreement."""
     return _json(await here.run_pair(prints, encoded, pair.show_views, prints))
 
 
-async def overlay(here: Context, form: EnrolledOverlayForm, prints: PairRequest) -> Response:
+async def overlay(here: Context, form: forms.EnrolledOverlayForm, prints: PairRequest) -> Response:
     """Return the picture that `fpmatch verify --overlay` draws."""
     kind = form.format
     content = await here.run_pair(prints, pair.draw_pair, prints, kind, form.view())
     return _download(content, f"overlay.{kind}", _MEDIA[kind])
 
 
-async def case_report(here: Context, form: EnrolledReportForm, prints: PairRequest) -> Response:
+async def case_report(
+    here: Context, form: forms.EnrolledReportForm, prints: PairRequest
+) -> Response:
     """Return the page that `fpmatch verify --case-report` writes.
 
     Of an enrolled print it has the name and the SHA-256 of the file.
@@ -177,16 +166,16 @@ def _answer_on_pairs(
     answer: Callable[[Context, Any, PairRequest], Awaitable[Response]],
     name: str,
     summary: str,
-    uploaded: type[PairForm],
-    enrolled: type[EnrolledPairForm],
+    uploaded: type[forms.PairForm],
+    enrolled: type[forms.EnrolledPairForm],
     content: dict[str, Any],
 ) -> None:
     """Let a function answer to the form of two prints, and of a probe for an enrolled print."""
 
-    async def of_two(here: Context, form: EnrolledPairForm) -> Response:
+    async def of_two(here: Context, form: forms.EnrolledPairForm) -> Response:
         return await answer(here, form, await form.pair(here, None))
 
-    async def of_entry(here: Context, form: EnrolledPairForm, number: int) -> Response:
+    async def of_entry(here: Context, form: forms.EnrolledPairForm, number: int) -> Response:
         return await answer(here, form, await form.pair(here, number))
 
     of_two.__annotations__ = {"here": Here, "form": Annotated[uploaded, FORM]}
@@ -197,18 +186,21 @@ def _answer_on_pairs(
     gallery_router.post(at, summary=of_enrolled, dependencies=_VERIFY, **content)(of_entry)
 
 
+_PAIR: Final = forms.PairForm, forms.EnrolledPairForm
+_DRAWN: Final = forms.OverlayForm, forms.EnrolledOverlayForm
+_REPORT: Final = forms.ReportForm, forms.EnrolledReportForm
 for _row in (
-    (compare, "compare", "Decide, and show all", PairForm, EnrolledPairForm, _SHOWN),
-    (views, "views", "Where the ridges agree", PairForm, EnrolledPairForm, _SHOWN),
+    (compare, "compare", "Decide, and show all", *_PAIR, _SHOWN),
+    (views, "views", "Where the ridges agree", *_PAIR, _SHOWN),
     (
         overlay,
         "overlay",
         "Draw one print over the other",
-        OverlayForm,
-        EnrolledOverlayForm,
+        forms.OverlayForm,
+        forms.EnrolledOverlayForm,
         _PICTURE,
     ),
-    (case_report, "case-report", "Report to be printed", ReportForm, EnrolledReportForm, _PAGE),
+    (case_report, "case-report", "Report to be printed", *_REPORT, _PAGE),
 ):
     _answer_on_pairs(*_row)
 

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from fpmatch.server.settings import Limits, Settings
 
 _BACKLOG: Final = 128  # connections that wait to be accepted
-_TOKEN_BYTES: Final = 24
-_LAST_PORT: Final = 65_535
 _START_S: Final = 150  # for the worker processes to start
 _GRACE_S: Final = 5  # for requests to end when the server is stopped
 _log: Final = logging.getLogger(__name__)
@@ -64,8 +62,8 @@ def bind_server(
     if token is not None:
         check_token(token)
     where = f"cannot listen on {host}, port {port}"
-    if not 0 <= port <= _LAST_PORT:
-        raise SettingsError(f"{where}: ports go up to {_LAST_PORT}", code="port")
+    if not 0 <= port <= 65_535:
+        raise SettingsError(f"{where}: ports go up to 65535", code="port")
     try:
         family, _, _, _, place = socket.getaddrinfo(
             host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -77,9 +75,12 @@ def bind_server(
     own, bound = listener.getsockname()[:2]
     local = ipaddress.ip_address(own).is_loopback
     if not local and token is None and not settings.clients:
-        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        token = secrets.token_urlsafe(24)
     owner = {} if token is None else {digest_of(token): Client("owner", Role.ADMIN)}
-    shown, own_name = _shown(host, own), socket.gethostname().lower()
+    own_name = socket.gethostname().lower()
+    shown = f"[{host}]" if ":" in host else host
+    if ipaddress.ip_address(own).is_unspecified:
+        shown = own_name
     known = {shown, *allowed_hosts, *(settings.hosts if local else ("localhost", own_name))}
     fragment = "" if token is None else f"#token={token}"
     hosts = tuple(sorted(name.lower() for name in known))
@@ -158,10 +159,3 @@ def _on_error_of_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) 
         _log.info("a connection ended: %s", error.strerror)
     else:
         loop.default_exception_handler(context)
-
-
-def _shown(host: str, own: str) -> str:
-    """Return the host as the printed address has it."""
-    if ipaddress.ip_address(own).is_unspecified:
-        return socket.gethostname().lower()
-    return f"[{host}]" if ":" in host else host

@@ -149,7 +149,12 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
             if isinstance(given, Limits):
                 limits = given
                 continue
-            digest = _digest(given)
+            if (given.token is None) == (given.sha256 is None):
+                raise SettingsError("needs either token or sha256", code="token")
+            if given.token is not None:
+                digest = digest_of(check_token(given.token))
+            else:
+                digest = bytes.fromhex(given.sha256 or "")
         except ValidationError as error:
             why = f"{what}: {fault_in(error, model)}"
             raise SettingsError(why, path=path, code="value") from None
@@ -160,14 +165,6 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
             raise SettingsError(f"clients {other} and {name} have the same token", path=path)
         clients[digest] = Client(name, Role[given.role.upper()])
     return Settings(clients=clients, limits=limits)
-
-
-def _digest(given: _ClientTable) -> bytes:
-    if given.token is not None and given.sha256 is None:
-        return digest_of(check_token(given.token))
-    if given.sha256 is not None and given.token is None:
-        return bytes.fromhex(given.sha256)
-    raise SettingsError("needs either token or sha256", code="token")
 
 
 def fault_in(error: ValidationError, model: type[BaseModel]) -> str:

@@ -1,11 +1,7 @@
 """Limits of time, size and number: slow or odd clients are closed, and hold up no other."""
 
 import asyncio
-import os
-import signal
 import socket
-import subprocess
-import sys
 import time
 from contextlib import contextmanager, suppress
 
@@ -203,36 +199,3 @@ def test_hosts_are_names_of_this_server_or_with_a_token_addresses(server):
             answers = [http.get("/about", headers={"host": host}) for http in (local, server)]
             known = [200 if host in names else 421 for names in (ours, (*ours, *addresses))]
             assert [one.status_code for one in answers] == known, host
-
-
-SERVE = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0", "--workers", "1"]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
-@pytest.mark.parametrize("group", [False, True])
-def test_sigterm_lets_requests_end_and_the_status_is_0(prints, group):
-    httpx = pytest.importorskip("httpx")
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(SERVE, **pipes, start_new_session=True) as server:
-        try:
-            port = int(server.stdout.readline().rsplit(":", 1)[1].rstrip("/\n"))
-            waiting = socket.create_connection(("127.0.0.1", port), 5)
-            waiting.sendall(POST % 100 + b"x")  # a request that never becomes whole
-            form = httpx.Request(
-                "POST", "http://localhost/stages", files={"image": prints["1_1.png"]}
-            )
-            body = form.read()
-            head = f"content-type: {form.headers['content-type']}\r\ncontent-length: {len(body)}"
-            with socket.create_connection(("127.0.0.1", port), 60) as client:
-                start_line = b"POST /stages HTTP/1.1\r\nhost: localhost\r\n"
-                client.sendall(start_line + head.encode() + b"\r\n\r\n" + body)
-                time.sleep(0.1)
-                os.killpg(server.pid, signal.SIGTERM) if group else server.terminate()
-                assert client.recv(20).startswith(b"HTTP/1.1 200")
-                while client.recv(65_536):
-                    pass
-            assert server.wait(30) == 0
-            waiting.close()
-        finally:
-            server.kill()

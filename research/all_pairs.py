@@ -10,7 +10,6 @@ import numpy as np
 
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.lab.evaluation.calibrate import ImpostorSet
 from fpmatch.lab.evaluation.rates.scores_set import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.databases import prints_of
@@ -20,9 +19,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
     from fpmatch.templates.minutiae import Template
+    from research.databases import ExtractedSet
 
 
 def compare_all_pairs(
@@ -47,7 +46,7 @@ def impostors_among(
     name: str,
     workers: int | None = None,
     matcher: UnitCircleMatcher = MATCHER,
-) -> ImpostorSet:
+) -> Trials:
     """Return the impostor comparisons among all impressions of all databases.
 
     Fingers of different databases count as different, so that a few databases make very many
@@ -64,5 +63,4 @@ def impostors_among(
     similarity = compare_all_pairs(templates, matcher=matcher, workers=workers)
     probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
     impostor = probe != reference
-    trials = Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers))
-    return ImpostorSet(name, trials)
+    return Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers), name)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.gallery.batch.sources import unpack
+from fpmatch.gallery.engine.engine import processes
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 from fpmatch.lab.evaluation.run import load_datasets
 from fpmatch.lab.synthesis.database import make_database
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.lab.evaluation.databases.protocol import Impression
     from fpmatch.templates.minutiae import Template
 
@@ -32,6 +34,18 @@ KINDS: Final = (  # preset and sensor
     ("stretched", "optical-640x480"),
     ("stretched", "optical-388x374"),
 )
+
+
+@dataclass(frozen=True, slots=True)
+class ExtractedSet:
+    """A database with the templates of its impressions, None where there is none."""
+
+    dataset: Dataset
+    templates: tuple[Template | None, ...]
+
+    def source(self) -> DatasetSource:
+        """Return the database for `fpmatch.lab.evaluation.run.evaluate_sources`."""
+        return DatasetSource(self.dataset, templates=self.templates)
 
 
 def make_synthetic_sets(
@@ -65,13 +79,24 @@ def extract_synthetic_sets(
 
 def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[ExtractedSet]:
     """Return FVC-style databases with the templates of their prints."""
-    return extract_datasets(load_datasets(folders), workers=workers) if folders else []
+    return extract_datasets(load_datasets(folders), workers) if folders else []
+
+
+def extract_datasets(datasets: Sequence[Dataset], workers: int | None = None) -> list[ExtractedSet]:
+    """Return databases with the templates of their prints."""
+    extracted = []
+    with processes(workers) as engine:
+        for dataset in datasets:
+            made = DatasetSource(dataset).templates(engine, range(len(dataset.impressions)))
+            templates = (None if one.data is None else unpack(one.data) for one in made)
+            extracted.append(ExtractedSet(dataset, tuple(templates)))
+    return extracted
 
 
 def prints_of(one: ExtractedSet) -> list[tuple[Impression, Template]]:
     """Return the impressions of a database that have a template, with it."""
-    pairs = zip(one.dataset.impressions, one.extractions, strict=True)
-    return [(shown, made.template) for shown, made in pairs if made.template is not None]
+    pairs = zip(one.dataset.impressions, one.templates, strict=True)
+    return [(shown, template) for shown, template in pairs if template is not None]
 
 
 def without_ridges(template: Template) -> Template:

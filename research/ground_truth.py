@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.lab.evaluation.databases.dataset import Dataset
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.templates.minutiae import Template
+    from research.databases import ExtractedSet
 
     Points = NDArray[np.float64]  # (N, 2)
 
@@ -232,9 +232,9 @@ def command(folders: tuple[Path, ...], workers: int | None) -> None:
 def _row(extracted: ExtractedSet) -> list[str]:
     truths = load_truth(extracted.dataset)
     prints = [
-        (shown.finger, made.template, truth)
-        for shown, made, truth in zip(
-            extracted.dataset.impressions, extracted.extractions, truths, strict=True
+        (shown.finger, template, truth)
+        for shown, template, truth in zip(
+            extracted.dataset.impressions, extracted.templates, truths, strict=True
         )
     ]
     counts = sum((count_minutiae(template, truth) for _, template, truth in prints), Counter())

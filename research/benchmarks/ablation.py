@@ -38,6 +38,7 @@ from research.commands import (
 )
 from research.databases import (
     TRAINING_SEED,
+    ExtractedSet,
     extract_folders,
     extract_synthetic_sets,
     prints_of,
@@ -59,7 +60,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prints.prepared import PreparedTemplate
 
     Row = dict[str, Any]

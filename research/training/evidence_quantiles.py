@@ -46,10 +46,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.pipeline.evidence import ScoreWeights
     from fpmatch.matching.prints.prepared import PreparedTemplate
     from fpmatch.templates.minutiae import Template
+    from research.databases import ExtractedSet
 
     Compared = tuple[float, NDArray[np.float64], NDArray[np.float64]]
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet
     from fpmatch.matching.prints.prepared import PreparedTemplate
+    from research.databases import ExtractedSet
 
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = USUAL.hypotheses
@@ -91,8 +91,7 @@ def sample_of(
     p = parameters or SampleParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
     templates = [
-        one if one is None or ridges else without_ridges(one)
-        for one in (extraction.template for extraction in extracted.extractions)
+        one if one is None or ridges else without_ridges(one) for one in extracted.templates
     ]
     every = p.every_impostor
     prints = probes = [None if one is None else MATCHER.prepare(one) for one in templates]

@@ -22,7 +22,7 @@ from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.gallery.tasks.export import export_templates
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource
 
 PRINTS = 6  # two of each of three subjects
 DAMAGED = 3
@@ -116,9 +116,10 @@ def test_claims_exports_checks_and_sources_skip_it(place, tmp_path):
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
         assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
     dataset = load_dataset(place)
-    (made,) = extract_datasets([dataset])
-    assert len([one for one in made.extractions if one.template is not None]) == len(SOUND)
-    assert len(made.extractions) + len(dataset.notes) == PRINTS
+    names = DatasetSource(dataset).names
+    made = list(DatasetSource(dataset).templates(serial(), range(len(names))))
+    assert len([one for one in made if one.data is not None]) == len(SOUND)
+    assert len(made) + len(dataset.notes) == PRINTS
     source = open_source(place)
     items = list(source.templates(serial(), range(len(source.names))))
     assert sum(item.data is not None for item in items) == len(SOUND)

@@ -167,8 +167,7 @@ def rates(
     of_name = finger_in_name(pattern)
     earlier = None
     if baseline is not None:
-        how: dict[str, Any] = {"finger_of": lambda _, name: of_name(name)}
-        earlier = read_scores(baseline, distances=distances, **how)
+        earlier = read_scores(baseline, distances=distances, finger_of=of_name)
     pairs = list(zip(genuine_scores, impostor_scores, strict=True))
     results = evaluate_scores(
         scores, genuine_and_impostor=pairs, distances=distances, pattern=pattern

@@ -8,7 +8,6 @@ import os
 import shutil
 import tempfile
 from contextlib import nullcontext
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -22,7 +21,7 @@ from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
-from fpmatch.lab.evaluation.databases.protocol import PairPlan, choose_pairs
+from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.lab.evaluation.rates.scores import read_scores
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -32,7 +31,8 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.lab.evaluation.databases.extraction import ExtractedSet, Extractor
+    from fpmatch.lab.evaluation.databases.extraction import Extractor
+    from fpmatch.lab.evaluation.databases.protocol import Pairs
     from fpmatch.matching.result import Matcher
 
     AnyDataset = Dataset | str | os.PathLike[str]
@@ -114,7 +114,6 @@ def evaluate_matchers(
     *,
     protocol: str = "extended",
     workers: int | None = None,
-    engine: Engine | None = None,
     progress: Progress = no_progress,
     reading: Reading = Reading(),  # noqa: B008
     scores: str | os.PathLike[str] | None = None,
@@ -122,39 +121,28 @@ def evaluate_matchers(
     """Evaluate some matchers on the same templates, extracted once.
 
     `datasets`, `protocol`, `workers`, `progress`: as for `evaluate`. `matchers`: the matchers, or
-    their names. `engine`: an engine to work on instead of `workers` processes; it is released at
-    the end. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
+    their names. `reading`: how the images are read. `scores`: a CSV file for all comparisons, a
     database after the other, in the form of `fpmatch score`; the state of an interrupted run is
     kept beside it, and the same call resumes the run. Raises an `FpmatchError` as `evaluate`; an
     `OutputError` if the file cannot be written.
     """
     sources = [DatasetSource(one, reading) for one in load_datasets(datasets, protocol)]
-    return _evaluate(sources, matchers, protocol, engine or processes(workers), progress, scores)
+    how: dict[str, Any] = {"protocol": protocol, "workers": workers, "progress": progress}
+    return evaluate_sources(sources, matchers, scores=scores, **how)
 
 
-def evaluate_templates(
-    sets: Sequence[ExtractedSet],
-    *,
-    matcher: str | Matcher = DEFAULT_MATCHER,
-    protocol: str = "extended",
-    workers: int | None = None,
-) -> RatesReport:
-    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`."""
-    sources = [DatasetSource.of(one) for one in sets]
-    (report,) = _evaluate(sources, [matcher], protocol, processes(workers), no_progress, None)
-    return report
-
-
-def _evaluate(
+def evaluate_sources(
     sources: Sequence[DatasetSource],
     matchers: Sequence[str | Matcher],
-    protocol: str,
-    engine: Engine,
-    progress: Progress,
-    scores: str | os.PathLike[str] | None,
+    *,
+    protocol: str = "extended",
+    workers: int | None = None,
+    progress: Progress = no_progress,
+    scores: str | os.PathLike[str] | None = None,
 ) -> list[RatesReport]:
+    """Evaluate some matchers on databases that are open; else as `evaluate_matchers`."""
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
-    plans = [PairPlan(choose_pairs(one.dataset.impressions, protocol)) for one in sources]
+    plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
     progress = _over_all(progress, sources, plans, len(chosen))
     if scores is None:
         kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
@@ -163,12 +151,13 @@ def _evaluate(
         kept = nullcontext(f"{os.fspath(scores)}{PARTS}")
         make_folder(kept.enter_result)
     reports, files = [], []
-    with kept as folder, engine as place:
+    with kept as folder, processes(workers) as engine:
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
-                file, about = _scored(Path(folder), source, plan, matcher, place, progress)
-                (read,) = read_scores(file, finger_of=partial(_finger_of, source))
+                file, about = _scored(Path(folder), source, plan, matcher, engine, progress)
+                fingers = dict(zip(source.names, source.fingers, strict=True))
+                (read,) = read_scores(file, finger_of=fingers.get)
                 rows.append(SetRates.of(read, about, source))
                 files.append(file)
             reports.append(RatesReport.of(rows, protocol))
@@ -178,14 +167,10 @@ def _evaluate(
     return reports
 
 
-def _finger_of(source: DatasetSource, _: str, name: str) -> str | None:
-    return source.fingers[source.names.index(name)] or None
-
-
 def _scored(
     folder: Path,
     source: DatasetSource,
-    plan: PairPlan,
+    plan: Pairs,
     matcher: Matcher,
     engine: Engine,
     progress: Progress,
@@ -225,7 +210,7 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
 
 
 def _over_all(
-    progress: Progress, sources: Sequence[DatasetSource], plans: Sequence[PairPlan], times: int
+    progress: Progress, sources: Sequence[DatasetSource], plans: Sequence[Pairs], times: int
 ) -> Progress:
     """Return what `score` calls with the progress of one database and stage after the other."""
     totals = {
@@ -265,11 +250,8 @@ def load_datasets(
     for dataset in loaded:
         if not len(choose_pairs(dataset.impressions, protocol)):
             raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
-        first = dataset.impressions[0].path.resolve()
-        key, name = first, dataset.place or first.parent
-        if dataset.place and not Path(dataset.place).is_dir():
-            key = Path(dataset.place).resolve()
-        if key in seen:
-            raise DatasetError(f"{name}: database given twice")
-        seen.add(key)
+        place = Path(dataset.place).resolve()
+        if place in seen:
+            raise DatasetError(f"{dataset.place}: database given twice")
+        seen.add(place)
     return loaded

@@ -11,12 +11,10 @@ import fpmatch
 from fpmatch.errors import DatasetError, MatcherError
 from fpmatch.lab.evaluation import calibrate
 from fpmatch.lab.evaluation.calibrate import (
-    ImpostorSet,
     calibrate_on,
     calibration_text,
     fit_calibration,
     gather_impostors,
-    impostors_of_report,
     report_calibration,
 )
 from fpmatch.lab.evaluation.databases.extraction import Reading
@@ -28,7 +26,7 @@ from fpmatch.matching.calibration import Calibration, score_to_fmr
 def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_database):
     folders = [make_database(name, fingers=10, contents={"3_3": "broken"}) for name in "ab"]
     report = evaluate(folders, **options)
-    calibration = calibrate_on(impostors_of_report(report), report.matcher, "here")
+    calibration = calibrate_on(report.impostors, report.matcher, "here")
     impostors = np.concatenate([one.split()[1] for one in report.scores])
     expected = fit_calibration(impostors[impostors > 0])
     assert replace(calibration, provenance=expected.provenance) == expected
@@ -175,15 +173,15 @@ def test_scores_and_folders_give_the_same(gathering, report, tmp_path):
     folders = [row.source.dataset.impressions[0].path.parent for row in report.sets]
     how = {"workers": 1, "reading": gathering["reading"], "scores": scores}
     evaluate_matchers(folders, [gathering["matcher"]], **how)
-    expected = impostors_of_report(report)
-    assert sum(one.trials.similarity.size for one in expected) == 252 - 21 + 240
+    expected = report.impostors
+    assert sum(one.similarity.size for one in expected) == 252 - 21 + 240
     for sources in (folders, [scores]):
         found = gather_impostors(sources, **gathering)
         assert [one.name for one in found] == ["set, one", "b"]
         for one, other in zip(found, expected, strict=True):
-            assert not one.trials.genuine.any()
-            assert one.trials.fingers == other.trials.fingers
-            np.testing.assert_array_equal(one.trials.similarity, other.trials.similarity)
+            assert not one.genuine.any()
+            assert one.fingers == other.fingers
+            np.testing.assert_array_equal(one.similarity, other.similarity)
     for sources, name in (([scores, scores], "set, one"), ([scores, folders[1]], "b")):
         with pytest.raises(DatasetError, match=f"{name}: this database is given twice"):
             gather_impostors(sources, **gathering)
@@ -205,7 +203,7 @@ def impostor_set(name, seed, fingers=12, impressions=5):
     i, j = np.triu_indices(finger.size, k=1)
     apart = finger[i] != finger[j]
     similarity = np.random.default_rng(seed).exponential(1.0, i.size)[apart]
-    return ImpostorSet(name, Trials(similarity, finger[i][apart], finger[j][apart], fingers))
+    return Trials(similarity, finger[i][apart], finger[j][apart], fingers, name)
 
 
 SETS = [impostor_set("ours", 0), impostor_set("theirs", 1)]
@@ -233,7 +231,7 @@ def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch)
     ten_a_unit = Calibration(((0.0, 0.0), (9.0, 90.0)), tail_scale=1.0)
     monkeypatch.setattr(calibrate, "calibration_of", lambda name: ten_a_unit)
     found = report_calibration(CALIBRATION, SETS, bootstrap=20)
-    pooled = np.concatenate([one.trials.similarity for one in SETS])
+    pooled = np.concatenate([one.similarity for one in SETS])
     assert found["package_calibration"] == [
         {"score": at, "fmr": np.mean(pooled >= at / 10)} for at in (20.0, 30.0)
     ]
@@ -243,7 +241,7 @@ def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch)
 def test_scores_of_unknown_fingers_have_no_interval():
     rng = np.random.default_rng(3)
     unknown = Trials(rng.exponential(size=2000), np.zeros(2000, int), np.ones(2000, int), 0)
-    sets = [ImpostorSet("scores", unknown)]
+    sets = [unknown]
     found = report_calibration(calibrate_on(sets, "fake"), sets)
     assert (found["smallest_measured_fmr_interval"], found["fingers"]) == (None, 0)
     assert "of unknown fingers" in calibration_text(found)

@@ -12,7 +12,6 @@ from fpmatch.lab.evaluation.databases.protocol import (
     PROTOCOLS,
     Impression,
     choose_pairs,
-    finger_numbers,
 )
 
 
@@ -151,7 +150,6 @@ def test_folders_are_fingers_where_the_database_has_no_prints_itself(tmp_path):
         ("ada/left", 2, "ada/left/10.png"),
         ("ada/right", 1, "ada/right/2.png"),
     ]
-    assert finger_numbers(dataset.impressions).tolist() == [0, 0, 1, 1, 2, 2]
     assert dataset.notes == ()
     note = "each folder in it is taken for one finger (--pattern for other layouts)"
     assert load_dataset(tmp_path / "ada").notes == (note,)
@@ -166,12 +164,6 @@ def test_templates_of_any_format_are_a_database(tmp_path):
         "1_2.iso",
         "2_1.json",
     ]
-
-
-def test_numbers_in_names_are_compared_as_numbers():
-    names = ["p10", "p9", "p10", "a"]
-    prints = [Impression(f, k, Path(f"{k}.png")) for k, f in enumerate(names)]
-    assert finger_numbers(prints).tolist() == [2, 1, 2, 0]
 
 
 def impressions(*fingers_and_numbers):

@@ -39,15 +39,15 @@ class Dataset:
     """One database: its name is from ``dataset.toml``, else the folder's or the file's.
 
     `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
-    where it is not known. Impressions are sorted by finger and number. `place` is the manifest or
-    gallery from which they are, else "" or a folder; `notes` are about the whole database.
+    where it is not known. Impressions are sorted by finger and number. `place` is the folder,
+    manifest or gallery from which they are; `notes` are about the whole database.
     """
 
     name: str
     dpi: float | None
     sensor: str
     impressions: tuple[Impression, ...]
-    place: str = ""
+    place: str
     notes: tuple[str, ...] = ()
 
     @property
@@ -118,44 +118,32 @@ def load_dataset(
     if not labelled and names is not None:
         why = f"no print fits the pattern {names.text}, as {files[0].name} does not"
         raise DatasetError(why, path=root, code="no names")
-    guessed = kind == "folder" and names is None and not by_folder
-    notes = _notes(len(files), [label for label, _ in labelled], guessed=guessed)
-    return _described(root, _by_label(root, labelled), str(place), notes)
-
-
-def _notes(files: int, labels: Sequence[Label], *, guessed: bool) -> tuple[str, ...]:
-    """Return notes on prints that are left out, and on folders `guessed` to be fingers."""
     notes = []
-    if (left_out := files - len(labels)) > 0:
-        notes.append(f"{left_out} of {files} prints do not fit the pattern; they are left out")
-    if guessed and not any(label.finger for label in labels):
+    if (left_out := len(files) - len(labelled)) > 0:
+        notes.append(f"{left_out} of {len(files)} prints do not fit the pattern; they are left out")
+    guessed = kind == "folder" and names is None and not by_folder
+    if guessed and not any(label.finger for label, _ in labelled):
         notes.append("each folder in it is taken for one finger (--pattern for other layouts)")
-    return tuple(notes)
+    return _described(root, _by_label(root, labelled), tuple(notes))
 
 
 def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
     """Return databases with different names: a name that comes twice becomes the folder's."""
-    count = Counter(dataset.name for dataset in datasets)
-    return [
-        replace(dataset, name=_own_name(dataset)) if count[dataset.name] > 1 else dataset
-        for dataset in datasets
-    ]
-
-
-def _own_name(dataset: Dataset) -> str:
-    if dataset.place:
-        path = Path(dataset.place).resolve()
-        return csv_cell(path.stem if path.is_file() else path.name)
-    return csv_cell(dataset.impressions[0].path.resolve().parent.name)
+    count, unique = Counter(dataset.name for dataset in datasets), []
+    for dataset in datasets:
+        place = Path(dataset.place).resolve()
+        own = csv_cell(place.stem if place.is_file() else place.name)
+        unique.append(replace(dataset, name=own) if count[dataset.name] > 1 else dataset)
+    return unique
 
 
 def _described(
-    root: Path, impressions: Sequence[Impression], place: str = "", notes: tuple[str, ...] = ()
+    root: Path, impressions: Sequence[Impression], notes: tuple[str, ...] = ()
 ) -> Dataset:
     """Return the prints of a folder or manifest with what ``dataset.toml`` there states."""
     info = read_dataset_info(root if root.is_dir() else root.parent)
     name = info.name or (root.stem if root.is_file() else root.resolve().name)
-    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(impressions), place, notes)
+    return Dataset(csv_cell(name), info.dpi, info.sensor, tuple(impressions), str(root), notes)
 
 
 def _named_by_number(root: Path) -> list[Impression]:

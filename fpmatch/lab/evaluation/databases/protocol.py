@@ -1,6 +1,4 @@
-"""The prints of a database, and the genuine and the impostor pairs of them that are compared.
-
-A protocol chooses the pairs.
+"""The genuine and impostor pairs of the prints of a database that a protocol compares.
 
 References
 ----------
@@ -19,7 +17,6 @@ import numpy as np
 from fpmatch.errors import DatasetError, unknown_name
 from fpmatch.gallery.batch.plan import PairChunk
 from fpmatch.gallery.listing.csv_rows import csv_cell
-from fpmatch.gallery.listing.folders import natural_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -53,51 +50,33 @@ class Impression:
         object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
 
 
-def finger_numbers(impressions: Sequence[Impression]) -> NDArray[np.intp]:
-    """Return the fingers of impressions, numbered from 0 by number or name."""
-    fingers = [one.finger for one in impressions]
-    order = {f: k for k, f in enumerate(sorted(set(fingers), key=lambda f: natural_key(str(f))))}
-    return np.array([order[finger] for finger in fingers], np.intp)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """The pairs to compare, as indices into a database's impressions.
+    """The pairs to compare, as indices into a database's impressions: a plan for `score`.
 
     `probe`, `reference` (N,): indices of the two impressions of each pair, probe < reference.
-    `genuine` (N,): whether both show the same finger.
+    `genuine` (N,): whether both show the same finger. See `fpmatch.gallery.batch.plan.Plan`.
     """
 
-    probe: NDArray[np.intp]
-    reference: NDArray[np.intp]
-    genuine: NDArray[np.bool_]
+    def __init__(
+        self, probe: NDArray[np.intp], reference: NDArray[np.intp], genuine: NDArray[np.bool_]
+    ) -> None:
+        self.probe, self.reference, self.genuine = probe, reference, genuine
+        self._size = min(max(len(self) // 64, _LEAST_CHUNK), _MOST_CHUNK)
+        self.number_of_chunks = -(-len(self) // self._size)
+        self.probes: Sequence[int] = np.unique(probe).tolist()
+        self.references: Sequence[int] = np.unique(reference).tolist()
+        content = np.stack([probe, reference, genuine])
+        self.identity = f"{hashlib.sha256(content.tobytes()).hexdigest()} by {self._size}"
 
     def __len__(self) -> int:
         return int(self.probe.size)
 
-
-class PairPlan:
-    """Pairs in chunks, as `fpmatch.gallery.batch.plan.Plan` describes."""
-
-    def __init__(self, pairs: Pairs) -> None:
-        self._pairs = pairs
-        self._size = min(max(len(pairs) // 64, _LEAST_CHUNK), _MOST_CHUNK)
-        self.number_of_chunks = -(-len(pairs) // self._size)
-        self.probes: Sequence[int] = np.unique(pairs.probe).tolist()
-        self.references: Sequence[int] = np.unique(pairs.reference).tolist()
-        content = np.stack([pairs.probe, pairs.reference, pairs.genuine])
-        self.identity = f"{hashlib.sha256(content.tobytes()).hexdigest()} by {self._size}"
-
-    def __len__(self) -> int:
-        return len(self._pairs)
-
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
-        """Yield the pairs, as `Plan` says."""
-        p = self._pairs
-        for k in range(start * self._size, len(p), self._size):
+        """Yield the pairs in their order, from chunk number `start` on."""
+        for k in range(start * self._size, len(self), self._size):
             part = slice(k, k + self._size)
-            sides = p.probe[part].astype(np.int32), p.reference[part].astype(np.int32)
-            yield PairChunk(*sides, p.genuine[part].astype(np.int8))
+            sides = self.probe[part].astype(np.int32), self.reference[part].astype(np.int32)
+            yield PairChunk(*sides, self.genuine[part].astype(np.int8))
 
 
 def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") -> Pairs:
@@ -120,7 +99,7 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     """
     if protocol not in PROTOCOLS:
         raise DatasetError(unknown_name("protocol", protocol, PROTOCOLS))
-    finger = finger_numbers(impressions)
+    _, finger = np.unique([str(one.finger) for one in impressions], return_inverse=True)
     probe, reference = np.triu_indices(len(impressions), k=1)
     order = np.argsort(reference // _BAND, kind="stable")
     probe, reference = probe[order], reference[order]

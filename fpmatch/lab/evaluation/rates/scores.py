@@ -19,7 +19,7 @@ import numpy as np
 
 from fpmatch.errors import DatasetError
 from fpmatch.gallery.batch.comparer import NO_TEMPLATE
-from fpmatch.gallery.listing.csv_rows import csv_rows
+from fpmatch.gallery.listing.csv_rows import csv_rows, row_error
 from fpmatch.gallery.listing.entry import NamePattern
 from fpmatch.gallery.listing.folders import natural_key
 from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, filled, unnamed_set
@@ -38,6 +38,7 @@ _NO_SCORE: Final = frozenset({"", "nan", "na", "none", "null"})
 _FORM: Final = (
     "the first line names the columns: probe, reference, similarity or score, perhaps genuine"
 )
+_error: Final = partial(row_error, DatasetError)
 _NEEDS_PYARROW: Final = "Parquet needs pyarrow: pip install 'fpmatch[parquet]'"
 
 
@@ -47,20 +48,16 @@ def finger_in_name(pattern: str | None = None) -> FingerOf:
     `pattern` is as for `fpmatch.gallery.listing.entry.NamePattern`; by default prints are named
     FFF_M, and the finger is FFF without leading zeros.
     """
-    if pattern is None:
-        return _finger_of_fvc_name
-    names = NamePattern(pattern)
+    names = None if pattern is None else NamePattern(pattern)
 
     def finger_of(name: str) -> str | None:
-        label = names.label(Path(name))
-        return None if label is None else repr(label.of_finger)
+        if names is not None:
+            label = names.label(Path(name))
+            return None if label is None else repr(label.of_finger)
+        parts = _PRINT_NAME.fullmatch(name)
+        return None if parts is None else str(int(parts[1]))
 
     return finger_of
-
-
-def _finger_of_fvc_name(name: str) -> str | None:
-    parts = _PRINT_NAME.fullmatch(name)
-    return None if parts is None else str(int(parts[1]))
 
 
 def read_scores(
@@ -68,16 +65,16 @@ def read_scores(
     *,
     name: str | None = None,
     distances: bool = False,
-    finger_of: Callable[[str, str], str | None] = lambda _, one: _finger_of_fvc_name(one),
+    finger_of: FingerOf = finger_in_name(),  # noqa: B008
 ) -> list[ScoresSet]:
     r"""Read a file of scores by matcher and database; this module describes the form.
 
     Comparisons of a print with itself are left out, and pairs that come in both orders count once
     if both have the same score. `name`: name of the database where there is no column ``set``
     (default: that of the file). `distances`: whether lower is more similar; the similarities are
-    then the distances, negative. `finger_of`: returns the finger of a print from the names of its
-    database and of the print, None where it is not known. Where the finger of any print is not
-    known, that of none is: all rows must then state ``genuine``.
+    then the distances, negative. `finger_of`: returns the finger in the name of a print, None where
+    it is not known. Where the finger of any print is not known, that of none is: all rows must then
+    state ``genuine``.
     Raises a `DatasetError` if the file is missing, no file of scores, or empty; for a malformed
     row or one that contradicts the names or another row, with its line.
 
@@ -93,8 +90,8 @@ def read_scores(
     >>> scores.name, scores.prints, scores.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])
     """
-    rows = _rows_of(path)
-    line, head = next(rows, (0, []))
+    table = _rows_of(path)
+    line, head = next(table, (0, []))
     places = {str(cell).strip().casefold(): k for k, cell in enumerate(head)}
     score = next((places[one] for one in ("similarity", "score") if one in places), None)
     if score is None or not {"probe", "reference"} <= places.keys():
@@ -102,7 +99,7 @@ def read_scores(
     read = [places.get(one, -1) for one in ("matcher", "set", "probe", "reference")]
     beside = places.get("genuine", -1), places.get("reason", -1)
     by_set: dict[tuple[str, str], list[Any]] = {}
-    for line, row in rows:
+    for line, row in table:
         cells = [*row, *[""] * (len(head) - len(row)), ""]
         if len(row) > len(head):
             raise _error(path, line, f"{len(row)} columns instead of {len(head)}")
@@ -119,15 +116,8 @@ def read_scores(
     if not by_set:
         raise DatasetError("holds no comparison", path=path)
     return [
-        _as_set(
-            path,
-            of_set,
-            partial(finger_of, name),
-            matcher=matcher,
-            name=name,
-            distances=distances,
-        )
-        for (matcher, name), of_set in by_set.items()
+        _as_set(path, rows, finger_of, matcher=matcher, name=name, distances=distances)
+        for (matcher, name), rows in by_set.items()
     ]
 
 
@@ -232,10 +222,6 @@ def _as_set(
         compared=compared[kept],
         **about,
     )
-
-
-def _error(path: str | os.PathLike[str], line: int, why: str) -> DatasetError:
-    return DatasetError(f"line {line}: {why}", path=path, code="malformed row")
 
 
 def _number(path: str | os.PathLike[str], line: int, cell: Any) -> float:

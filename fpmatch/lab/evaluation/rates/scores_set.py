@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
-    """The comparisons of one database: similarity and the two fingers, numbered from 0.
+    """The comparisons of one database, its `name`: similarity and the two fingers, from 0 on.
 
     `fingers` is 0 where the fingers are not known; `probe` and `reference` are then the same number
     in genuine comparisons, different ones in impostor comparisons, and mean nothing else.
@@ -25,6 +25,7 @@ class Trials:
     probe: NDArray[np.intp]
     reference: NDArray[np.intp]
     fingers: int
+    name: str = ""
 
     @classmethod
     def without_fingers(cls, similarity: Numbers, genuine: NDArray[np.bool_]) -> Trials:
@@ -61,7 +62,7 @@ class ScoresSet:
     def impostors(self) -> Trials:
         """The comparisons of different fingers, without those of prints that have no template."""
         t, kept = self.trials, ~self.trials.genuine & self.compared
-        return Trials(t.similarity[kept], t.probe[kept], t.reference[kept], t.fingers)
+        return Trials(t.similarity[kept], t.probe[kept], t.reference[kept], t.fingers, self.name)
 
     @property
     def never_compared(self) -> list[str]:

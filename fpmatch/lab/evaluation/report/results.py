@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
 
     AnyPath = str | os.PathLike[str]
 
@@ -177,6 +177,11 @@ class RatesReport:
         """The comparisons of each database."""
         return [replace(row.scores, matcher=self.matcher) for row in self.sets]
 
+    @property
+    def impostors(self) -> list[Trials]:
+        """The impostor comparisons of each database, none of a print without template."""
+        return [row.scores.impostors for row in self.sets]
+
     def as_text(self) -> str:
         """Return the table that `fpmatch evaluate` prints."""
         return rates_table(self.as_json())
@@ -232,9 +237,7 @@ def evaluate_scores(
     of_name = finger_in_name(pattern)
     given: list[tuple[Path, ScoresSet]] = []
     for file in map(Path, files):
-        read = read_scores(
-            file, name="", distances=distances, finger_of=lambda _, name: of_name(name)
-        )
+        read = read_scores(file, name="", distances=distances, finger_of=of_name)
         given += [(file, one) for one in read]
     for genuine, impostor in genuine_and_impostor:
         of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)

@@ -23,7 +23,8 @@ def main(folder: Path, fingers: int, impressions: int) -> None:
     # "extended": all pairs of one finger, and all pairs of impressions of different fingers
     reports = evaluate_matchers([folder], ["unit-circle", "paper"], protocol="extended")
     (first,) = reports[0].sets
-    print(f"{first.genuine} genuine pairs, {first.impostor} impostor pairs")
+    counts = [scores.size for scores in first.scores.split()]
+    print("{} genuine pairs, {} impostor pairs".format(*counts))
     for report in reports:
         (row,) = report.sets
         genuine, impostor = row.scores.split()

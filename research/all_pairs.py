@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.gallery.index.prints.compare import similarities
 from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
-from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from research.databases import prints_of
 

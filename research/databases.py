@@ -16,8 +16,7 @@ from fpmatch.lab.synthesis.database import make_database
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.lab.evaluation.databases.dataset import Dataset
-    from fpmatch.lab.evaluation.databases.protocol import Impression
+    from fpmatch.lab.evaluation.databases.dataset import Dataset, Impression
     from fpmatch.templates.minutiae import Template
 
 TRAINING_SEED: Final = 601

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fpmatch.lab.evaluation.rates.scores_set import Trials
+    from fpmatch.lab.evaluation.rates.scores import Trials
 
 # pairs held against chance lower the highest impostors: fitted to those, scores would rise again
 UNHELD: Final = UnitCircleMatcher(beyond_share=0.0)

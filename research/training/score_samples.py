@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.lab.evaluation.databases.protocol import choose_pairs
+from fpmatch.lab.evaluation.databases.dataset import choose_pairs
 from fpmatch.matching.constants.comparison import MIN_MINUTIAE
 from fpmatch.matching.matchers.unit_circle import MATCHER, view_of
 from fpmatch.matching.parameters import USUAL

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from fpmatch.lab.evaluation.databases.dataset import Dataset
-from fpmatch.lab.evaluation.databases.protocol import Impression
+from fpmatch.lab.evaluation.databases.dataset import Dataset, Impression
 from research.databases import ExtractedSet
 
 

@@ -213,7 +213,7 @@ def prepare_outputs(options: dict[str, Any]) -> dict[str, Path | None]:
     files = {name: options.pop(name) for name in ("report_folder", "det", "table")}
     if any(files.values()):
         from fpmatch.lab.evaluation.report.page import prepare_page
-        from fpmatch.lab.evaluation.report.tables import check_table
+        from fpmatch.lab.evaluation.report.text import check_table
         from fpmatch.lab.plots.style import check_plot
 
         checks = prepare_page, check_plot, check_table
@@ -233,7 +233,7 @@ def write_outputs(
         save_det(det, results)
         say_note(f"DET: {det}")
     if (table := files["table"]) is not None:
-        from fpmatch.lab.evaluation.report.tables import save_table
+        from fpmatch.lab.evaluation.report.text import save_table
 
         save_table(table, document)
         say_note(f"table: {table}")

@@ -31,8 +31,12 @@ from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
-from fpmatch.lab.evaluation.rates.intervals import interval_json, interval_of
+from fpmatch.lab.evaluation.rates.bootstrap import (
+    DEFAULT_BOOTSTRAP,
+    bootstrap_fmr,
+    interval_json,
+    interval_of,
+)
 from fpmatch.lab.evaluation.rates.scores import choose_matcher, read_scores
 from fpmatch.lab.evaluation.run import evaluate_matchers, load_datasets
 from fpmatch.matching.calibration import Calibration, Provenance, score_to_fmr
@@ -49,7 +53,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.gallery.listing.entry import NamePattern
-    from fpmatch.lab.evaluation.rates.scores_set import Trials
+    from fpmatch.lab.evaluation.rates.scores import Trials
     from fpmatch.matching.result import Matcher
 
 

@@ -19,9 +19,8 @@ from fpmatch.gallery.batch.run import COMPARE
 from fpmatch.gallery.batch.score import score
 from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
-from fpmatch.lab.evaluation.databases.dataset import Dataset, load_dataset
+from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
-from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.lab.evaluation.rates.scores import read_scores
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
@@ -31,8 +30,8 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.engine.engine import Engine
     from fpmatch.gallery.listing.entry import NamePattern
+    from fpmatch.lab.evaluation.databases.dataset import Pairs
     from fpmatch.lab.evaluation.databases.extraction import Extractor
-    from fpmatch.lab.evaluation.databases.protocol import Pairs
     from fpmatch.matching.result import Matcher
 
     AnyDataset = Dataset | str | os.PathLike[str]
@@ -91,10 +90,8 @@ def evaluate(
     >>> report = evaluate(["fvc2002/DB1_B", "fvc2002/DB2_B"])  # doctest: +SKIP
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123
-    >>> evaluate(["manifest.csv"]).genuine  # doctest: +SKIP
-    240
-    >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").genuine  # doctest: +SKIP
-    240
+    >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").failures  # doctest: +SKIP
+    ()
     """
     given = [datasets] if isinstance(datasets, Dataset | str | os.PathLike) else datasets
     (report,) = evaluate_matchers(

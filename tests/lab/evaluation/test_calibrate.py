@@ -18,7 +18,7 @@ from fpmatch.lab.evaluation.calibrate import (
     report_calibration,
 )
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.rates.scores_set import Trials
+from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 

@@ -7,11 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.databases.dataset import load_dataset, with_unique_names
-from fpmatch.lab.evaluation.databases.protocol import (
+from fpmatch.lab.evaluation.databases.dataset import (
     PROTOCOLS,
     Impression,
     choose_pairs,
+    load_dataset,
+    with_unique_names,
 )
 
 

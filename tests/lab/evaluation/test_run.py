@@ -13,9 +13,8 @@ from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.gallery.batch.sources import unpack
 from fpmatch.gallery.engine import executors
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.lab.evaluation.databases.dataset import load_dataset
+from fpmatch.lab.evaluation.databases.dataset import choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import Reading
-from fpmatch.lab.evaluation.databases.protocol import choose_pairs
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
 

@@ -10,19 +10,17 @@ import numpy as np
 
 from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.lab.evaluation.rates.bootstrap import (
+    BOOTSTRAP,
     BOOTSTRAPPED,
+    CONFIDENCE,
     DEFAULT_BOOTSTRAP,
     bootstrap_rates,
-    draw_fingers,
-)
-from fpmatch.lab.evaluation.rates.error_rates import POOLED, fnmr_at_fmr, threshold_at_fmr
-from fpmatch.lab.evaluation.rates.intervals import (
-    BOOTSTRAP,
-    CONFIDENCE,
     bound_json,
+    draw_fingers,
     interval_json,
     rate_interval,
 )
+from fpmatch.lab.evaluation.rates.error_rates import POOLED, fnmr_at_fmr, threshold_at_fmr
 from fpmatch.lab.evaluation.rates.run_comparison import common_pairs, compare_runs
 from fpmatch.lab.evaluation.rates.scores import choose_matcher
 from fpmatch.lab.evaluation.report.results import split_scores
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.rates.bootstrap import Replicates
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet
+    from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
     from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 
 WITH_INTERVALS: Final = (*BOOTSTRAPPED, "rank_one")
@@ -62,9 +60,17 @@ def report_document(
     for report in results:
         document = {"matcher": report.matcher, **report.as_json()}
         if bootstrap:
-            document["intervals"] = _intervals(report, **draws)
+            document["intervals"] = _intervals(report, document, **draws)
         if baseline is not None:
-            compared = _against(baseline, baseline_name, report, **draws)
+            earlier = list(baseline)
+            if len({one.matcher for one in earlier}) > 1:
+                earlier = choose_matcher(earlier, report.matcher, baseline_name)
+            if (
+                len(earlier) == len(report.sets) == 1
+                and earlier[0].name == Path(baseline_name).stem
+            ):
+                earlier = [replace(earlier[0], name=report.sets[0].name)]  # that of its file only
+            compared = compare_runs(earlier, report.scores, **draws)
             document["baseline"] = {"name": baseline_name, **compared}
         if fmrs:
             document["fnmr_at_fmr"] = _operating_points(report, fmrs, **draws)
@@ -76,60 +82,48 @@ def report_document(
     return {"matchers": each, "against_first": against}
 
 
-def _against(
-    baseline: Sequence[ScoresSet], name: str, report: RatesReport, **draws: int
+def _intervals(
+    report: RatesReport, document: dict[str, Any], bootstrap: int, seed: int
 ) -> dict[str, Any]:
-    """Compare with the run of a file of this name."""
-    earlier = list(baseline)
-    if len({one.matcher for one in earlier}) > 1:
-        earlier = choose_matcher(earlier, report.matcher, name)
-    if len(earlier) == len(report.sets) == 1 and earlier[0].name == Path(name).stem:
-        earlier = [replace(earlier[0], name=report.sets[0].name)]  # named after its file only
-    return compare_runs(earlier, report.scores, **draws)
-
-
-def _intervals(report: RatesReport, bootstrap: int, seed: int) -> dict[str, Any]:
     """Return the intervals of each database, of the mean, and of all scores pooled."""
     trials = [one.trials for one in report.scores]
     draws = bootstrap_rates(trials, bootstrap, seed)
     hits = [_rank_one_draws(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
     known = [one for one in hits if one is not None]
     together = np.sum(known, axis=0) if len(known) == len(hits) else None
-    figures = report.as_json()
-
-    def intervals_of(
-        rates: dict[str, Any],
-        drawn: NDArray[np.float64],
-        ranks: NDArray[np.float64] | None,
-        some: Any,
-        *,
-        mean: bool = False,
-    ) -> dict[str, Any]:
-        columns = dict(zip(BOOTSTRAPPED, drawn.T, strict=True))
-        if ranks is not None:
-            with np.errstate(invalid="ignore"):  # a draw without probes has no rate
-                columns["rank_one"] = ranks[0] / ranks[1]
-        found = {
-            name: None
-            if rates.get(name) is None
-            else rate_interval(name, rates[name], columns.get(name), some, mean=mean)
-            for name in WITH_INTERVALS
-        }
-        bounds = {name: bound_json(one) for name, one in found.items() if bound_json(one)}
-        return {**{name: interval_json(one) for name, one in found.items()}, "bounds": bounds}
-
     return {
         "confidence": CONFIDENCE,
         "method": BOOTSTRAP,
         "bootstrap": bootstrap,
         "seed": seed,
         "sets": [
-            intervals_of(row, draws.sets[k], hits[k], [trials[k]])
-            for k, row in enumerate(figures["sets"])
+            _limits(row, draws.sets[k], hits[k], [trials[k]])
+            for k, row in enumerate(document["sets"])
         ],
-        "mean": intervals_of(figures["mean"], draws.mean, None, trials, mean=True),
-        "pooled": intervals_of(figures["pooled"], draws.pooled, together, trials),
+        "mean": _limits(document["mean"], draws.sets.mean(axis=0), None, trials, mean=True),
+        "pooled": _limits(document["pooled"], draws.pooled, together, trials),
     }
+
+
+def _limits(
+    rates: dict[str, Any],
+    draws: NDArray[np.float64],
+    hits: NDArray[np.float64] | None,
+    trials: Sequence[Trials],
+    *,
+    mean: bool = False,
+) -> dict[str, Any]:
+    """Return the intervals of the rates of some comparisons, of which `draws` and `hits` are."""
+    columns = dict(zip(BOOTSTRAPPED, draws.T, strict=True))
+    if hits is not None:
+        with np.errstate(invalid="ignore"):  # a draw without probes has no rate
+            columns["rank_one"] = hits[0] / hits[1]
+    intervals = {
+        name: rate_interval(name, rates.get(name), columns.get(name), trials, mean=mean)
+        for name in WITH_INTERVALS
+    }
+    bounds = {name: bound for name, one in intervals.items() if (bound := bound_json(one))}
+    return {**{name: interval_json(one) for name, one in intervals.items()}, "bounds": bounds}
 
 
 def _rank_one_draws(
@@ -161,28 +155,27 @@ def _operating_points(
     calibration = calibration_of(report.matcher)
     points = []
     for name, sets, drawn in parts:
-        scores = split_scores(sets)
-        every = np.unique(np.concatenate(scores))
+        genuine, impostor = split_scores(sets)
+        both = np.concatenate([genuine, impostor])
+        sign = -1 if sets[0].scores.distances else 1
         for column, fmr in enumerate(fmrs, start=1):
-            fnmr, interval, above = fnmr_at_fmr(*scores, fmr), None, every[:0]
-            highest = threshold_at_fmr(scores[1], fmr)
+            fnmr, highest = fnmr_at_fmr(genuine, impostor, fmr), threshold_at_fmr(impostor, fmr)
+            interval = threshold = None
             if fnmr is not None and highest is not None:
-                above = every[np.searchsorted(every, highest, side="right") :]
+                if (above := both[both > highest]).size:
+                    threshold = sign * float(above.min())
                 if drawn is not None:
-                    some = [row.scores.trials for row in sets]
-                    interval = rate_interval("fnmr", fnmr, drawn[:, column], some)
-            sign = -1 if sets[0].scores.distances else 1
-            threshold = sign * float(above[0]) if above.size else None
-            score = None
-            if calibration is not None and threshold is not None:
-                score = calibration.score(threshold)
+                    of_sets = [row.scores.trials for row in sets]
+                    interval = rate_interval("fnmr", fnmr, drawn[:, column], of_sets)
             points.append(
                 {
                     "name": name,
                     "fmr": fmr,
                     "fnmr": fnmr,
                     "threshold": threshold,
-                    "score": score,
+                    "score": None
+                    if calibration is None or threshold is None
+                    else calibration.score(threshold),
                     "interval": interval_json(interval),
                     "bound": bound_json(interval),
                 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates
+from fpmatch.lab.evaluation.rates.error_rates import Rates, error_rates, mean_rates
 from fpmatch.lab.evaluation.rates.scores import (
     finger_in_name,
+    ranks_of,
     read_genuine_and_impostor,
     read_scores,
 )
-from fpmatch.lab.evaluation.rates.scores_set import ranks_of
 from fpmatch.lab.evaluation.report.text import rates_table
 from fpmatch.printable import count
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.lab.evaluation.databases.extraction import DatasetSource
-    from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
+    from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
 
     AnyPath = str | os.PathLike[str]
 
@@ -47,7 +47,7 @@ class SetRates:
     """The error rates of one database.
 
     `scores`: its comparisons. `rates`: error rates as fractions. `ranks`: see
-    `fpmatch.lab.evaluation.rates.scores_set.ranks_of`. `failures`: prints that have no template
+    `fpmatch.lab.evaluation.rates.scores.ranks_of`. `failures`: prints that have no template
     (failures to extract) and why; they score lowest in all pairs. `about` is what is
     known of the prints: failures, notes, identical ones; `source` has the prints. Of scores from a
     file they are empty.
@@ -78,36 +78,13 @@ class SetRates:
         """Name of the database."""
         return self.scores.name
 
-    @property
-    def genuine(self) -> int:
-        """Number of genuine pairs compared."""
-        return int(self.scores.trials.genuine.sum())
-
-    @property
-    def impostor(self) -> int:
-        """Number of impostor pairs compared."""
-        return int((~self.scores.trials.genuine).sum())
-
-    @property
-    def prints(self) -> int:
-        """Number of impressions in the database; 0 where their names are not known."""
-        return len(self.scores.prints)
-
-    @property
-    def rank_one(self) -> float | None:
-        """Share of the probes whose own finger comes first; None where not all were compared."""
-        return None if self.ranks is None else float(np.mean(self.ranks[0] == 1))
-
     def as_json(self) -> dict[str, Any]:
         """Return the figures of the row as JSON values."""
-        document = {
-            "name": self.name,
-            **_figures(self, self.rates),
-            "failure_rate": len(self.failures) / max(1, self.prints),
-        }
+        figures = {"name": self.name, **_figures([self], self.rates)}
+        figures["failure_rate"] = figures["failures"] / max(1, figures["prints"])
         if "identical" in self.about:
-            document["identical"] = self.about["identical"]
-        return document
+            figures["identical"] = self.about["identical"]
+        return figures
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -128,15 +105,13 @@ class RatesReport:
     @classmethod
     def of(cls, sets: Sequence[SetRates], protocol: str = "") -> RatesReport:
         """Return the report on databases that one matcher has compared."""
-        columns = zip(*(astuple(row.rates) for row in sets), strict=True)
-        mean = Rates(*(None if None in column else float(np.mean(column)) for column in columns))
-        pooled = error_rates(*split_scores(sets))
+        mean, pooled = mean_rates(row.rates for row in sets), error_rates(*split_scores(sets))
         return cls(sets[0].scores.matcher, protocol, tuple(sets), mean, pooled)
 
     def __repr__(self) -> str:
-        sets, failed = len(self.sets), len(self.failures)
-        pairs = f"{self.genuine} genuine and {self.impostor} impostor pairs"
-        counts = f"{count(sets, 'database')}, {pairs}, {failed} failed"
+        all_sets = _figures(self.sets, self.pooled)
+        pairs = f"{all_sets['genuine']} genuine and {all_sets['impostor']} impostor pairs"
+        counts = f"{count(len(self.sets), 'database')}, {pairs}, {all_sets['failures']} failed"
         eer = "no EER" if self.pooled.eer is None else f"EER {self.pooled.eer:.4f}"
         return f"{type(self).__name__}({self.matcher}, {counts}, {eer})"
 
@@ -147,30 +122,9 @@ class RatesReport:
         return f"<pre>{escape(self.as_text())}</pre>"
 
     @property
-    def prints(self) -> int:
-        """Number of impressions in all databases."""
-        return sum(row.prints for row in self.sets)
-
-    @property
-    def genuine(self) -> int:
-        """Number of genuine pairs in all databases."""
-        return sum(row.genuine for row in self.sets)
-
-    @property
-    def impostor(self) -> int:
-        """Number of impostor pairs in all databases."""
-        return sum(row.impostor for row in self.sets)
-
-    @property
     def failures(self) -> tuple[tuple[str, str], ...]:
         """Prints of all databases that have no template, and why."""
         return tuple(failure for row in self.sets for failure in row.failures)
-
-    @property
-    def rank_one(self) -> float | None:
-        """Share of all probes whose own finger comes first, each in its own database."""
-        ranks = [row.ranks[0] for row in self.sets if row.ranks is not None]
-        return float(np.mean(np.concatenate(ranks) == 1)) if len(ranks) == len(self.sets) else None
 
     @property
     def scores(self) -> list[ScoresSet]:
@@ -191,8 +145,27 @@ class RatesReport:
         return {
             "sets": [row.as_json() for row in self.sets],
             "mean": asdict(self.mean),
-            "pooled": _figures(self, self.pooled),
+            "pooled": _figures(self.sets, self.pooled),
         }
+
+
+def _figures(sets: Sequence[SetRates], rates: Rates) -> dict[str, Any]:
+    """Return what is reported of a database, or of the scores of several together, as JSON.
+
+    The rank-1 rate is the share of the probes whose own finger comes first in their own database;
+    None where not all pairs were compared.
+    """
+    genuine, impostor = split_scores(sets)
+    ranks = [row.ranks[0] for row in sets if row.ranks is not None]
+    known = len(ranks) == len(sets)
+    return {
+        "genuine": genuine.size,
+        "impostor": impostor.size,
+        **asdict(rates),
+        "rank_one": float(np.mean(np.concatenate(ranks) == 1)) if known else None,
+        "prints": sum(len(row.scores.prints) for row in sets),
+        "failures": sum(len(row.failures) for row in sets),
+    }
 
 
 def split_scores(sets: Sequence[SetRates]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -271,15 +244,3 @@ def notes_on(report: RatesReport) -> list[str]:
     if report.pooled.eer is not None and report.pooled.eer > _HALF:
         notes.append(PROBABLY_DISTANCES)
     return notes
-
-
-def _figures(row: SetRates | RatesReport, rates: Rates) -> dict[str, Any]:
-    """Return what is reported of one database, and of all scores pooled, as JSON values."""
-    return {
-        "genuine": row.genuine,
-        "impostor": row.impostor,
-        **asdict(rates),
-        "rank_one": row.rank_one,
-        "prints": row.prints,
-        "failures": len(row.failures),
-    }

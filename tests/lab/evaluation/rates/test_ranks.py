@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.lab.evaluation.databases.protocol import Impression, choose_pairs
-from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials, ranks_of
+from fpmatch.lab.evaluation.databases.dataset import Impression, choose_pairs
+from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials, ranks_of
 
 
 def prints(fingers):

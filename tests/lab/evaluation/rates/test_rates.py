@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from fpmatch.lab.evaluation.rates.error_rates import NO_RATES, error_curves, error_rates
+from fpmatch.lab.evaluation.rates.error_rates import Rates, error_curves, error_rates
 
 few_scores = st.lists(st.integers(0, 9), min_size=1, max_size=30)
 
@@ -106,7 +106,7 @@ def test_rates_that_the_pairs_do_not_allow_are_none(impostors):
 
 @pytest.mark.parametrize(("genuine", "impostor"), [([], [1.0]), ([1.0], []), ([], [])])
 def test_one_sided_scores_have_no_rates(genuine, impostor):
-    assert error_rates(genuine, impostor) == NO_RATES
+    assert error_rates(genuine, impostor) == Rates(*[None] * 6)
     with pytest.raises(DatasetError, match="at least one genuine and one impostor"):
         error_curves(genuine, impostor)
 

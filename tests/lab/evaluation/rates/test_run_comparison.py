@@ -8,7 +8,7 @@ from scipy.stats import binomtest
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.rates.run_comparison import compare_runs
-from fpmatch.lab.evaluation.rates.scores_set import ScoresSet, Trials
+from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
 from fpmatch.lab.evaluation.report.text import comparison_text
 
 

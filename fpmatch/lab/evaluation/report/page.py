@@ -47,15 +47,13 @@ def prepare_page(folder: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_page(
-    folder: str | os.PathLike[str], results: Sequence[RatesReport], document: dict[str, Any]
-) -> Path:
-    """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
+def write_page(path: Path, results: Sequence[RatesReport], document: dict[str, Any]) -> None:
+    """Write the page into the file that `prepare_page` returned.
 
     `document` is what `report_document` returns of the results. The images of the databases are
     read again for the overlays.
     """
-    target, curves = prepare_page(folder), det_curves(results)
+    curves = det_curves(results)
     matchers = document.get("matchers", [document])
     baselines = [one["baseline"] for one in matchers if "baseline" in one]
     environment = page_templates("fpmatch.lab.evaluation.report")
@@ -74,8 +72,7 @@ def write_page(
                 if c["decisions"] and (c["decisions"]["gained"] or c["decisions"]["lost"])
             ],
         )
-    atomic_write_bytes(target, printable_lines(f"{html.lstrip()}\n").encode())
-    return target
+    atomic_write_bytes(path, printable_lines(f"{html.lstrip()}\n").encode())
 
 
 def _section(report: RatesReport) -> dict[str, Any]:

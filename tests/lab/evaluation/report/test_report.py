@@ -160,7 +160,8 @@ def test_a_page_closes_what_it_opens_loads_nothing_and_has_the_comparison(
     report = evaluate([database], **options)
     results = [report, replace(report, matcher="other")]
     document = report_document(results, bootstrap=30, baseline=report.scores)
-    page = write_page(tmp_path / "out", results, document)
+    page = prepare_page(tmp_path / "out")
+    write_page(page, results, document)
     read = Reader(page.read_text(encoding="utf-8"))
     assert all(value.startswith("data:") for value in read.loaded)
     words = "".join(read.words)
@@ -175,7 +176,8 @@ def test_a_database_of_genuine_pairs_alone(options, make_database, tmp_path):
     alone = evaluate([make_database("db", 1, 3)], **options)
     twice = report_document([alone, alone], bootstrap=10)
     assert twice["against_first"] == []
-    page = write_page(tmp_path, [alone, alone], twice)
+    page = prepare_page(tmp_path)
+    write_page(page, [alone, alone], twice)
     assert "No curves" in page.read_text(encoding="utf-8")
 
 

@@ -22,9 +22,7 @@ def main(folder: Path, fingers: int, impressions: int) -> None:
 
     # "extended": all pairs of one finger, and all pairs of impressions of different fingers
     reports = evaluate_matchers([folder], ["unit-circle", "paper"], protocol="extended")
-    (first,) = reports[0].sets
-    counts = [scores.size for scores in first.scores.split()]
-    print("{} genuine pairs, {} impostor pairs".format(*counts))
+    print(f"{reports[0].genuine} genuine pairs, {reports[0].impostor} impostor pairs")
     for report in reports:
         (row,) = report.sets
         genuine, impostor = row.scores.split()

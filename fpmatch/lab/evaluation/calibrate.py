@@ -27,7 +27,6 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.base.parameters import parameters_of
 from fpmatch.errors import DatasetError, MatcherError
-from fpmatch.gallery.batch.decision import calibration_of
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.gallery.listing.kinds import kind_of
 from fpmatch.lab.evaluation.databases.extraction import Reading
@@ -67,7 +66,6 @@ MIN_TAIL: Final = 100  # impostors to which the tail is fitted, at least
 MIN_SHAPE: Final = 0.2
 MAX_SHAPE: Final = 0.5  # where the variance becomes infinite
 KNOT_STEP: Final = 0.5  # greatest distance between knots in score
-CHECKED_SCORES: Final = (20.0, 30.0)  # of the package's own calibration
 
 
 def gather_impostors(
@@ -255,14 +253,12 @@ def report_calibration(
     """Return what a calibration of `calibrate_on` is based on, as JSON values.
 
     The comparisons measure the FMR up to `largest_measured_score`, with a 95 % interval over
-    fingers there; above, it is extrapolated. `package_calibration` holds scores of the package's
-    own calibration, if any, and the share of these comparisons that reach each.
+    fingers there; above, it is extrapolated.
     """
     provenance, largest = calibration.provenance, calibration.largest_measured_score
     similarity, interval = np.concatenate([one.similarity for one in sets]), None
     if all(one.fingers for one in sets):
         interval = interval_of(bootstrap_fmr(sets, calibration.knots[-1][0], bootstrap, seed))
-    own = calibration_of(provenance.matcher)
     return {
         "matcher": provenance.matcher,
         "databases": len(sets),
@@ -272,12 +268,6 @@ def report_calibration(
         "smallest_measured_fmr": score_to_fmr(largest),
         "smallest_measured_fmr_interval": interval_json(interval),
         "highest_impostor_score": calibration.score(float(similarity.max())),
-        "package_calibration": [
-            {"score": at, "fmr": float(np.mean(own.scores(similarity) >= at))}
-            for at in CHECKED_SCORES
-        ]
-        if own
-        else [],
     }
 
 
@@ -303,9 +293,4 @@ def calibration_text(report: dict[str, Any]) -> str:
         ]
     highest = report["highest_impostor_score"]
     rows.append(("Highest", f"the highest of these comparisons scores {highest:.1f}"))
-    for one in report["package_calibration"]:
-        reached = f"{odds(one['fmr'])} reach" if one["fmr"] > 0 else "none reaches"
-        meant = f"{odds(score_to_fmr(one['score']))} is meant"
-        at = f"{one['score']:g} on the package's calibration"
-        rows.append(("As supplied", f"{reached} {at}; {meant}"))
     return "\n".join(f"  {label:<12}{text}" for label, text in rows)

@@ -64,7 +64,8 @@ def evaluate(
     workers : int, optional
         Processes to use (default: one a core). The results are the same for any number.
     progress : callable
-        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
+        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare" of each
+        database.
     extractor : callable
         Makes a template from a path and a resolution (None: the file's own), alone or in a
         `fpmatch.gallery.listing.prints.ExtractedPrint`; a function at the top of a module, or with
@@ -90,8 +91,8 @@ def evaluate(
     >>> report = evaluate(["fvc2002/DB1_B", "fvc2002/DB2_B"])  # doctest: +SKIP
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123
-    >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").failures  # doctest: +SKIP
-    ()
+    >>> evaluate(["scans"], pattern=r"(?P<subject>\w+)-\d").genuine  # doctest: +SKIP
+    240
     """
     given = [datasets] if isinstance(datasets, Dataset | str | os.PathLike) else datasets
     (report,) = evaluate_matchers(
@@ -140,7 +141,6 @@ def evaluate_sources(
     """Evaluate some matchers on databases that are open; else as `evaluate_matchers`."""
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
     plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
-    progress = _over_all(progress, sources, plans, len(chosen))
     if scores is None:
         kept: Any = tempfile.TemporaryDirectory(prefix="fpmatch-")
     else:
@@ -182,8 +182,11 @@ def _scored(
     if file.exists() and beside.exists():
         return file, json.loads(beside.read_text(encoding="utf-8"))
     place = cast("Engine", nullcontext(engine))
-    how: dict[str, Any] = {"matcher": matcher, "engine": place, "progress": progress}
-    done = score(source, source, file, pairs=plan, **how)
+
+    def show(stage: str, done: int, total: int) -> None:
+        progress(COMPARE if stage == COMPARE else "extract", done, total)
+
+    done = score(source, source, file, pairs=plan, matcher=matcher, engine=place, progress=show)
     about = {
         "failures": {one.name: one.reason for one in done.failures},
         "dpi_assumed": list(done.dpi_assumed),
@@ -204,25 +207,6 @@ def _join(files: Sequence[Path], target: str | os.PathLike[str]) -> None:
                 if not k:
                     stream.write(head)
                 shutil.copyfileobj(part, stream)
-
-
-def _over_all(
-    progress: Progress, sources: Sequence[DatasetSource], plans: Sequence[Pairs], times: int
-) -> Progress:
-    """Return what `score` calls with the progress of one database and stage after the other."""
-    totals = {
-        "extract": sum(len(one.names) for one in sources),
-        COMPARE: times * sum(map(len, plans)),
-    }
-    before = dict.fromkeys(totals, 0)
-
-    def show(stage: str, done: int, total: int) -> None:
-        stage = COMPARE if stage == COMPARE else "extract"
-        progress(stage, min(before[stage] + done, totals[stage]), totals[stage])
-        if done == total:
-            before[stage] += total
-
-    return show
 
 
 def load_datasets(

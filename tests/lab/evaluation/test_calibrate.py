@@ -20,7 +20,7 @@ from fpmatch.lab.evaluation.calibrate import (
 from fpmatch.lab.evaluation.databases.extraction import Reading
 from fpmatch.lab.evaluation.rates.scores import Trials
 from fpmatch.lab.evaluation.run import evaluate, evaluate_matchers
-from fpmatch.matching.calibration import Calibration, score_to_fmr
+from fpmatch.matching.calibration import score_to_fmr
 
 
 def test_fits_the_impostors_of_all_sets_without_failed_prints(options, make_database):
@@ -219,23 +219,11 @@ def test_the_largest_measured_score_is_where_the_knots_end():
     assert low <= found["smallest_measured_fmr"] <= high
     assert found["smallest_measured_fmr"] == pytest.approx(20 / 3300)
     assert found["highest_impostor_score"] > found["largest_measured_score"]
-    assert found["package_calibration"] == []
     text = calibration_text(found)
     assert "3,300 impostor comparisons\n              of 24 fingers (2 databases)" in text
     assert "Measured    up to score 22.2, a false match rate of 1 in 160" in text
     assert "so is the default threshold, 40: to measure it takes\n" in text
     assert "200,000 impostor comparisons" in text
-
-
-def test_share_that_reached_a_score_by_the_packages_own_calibration(monkeypatch):
-    ten_a_unit = Calibration(((0.0, 0.0), (9.0, 90.0)), tail_scale=1.0)
-    monkeypatch.setattr(calibrate, "calibration_of", lambda name: ten_a_unit)
-    found = report_calibration(CALIBRATION, SETS, bootstrap=20)
-    pooled = np.concatenate([one.similarity for one in SETS])
-    assert found["package_calibration"] == [
-        {"score": at, "fmr": np.mean(pooled >= at / 10)} for at in (20.0, 30.0)
-    ]
-    assert "As supplied 1 in 7.6 reach 20 on the package" in calibration_text(found)
 
 
 def test_scores_of_unknown_fingers_have_no_interval():

@@ -109,9 +109,8 @@ class RatesReport:
         return cls(sets[0].scores.matcher, protocol, tuple(sets), mean, pooled)
 
     def __repr__(self) -> str:
-        all_sets = _figures(self.sets, self.pooled)
-        pairs = f"{all_sets['genuine']} genuine and {all_sets['impostor']} impostor pairs"
-        counts = f"{count(len(self.sets), 'database')}, {pairs}, {all_sets['failures']} failed"
+        pairs = f"{self.genuine} genuine and {self.impostor} impostor pairs"
+        counts = f"{count(len(self.sets), 'database')}, {pairs}, {len(self.failures)} failed"
         eer = "no EER" if self.pooled.eer is None else f"EER {self.pooled.eer:.4f}"
         return f"{type(self).__name__}({self.matcher}, {counts}, {eer})"
 
@@ -120,6 +119,16 @@ class RatesReport:
         from html import escape  # noqa: PLC0415  (for notebooks only)
 
         return f"<pre>{escape(self.as_text())}</pre>"
+
+    @property
+    def genuine(self) -> int:
+        """Number of genuine pairs in all databases."""
+        return split_scores(self.sets)[0].size
+
+    @property
+    def impostor(self) -> int:
+        """Number of impostor pairs in all databases."""
+        return split_scores(self.sets)[1].size
 
     @property
     def failures(self) -> tuple[tuple[str, str], ...]:

@@ -1,4 +1,3 @@
-import re
 from itertools import combinations
 from pathlib import Path
 
@@ -40,33 +39,6 @@ def test_description_is_optional_and_read(tmp_path):
     (tmp_path / "dataset.toml").write_text('name = "A"\ndpi = 569\nsensor = "optical"\nyear = 2002')
     dataset = load_dataset(tmp_path)
     assert (dataset.name, dataset.dpi, dataset.sensor) == ("A", 569.0, "optical")
-
-
-@pytest.mark.parametrize(
-    ("toml", "reason"),
-    [
-        ("dpi = ", "not a readable TOML file"),
-        (b"name = '\xff'", "not a readable TOML file"),
-        ('dpi = "500"', "dpi must be a number"),
-        ("dpi = true", "dpi must be a number"),
-        ("dpi = 50", "50 dpi is outside"),
-        ("dpi = nan", "nan dpi is outside"),
-        ("dpi = 1" + 400 * "0", "dataset.toml: "),
-        ('polarity = "black"', "no polarity 'black': there are auto, dark, white"),
-        ("polarity = true", "no polarity True: there are auto, dark, white"),
-        ("name = 3", "name must be text"),
-        ('name = ""', "name is empty"),
-        ('name = "a\\nb"', "name must be text of one line"),
-        ("sensor = []", "sensor must be text"),
-    ],
-)
-def test_bad_description_names_the_file(tmp_path, toml, reason):
-    touch(tmp_path, "1_1.tif")
-    (tmp_path / "dataset.toml").write_bytes(toml if isinstance(toml, bytes) else toml.encode())
-    with pytest.raises(DatasetError, match=re.escape(reason)) as caught:
-        load_dataset(tmp_path)
-    assert str(tmp_path / "dataset.toml") in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("twin", ["101_1.png", "0101_1.tif", "101_01.tiff"])

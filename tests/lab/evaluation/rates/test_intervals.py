@@ -125,12 +125,6 @@ def test_a_rate_of_0_or_1_has_a_limit_by_fingers_and_no_eer_one_above_half(
     assert (worst["rank_one"][0], worst["bounds"]["rank_one"]["units"]) == (0.0, fingers)
 
 
-def test_300_fingers_are_about_the_rule_of_3():
-    many, *_ = intervals_of(separated(300))
-    assert many["fmr1000"][1] == pytest.approx(3 / 300, rel=0.01)
-    assert many["eer"][1] == pytest.approx(3 / 150, rel=0.02)
-
-
 def test_limits_of_several_databases_and_of_their_mean():
     found = intervals_of(separated(12, name="a"), separated(10, 4, name="b"))
     assert [one["bounds"]["eer"]["units"] for one in found] == [6, 5, 10, 11]

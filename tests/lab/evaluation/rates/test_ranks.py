@@ -51,14 +51,6 @@ def test_agrees_with_searching_probe_by_probe(fingers, random):
     assert [numbered[k] for k in finger] == mated
 
 
-def test_a_probe_that_matches_nothing_ranks_last():
-    impressions = prints([1, 1, 2, 2, 3, 3])
-    pairs = choose_pairs(impressions)
-    similarity = np.where(pairs.genuine, 5.0, 1.0)
-    similarity[(pairs.probe == 0) | (pairs.reference == 0)] = 0.0
-    assert identified(impressions, pairs, similarity)[0].tolist() == [3, 3, 1, 1, 1, 1]
-
-
 def test_first_impressions_alone_are_no_search():
     impressions = prints([1, 1, 2, 2])
     pairs = choose_pairs(impressions, "fvc")

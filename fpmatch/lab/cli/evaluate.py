@@ -140,10 +140,9 @@ def evaluate(
         say_note(f"no template: {name}: {reason}")
     options |= {"baseline": earlier, "baseline_name": str(baseline)}
     document = report_document(results, **options)
-    write_outputs(results, document, outputs)
-    document["dpi_assumed"] = len(assumed)
-    document["notes"] = notes_as_json(noted)
+    document |= {"dpi_assumed": len(assumed), "notes": notes_as_json(noted)}
     show(json_text(document) if as_json else as_text(document))
+    write_outputs(results, document, outputs)
     return 1 if results[0].failures else 0
 
 

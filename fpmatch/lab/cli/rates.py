@@ -226,11 +226,11 @@ def prepare_outputs(options: dict[str, Any]) -> list[tuple[str, Path, Callable[.
         ("table", check_table, lambda path, _, document: save_table(path, document)),
         ("report", prepare_page, write_page),
     )
-    outputs = []
-    for path, (kind, check, write) in zip(given.values(), kinds, strict=True):
-        if path is not None:
-            outputs.append((kind, check(path) or path, write))
-    return outputs
+    return [
+        (kind, check(path) or path, write)
+        for path, (kind, check, write) in zip(given.values(), kinds, strict=True)
+        if path is not None
+    ]
 
 
 def write_outputs(

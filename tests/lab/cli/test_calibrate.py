@@ -3,7 +3,6 @@ import json
 
 import pytest
 
-from fpmatch.errors import DatasetError
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.lab.evaluation import calibrate
@@ -41,21 +40,6 @@ def test_the_file_is_a_calibration_and_the_reach_is_told(run, make_database, tmp
     assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(
         calibration.largest_measured_score
     )
-
-
-def test_the_default_matcher_is_calibrated_before_pairs_are_held_against_chance(
-    run, make_database, monkeypatch, tmp_path
-):
-    used = []
-
-    def evaluate(datasets, matchers, **_):
-        used.append(matchers[0].name)
-        raise DatasetError("that is all")
-
-    monkeypatch.setattr(calibrate, "evaluate_matchers", evaluate)
-    database = make_database(fingers=2, impressions=2)
-    run("calibrate", database, "-o", tmp_path / "c.json", "--workers", 1)
-    assert used == ["unit-circle:beyond_share=0"]
 
 
 @pytest.mark.slow

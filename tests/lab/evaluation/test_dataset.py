@@ -143,17 +143,6 @@ def impressions(*fingers_and_numbers):
     return [Impression(f, n, Path(f"{f}_{n}.tif")) for f, n in fingers_and_numbers]
 
 
-FVC_SET_B = impressions(*((f, n) for f in range(101, 111) for n in range(1, 9)))
-
-
-@pytest.mark.parametrize(("protocol", "impostors"), [("extended", 2880), ("fvc", 45)])
-def test_counts_on_a_set_b(protocol, impostors):
-    pairs = choose_pairs(FVC_SET_B, protocol)
-    assert pairs.genuine.sum() == 280
-    assert (~pairs.genuine).sum() == impostors
-    assert len(pairs) == 280 + impostors
-
-
 def slow_pairs(prints, protocol):
     """The definition, pair by pair."""
     first = {f: min(i.number for i in prints if i.finger == f) for f in {i.finger for i in prints}}

@@ -10,33 +10,8 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.lab.evaluation.calibrate import gather_impostors
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
-from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading, extract_image
+from fpmatch.lab.evaluation.databases.extraction import DatasetSource, extract_image
 from fpmatch.lab.evaluation.run import evaluate
-
-
-@pytest.fixture
-def folder(make_database):
-    return make_database("prints", fingers=11, impressions=3, contents={"7_2": "broken"})
-
-
-def manifest_of(folder, finger_of=str):
-    rows = [path.stem.split("_") for path in folder.glob("*.tif")]
-    lines = [f"{folder.name}/{f}_{n}.tif,{finger_of(f)},{n}\n" for f, n in rows]
-    path = folder.with_suffix(".csv")
-    path.write_text("path,subject,impression\n" + "".join(lines), encoding="utf-8")
-    return path
-
-
-def test_calibrations_take_manifests(bench, folder):
-    options = {
-        "matcher": bench.MATCHER,
-        "reading": Reading(extractor=bench.extractor),
-        "workers": 1,
-    }
-    (by_name,) = gather_impostors([folder], **options)
-    (listed,) = gather_impostors([manifest_of(folder)], **options)
-    assert listed.name == "prints"
-    assert listed.similarity.tolist() == by_name.similarity.tolist()
 
 
 @pytest.fixture

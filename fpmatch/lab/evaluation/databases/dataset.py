@@ -54,7 +54,7 @@ class Impression:
 
     In a database the fingers are all numbers, as in FVC's names, or all names. `name` is the
     print's in the database, by default the file's, as `csv_cell` makes it; `dpi` its own
-    resolution, where a manifest states it; and `entry` its number in a gallery.
+    resolution, where a manifest or a gallery states it.
     """
 
     finger: int | str
@@ -62,7 +62,6 @@ class Impression:
     path: Path
     name: str = ""
     dpi: float | None = None
-    entry: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", csv_cell(self.name or self.path.name))
@@ -83,11 +82,7 @@ class Dataset:
     impressions: tuple[Impression, ...]
     place: str
     notes: tuple[str, ...] = ()
-
-    @property
-    def in_gallery(self) -> bool:
-        """Whether the prints are templates in a gallery."""
-        return self.impressions[0].entry is not None
+    in_gallery: bool = False
 
     def at(self, dpi: float | None) -> Dataset:
         """Return the database with all prints at `dpi`, unless that is None."""
@@ -235,13 +230,11 @@ def _of_gallery(place: str | os.PathLike[str]) -> Dataset:
     if not entries:
         raise DatasetError("the gallery is empty", path=title, code="empty")
     impressions = {
-        entry.label: Impression(
-            _finger(entry.label), 0, Path(entry.source), name, entry.dpi, entry.id
-        )
+        entry.label: Impression(_finger(entry.label), 0, Path(entry.source), name, entry.dpi)
         for entry, name in zip(entries, entry_names(entries), strict=True)
     }
     name = title if "://" in title else Path(title).stem
-    return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost)
+    return Dataset(csv_cell(name), None, "", tuple(_numbered(impressions)), str(place), lost, True)
 
 
 class Pairs:

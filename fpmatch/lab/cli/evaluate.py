@@ -106,7 +106,7 @@ def evaluate(
     from fpmatch.lab.evaluation.databases.dataset import with_unique_names
     from fpmatch.lab.evaluation.databases.extraction import Reading
     from fpmatch.lab.evaluation.rates.scores import read_scores
-    from fpmatch.lab.evaluation.report.document import report_document
+    from fpmatch.lab.evaluation.report.results import report_document
     from fpmatch.lab.evaluation.report.text import as_text
     from fpmatch.prints.reading import PrintReader
 

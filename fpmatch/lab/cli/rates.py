@@ -159,9 +159,9 @@ def rates(
     if len(genuine_scores) != len(impostor_scores):
         raise click.UsageError("--genuine-scores and --impostor-scores go together")
     from fpmatch.lab.evaluation.rates.scores import finger_in_name, read_scores
-    from fpmatch.lab.evaluation.report.document import report_document
-    from fpmatch.lab.evaluation.report.results import evaluate_scores, notes_on
+    from fpmatch.lab.evaluation.report.results import report_document
     from fpmatch.lab.evaluation.report.text import as_text
+    from fpmatch.lab.evaluation.run import evaluate_scores, notes_on
 
     outputs = prepare_outputs(options)
     of_name = finger_in_name(pattern)

@@ -1,4 +1,4 @@
-"""Evaluation of matchers on databases: plan the pairs of a protocol, score them, compute rates."""
+"""Evaluation: plan the pairs of a protocol, score them, and compute the rates of any scores."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import json
 import os
 import shutil
 import tempfile
+from collections import Counter
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -21,7 +23,11 @@ from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
-from fpmatch.lab.evaluation.rates.scores import read_scores
+from fpmatch.lab.evaluation.rates.scores import (
+    finger_in_name,
+    read_genuine_and_impostor,
+    read_scores,
+)
 from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
 from fpmatch.matching.registry import DEFAULT_MATCHER, get_matcher
 
@@ -32,11 +38,21 @@ if TYPE_CHECKING:
     from fpmatch.gallery.listing.entry import NamePattern
     from fpmatch.lab.evaluation.databases.dataset import Pairs
     from fpmatch.lab.evaluation.databases.extraction import Extractor
+    from fpmatch.lab.evaluation.rates.scores import ScoresSet
     from fpmatch.matching.result import Matcher
 
-    AnyDataset = Dataset | str | os.PathLike[str]
+    AnyPath = str | os.PathLike[str]
+    AnyDataset = Dataset | AnyPath
 
 PARTS: Final = ".parts"
+UNKNOWN_FINGERS: Final = (
+    "its fingers are not known: comparisons are drawn for the 95 % intervals, which are too narrow "
+    "where fingers come in several comparisons; --pattern finds fingers in the names of prints"
+)
+PROBABLY_DISTANCES: Final = (
+    "genuine scores are mostly lower than impostor scores: distances need --distances"
+)
+_HALF: Final = 0.5
 
 
 def evaluate(
@@ -236,3 +252,72 @@ def load_datasets(
             raise DatasetError(f"{dataset.place}: database given twice")
         seen.add(place)
     return loaded
+
+
+def evaluate_scores(
+    files: Sequence[AnyPath] = (),
+    *,
+    genuine_and_impostor: Sequence[tuple[AnyPath, AnyPath]] = (),
+    distances: bool = False,
+    pattern: str | None = None,
+) -> list[RatesReport]:
+    r"""Compute the error rates of scores in files, one report a matcher.
+
+    `files`: files of scores, see `fpmatch.lab.evaluation.rates.scores`. Without a column
+    ``matcher``, or where files have scores of the same matcher and database, the matcher is named
+    after the file. Without a column ``set`` the database is the only one that other files name, if
+    any. `genuine_and_impostor`: files of genuine, and of impostor scores of a matcher, which is
+    named after the first. `distances`: whether lower scores are more similar. `pattern`: finds the
+    fingers in names of prints, as for `fpmatch.gallery.listing.entry.NamePattern`; by default
+    prints are named FFF_M. Raises a `DatasetError` if there is no file, one cannot be read, or a
+    matcher comes twice; a `GalleryError` if the pattern is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from fpmatch.lab.evaluation.run import evaluate_scores
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "mine.csv")
+    ...     _ = file.write_text("probe,reference,score\n1_1,1_2,.9\n1_1,2_1,.2\n1_2,2_1,.1\n")
+    ...     (report,) = evaluate_scores([file])
+    >>> report.matcher, report.genuine, report.impostor, report.pooled.eer
+    ('mine', 1, 2, 0.0)
+    """
+    of_name = finger_in_name(pattern)
+    given: list[tuple[Path, ScoresSet]] = []
+    for file in map(Path, files):
+        read = read_scores(file, name="", distances=distances, finger_of=of_name)
+        given += [(file, one) for one in read]
+    for genuine, impostor in genuine_and_impostor:
+        of_pair = read_genuine_and_impostor(genuine, impostor, distances=distances)
+        given.append((Path(genuine), replace(of_pair, name="")))
+    if not given:
+        raise DatasetError("no file of scores given")
+    named = {one.name for _, one in given if one.name}
+    name = named.pop() if len(named) == 1 else "scores"
+    given = [(file, one if one.name else replace(one, name=name)) for file, one in given]
+    times = Counter((one.matcher, one.name) for _, one in given)
+    by_matcher: dict[str, list[ScoresSet]] = {}
+    for file, one in given:
+        matcher = one.matcher
+        if not matcher or times[matcher, one.name] > 1:
+            matcher = f"{matcher} ({file.stem})" if matcher else file.stem
+        by_matcher.setdefault(matcher, []).append(replace(one, matcher=matcher))
+    for matcher, sets in by_matcher.items():
+        if len({one.name for one in sets}) < len(sets):
+            raise DatasetError(f"two files of scores of the same name: {matcher}")
+    return [RatesReport.of([SetRates.of(one) for one in sets]) for sets in by_matcher.values()]
+
+
+def notes_on(report: RatesReport) -> list[str]:
+    """Return what a user should know of how the scores of a report were understood."""
+    notes = []
+    if failed := sum(int((~one.compared).sum()) for one in report.scores):
+        total = sum(one.compared.size for one in report.scores)
+        notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
+    if not all(one.trials.fingers for one in report.scores):
+        notes.append(UNKNOWN_FINGERS)
+    if report.pooled.eer is not None and report.pooled.eer > _HALF:
+        notes.append(PROBABLY_DISTANCES)
+    return notes

@@ -11,8 +11,7 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
 )
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
-from fpmatch.lab.evaluation.report.document import report_document
-from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
+from fpmatch.lab.evaluation.report.results import RatesReport, SetRates, report_document
 from fpmatch.lab.evaluation.run import evaluate
 
 

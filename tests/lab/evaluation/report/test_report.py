@@ -14,10 +14,9 @@ from PIL import Image
 
 from fpmatch.errors import OutputError
 from fpmatch.lab.evaluation.rates.scores import unnamed_set
-from fpmatch.lab.evaluation.report.document import report_document
 from fpmatch.lab.evaluation.report.figures import save_det
 from fpmatch.lab.evaluation.report.page import hardest_pairs, prepare_page, write_page
-from fpmatch.lab.evaluation.report.results import RatesReport, SetRates
+from fpmatch.lab.evaluation.report.results import RatesReport, SetRates, report_document
 from fpmatch.lab.evaluation.report.text import as_text, check_table, save_table
 from fpmatch.lab.evaluation.run import evaluate
 from fpmatch.templates.minutiae import Minutiae, Template

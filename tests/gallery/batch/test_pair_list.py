@@ -1,7 +1,7 @@
 import pytest
 
 from fpmatch.errors import ScoringError
-from fpmatch.gallery.batch.pair_list import PrintNames, iterate_pairs
+from fpmatch.gallery.batch.plan import PrintNames, iterate_pairs
 
 ROWS = [("a 1.png", "b.png", True), ("c.png", "a 1.png", False)]
 

@@ -1,17 +1,18 @@
 """`fpmatch.gallery.batch.plan`: every pair once, in chunks that can be skipped to."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import ScoringError
-from fpmatch.gallery.batch.pair_list import PrintNames
-from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, find_identical_pairs
+from fpmatch.gallery.batch.plan import AllPairs, ListedPairs, PrintNames, find_identical_pairs
 
 PROBES = ["a.tif", "b.tif", "b.png"]
 REFERENCES = ["x.tif", "y, z.tif"]
-NAMES = PrintNames(PROBES), PrintNames(REFERENCES)
+NAMES = PrintNames(PROBES, Path()), PrintNames(REFERENCES, Path())
 
 
 def pairs_of(chunks):

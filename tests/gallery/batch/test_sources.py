@@ -59,16 +59,13 @@ def test_templates_come_back_exactly(template):
     assert unpack(data) == unpack_template(data)
 
 
-@pytest.mark.parametrize("change", ["an array", slice(200, None), slice(-30, None)])
-def test_damaged_stored_templates_are_one_error(change):
-    template = Template(Minutiae([1, 2], [3, 4], [0, 1]), 20, 30)
-    data = bytearray(pack(template))
-    if isinstance(change, str):  # bytes between the arrays are covered by no checksum
-        data[data.index(b"NUMPY")] ^= 1
-    else:
-        data[change] = b""
-    with pytest.raises(FpmatchError, match="damaged"):
-        unpack(bytes(data))
+def test_damaged_stored_templates_are_one_error():
+    data = pack(Template(Minutiae([1, 2], [3, 4], [0, 1]), 20, 30))
+    for k in range(len(data)):
+        flipped = data[:k] + bytes([data[k] ^ 1]) + data[k + 1 :]
+        for damaged in (flipped, data[:k]):
+            with pytest.raises(FpmatchError, match=r"damaged|not a packed template"):
+                unpack(damaged)
 
 
 def test_a_folder_by_name_with_its_failures(folder):

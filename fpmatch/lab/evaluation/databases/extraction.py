@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError, without_path
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.gallery.batch.comparer import NO_TEMPLATE
 from fpmatch.gallery.batch.sources import GallerySource, StoredTemplate, pack, unpack
 from fpmatch.gallery.engine.engine import serial
 from fpmatch.gallery.engine.workers import attempt_each
@@ -19,6 +18,7 @@ from fpmatch.gallery.listing.print_file import PrintFile, resolution_notes
 from fpmatch.gallery.listing.prints import ExtractedPrint, extract_print, folder_reader
 from fpmatch.gallery.store.stored_template import minutiae_digest
 from fpmatch.image.quality.print_quality import why_no_minutiae
+from fpmatch.lab.evaluation.rates.scores import NO_TEMPLATE
 from fpmatch.prints.reading import PrintReader, dpi_source
 
 if TYPE_CHECKING:

@@ -67,19 +67,6 @@ def test_rates_depend_on_the_order_alone(genuine, impostor):
     assert replace(stretched, d_prime=None) == replace(as_given, d_prime=None)
 
 
-def test_by_hand():
-    # Impostors 0..999. Ten may match at FMR100: the threshold lies just above 989.
-    genuine = [989, 990, 998, 998.5, 999, 1000, 2000, 2000, 2000, 2000]
-    rates = error_rates(genuine, range(1000))
-    assert rates.fmr100 == 0.1
-    assert rates.fmr1000 == 0.3
-    assert rates.zero_fmr == 0.5
-    # Of 100 impostors one may match; two share the top score, so neither may.
-    assert error_rates([7, 8, 9], [1] * 98 + [8, 8]).fmr100 == pytest.approx(2 / 3)
-    # At t = 2: FMR 1/2, FNMR 0. At t = 3: FMR 0, FNMR 1/4. They meet at a third of 1/2.
-    assert error_rates([2, 3, 4, 5], [0, 1, 2, 2]).eer == pytest.approx(1 / 6)
-
-
 @pytest.mark.parametrize("impostors", [99, 100, 999, 1000, 9999, 10_000])
 def test_rates_that_the_pairs_do_not_allow_are_none(impostors):
     rates = error_rates([1], [0] * impostors)

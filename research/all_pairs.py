@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
     from fpmatch.templates.minutiae import Template
-    from research.databases import ExtractedSet
 
 
 def compare_all_pairs(
@@ -42,7 +42,7 @@ def compare_all_pairs(
 
 
 def impostors_among(
-    sets: Sequence[ExtractedSet],
+    sets: Sequence[Dataset],
     name: str,
     workers: int | None = None,
     matcher: UnitCircleMatcher = MATCHER,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -35,18 +35,6 @@ KINDS: Final = (  # preset and sensor
 )
 
 
-@dataclass(frozen=True, slots=True)
-class ExtractedSet:
-    """A database with the templates of its impressions, None where there is none."""
-
-    dataset: Dataset
-    templates: tuple[Template | None, ...]
-
-    def source(self) -> DatasetSource:
-        """Return the database for `fpmatch.lab.evaluation.run.evaluate_sources`."""
-        return DatasetSource(self.dataset, templates=self.templates)
-
-
 def make_synthetic_sets(
     folder: Path, *, first_seed: int, workers: int | None = None, fingers: int = FINGERS
 ) -> list[Path]:
@@ -68,7 +56,7 @@ def make_synthetic_sets(
 
 def extract_synthetic_sets(
     first_seed: int, kept_in: Path | None, workers: int | None, fingers: int = FINGERS
-) -> list[ExtractedSet]:
+) -> list[Dataset]:
     """Make the databases, kept in a folder where it is given; return them with their templates."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = kept_in or Path(temporary)
@@ -76,25 +64,25 @@ def extract_synthetic_sets(
         return extract_folders(made, workers)
 
 
-def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[ExtractedSet]:
+def extract_folders(folders: Sequence[Path], workers: int | None = None) -> list[Dataset]:
     """Return FVC-style databases with the templates of their prints."""
     return extract_datasets(load_datasets(folders), workers) if folders else []
 
 
-def extract_datasets(datasets: Sequence[Dataset], workers: int | None = None) -> list[ExtractedSet]:
+def extract_datasets(datasets: Sequence[Dataset], workers: int | None = None) -> list[Dataset]:
     """Return databases with the templates of their prints."""
     extracted = []
     with processes(workers) as engine:
         for dataset in datasets:
             made = DatasetSource(dataset).templates(engine, range(len(dataset.impressions)))
             templates = (None if one.data is None else unpack(one.data) for one in made)
-            extracted.append(ExtractedSet(dataset, tuple(templates)))
+            extracted.append(replace(dataset, templates=tuple(templates)))
     return extracted
 
 
-def prints_of(one: ExtractedSet) -> list[tuple[Impression, Template]]:
+def prints_of(one: Dataset) -> list[tuple[Impression, Template]]:
     """Return the impressions of a database that have a template, with it."""
-    pairs = zip(one.dataset.impressions, one.templates, strict=True)
+    pairs = zip(one.impressions, one.templates, strict=True)
     return [(shown, template) for shown, template in pairs if template is not None]
 
 

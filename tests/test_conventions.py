@@ -47,7 +47,7 @@ def turns_between(prints, folder):
     show a wrong convention, many opposite ones that endings and bifurcations are confused.
     """
     turns = []
-    for impression, template in zip(prints.dataset.impressions, prints.templates, strict=True):
+    for impression, template in zip(prints.impressions, prints.templates, strict=True):
         record = load_record(folder / f"{impression.path.stem}.csv", file_format="minutiae-csv")
         ours, theirs = template.minutiae, record.single().template.minutiae
         i, j = greedy_pairs(ours.xy, theirs.xy, SAME_PLACE_PX).T

@@ -9,7 +9,7 @@ import click
 
 from fpmatch.errors import DatasetError
 from fpmatch.lab.evaluation.calibrate import calibrate_on
-from fpmatch.lab.evaluation.run import evaluate_sources
+from fpmatch.lab.evaluation.run import evaluate_matchers
 from fpmatch.matching.calibration import CALIBRATION_FOLDER, Calibration
 from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.registry import DEFAULT_MATCHER, matcher_name, matcher_names
@@ -17,7 +17,6 @@ from research.all_pairs import impostors_among
 from research.commands import PATH, Command, read_json, synthetic_folder, workers
 from research.databases import (
     TRAINING_SEED,
-    ExtractedSet,
     extract_folders,
     extract_synthetic_sets,
     without_ridges,
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.lab.evaluation.rates.scores import Trials
 
 # pairs held against chance lower the highest impostors: fitted to those, scores would rise again
@@ -96,8 +96,7 @@ def command(
                 calibration, provenance=replace(known, fingers=known.fingers // 2)
             )
         else:
-            every = [one.source() for one in (*real, *made)]
-            (report,) = evaluate_sources(every, [name], workers=workers)
+            (report,) = evaluate_matchers([*real, *made], [name], workers=workers)
             calibration = calibrate_on(report.impostors, matcher_name(name), origin)
         if high is not None and name == DEFAULT_MATCHER:
             calibration = with_tail(calibration, high)
@@ -107,12 +106,12 @@ def command(
 
 
 def _impostors_by_form(
-    real: Sequence[ExtractedSet], synthetic: Sequence[ExtractedSet], workers: int | None
+    real: Sequence[Dataset], synthetic: Sequence[Dataset], workers: int | None
 ) -> list[Trials]:
     """Return the impostor comparisons of each real database, and of all synthetic prints."""
     impostors = []
     for sets in (real, [_without_ridges(one) for one in real]):
-        (report,) = evaluate_sources([one.source() for one in sets], [UNHELD], workers=workers)
+        (report,) = evaluate_matchers(sets, [UNHELD], workers=workers)
         impostors += report.impostors
     seeds = f"seeds {TRAINING_SEED} to {TRAINING_SEED + len(synthetic) - 1}"
     for name, sets in (
@@ -123,8 +122,8 @@ def _impostors_by_form(
     return impostors
 
 
-def _without_ridges(extracted: ExtractedSet) -> ExtractedSet:
+def _without_ridges(extracted: Dataset) -> Dataset:
     """Return a database whose templates have no ridge field."""
-    name = f"{extracted.dataset.name}, minutiae alone"
+    name = f"{extracted.name}, minutiae alone"
     templates = (one and without_ridges(one) for one in extracted.templates)
-    return ExtractedSet(replace(extracted.dataset, name=name), tuple(templates))
+    return replace(extracted, name=name, templates=tuple(templates))

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.lab.evaluation.databases.dataset import Dataset
     from fpmatch.matching.prints.prepared import PreparedTemplate
-    from research.databases import ExtractedSet
 
 SEED: Final = 18
 LOCAL_HYPOTHESES: Final = USUAL.hypotheses
@@ -78,7 +78,7 @@ class ScoreSample:
 
 
 def sample_of(
-    extracted: ExtractedSet,
+    extracted: Dataset,
     parameters: SampleParameters | None = None,
     *,
     ridges: bool = True,
@@ -89,7 +89,7 @@ def sample_of(
     With `window_px`, windows of that side at 500 dpi are cut from the probes.
     """
     p = parameters or SampleParameters()
-    pairs = choose_pairs(extracted.dataset.impressions)
+    pairs = choose_pairs(extracted.impressions)
     templates = [
         one if one is None or ridges else without_ridges(one) for one in extracted.templates
     ]
@@ -120,7 +120,7 @@ def sample_of(
     shape = (len(rows), 2, HYPOTHESES, len(FEATURES))
     features = np.array(rows).reshape(shape)
     return ScoreSample(
-        extracted.dataset.name,
+        extracted.name,
         features[:, 1],
         features[:, 0],
         np.array(descriptors, np.float64).reshape(-1, 2),
@@ -131,7 +131,7 @@ def sample_of(
 
 
 def samples_of(
-    sets: Sequence[ExtractedSet],
+    sets: Sequence[Dataset],
     parameters: SampleParameters | None = None,
     *,
     workers: int | None = None,

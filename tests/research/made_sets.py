@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from fpmatch.lab.evaluation.databases.dataset import Dataset, Impression
-from research.databases import ExtractedSet
 
 
 def extracted_set(templates, name="made"):
     """Return a database of templates by finger and number; None where there is none."""
     taken = tuple(Impression(f, k, Path(f"{f}_{k}.tif")) for f, k in templates)
-    return ExtractedSet(Dataset(name, 500.0, "", taken, name), tuple(templates.values()))
+    given = tuple(templates.values())
+    return Dataset(name, 500.0, "", taken, name, templates=given)

@@ -40,7 +40,7 @@ def test_among_all_impressions_are_those_of_other_fingers(workers):
     shown = [
         (number, impression.finger, template)
         for number, one in enumerate(sets)
-        for impression, template in zip(one.dataset.impressions, one.templates, strict=True)
+        for impression, template in zip(one.impressions, one.templates, strict=True)
         if template is not None
     ]
     similarities = [

@@ -140,20 +140,6 @@ def evaluate_matchers(
     `OutputError` if the file cannot be written.
     """
     sources = [DatasetSource(one, reading) for one in load_datasets(datasets, protocol)]
-    how: dict[str, Any] = {"protocol": protocol, "workers": workers, "progress": progress}
-    return evaluate_sources(sources, matchers, scores=scores, **how)
-
-
-def evaluate_sources(
-    sources: Sequence[DatasetSource],
-    matchers: Sequence[str | Matcher],
-    *,
-    protocol: str = "extended",
-    workers: int | None = None,
-    progress: Progress = no_progress,
-    scores: str | os.PathLike[str] | None = None,
-) -> list[RatesReport]:
-    """Evaluate some matchers on databases that are open; else as `evaluate_matchers`."""
     chosen = [get_matcher(one) if isinstance(one, str) else one for one in matchers]
     plans = [choose_pairs(one.dataset.impressions, protocol) for one in sources]
     if scores is None:

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.gallery.listing.print_file import PrintFile
+    from fpmatch.templates.minutiae import Template
 
 PROTOCOLS: Final = ("extended", "fvc")
 _BAND: Final = 256  # references that are compared with all probes before the next
@@ -73,7 +74,8 @@ class Dataset:
 
     `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
     where it is not known. Impressions are sorted by finger and number. `place` is the folder,
-    manifest or gallery from which they are; `notes` are about the whole database.
+    manifest or gallery from which they are; `notes` are about the whole database. `templates` are
+    those of all impressions where they are known already, None where there is none.
     """
 
     name: str
@@ -83,6 +85,7 @@ class Dataset:
     place: str
     notes: tuple[str, ...] = ()
     in_gallery: bool = False
+    templates: tuple[Template | None, ...] = ()
 
     def at(self, dpi: float | None) -> Dataset:
         """Return the database with all prints at `dpi`, unless that is None."""

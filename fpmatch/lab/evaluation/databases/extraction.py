@@ -60,15 +60,10 @@ class DatasetSource:
     """The prints of a database, as `fpmatch.gallery.batch.sources.PrintSource` describes.
 
     Templates are extracted when they are first needed, and kept in memory; those of a gallery are
-    taken as they are, and so are `templates` that are given for all impressions.
+    taken as they are, and so are those that the database has.
     """
 
-    def __init__(
-        self,
-        dataset: Dataset,
-        reading: Reading = Reading(),
-        templates: Sequence[Template | None] = (),
-    ) -> None:
+    def __init__(self, dataset: Dataset, reading: Reading = Reading()) -> None:
         self.dataset, self._how = dataset, reading
         self.place, self.title = dataset.place, dataset.name
         self.names = [one.name for one in dataset.impressions]
@@ -81,7 +76,7 @@ class DatasetSource:
         self._gallery = GallerySource(dataset.place) if dataset.in_gallery else None
         self._made = {
             k: _stored(NO_TEMPLATE if one is None else ExtractedPrint(one))
-            for k, one in enumerate(templates)
+            for k, one in enumerate(dataset.templates)
         }
         self._open: FolderReader[GreyImage | TemplateRecord] | None = None
         state = repr([_state(file) for file in self._files])

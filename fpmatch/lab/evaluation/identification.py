@@ -39,10 +39,9 @@ from fpmatch.lab.evaluation.rates.bootstrap import (
     RankedScores,
     bound_json,
     draw_fingers,
-    exact_interval,
     interval_json,
     interval_of,
-    wider,
+    with_limit,
 )
 from fpmatch.lab.evaluation.rates.error_rates import fnmr_at_fmr, threshold_at_fmr
 from fpmatch.lab.evaluation.rates.scores import Trials
@@ -193,8 +192,8 @@ def identification_rates(
     def point(at: Any, fnir: float | None, draws: Any, threshold: float | None) -> dict[str, Any]:
         interval = None
         if fnir is not None and bootstrap:
-            exact = exact_interval(fnir, units, "subject") if fnir in {0.0, 1.0} else None
-            interval = wider(None if draws is None else interval_of(draws), exact)
+            drawn = None if draws is None else interval_of(draws)
+            interval = with_limit(drawn, fnir, units, "subject")
         limits = {"interval": interval_json(interval), "bound": bound_json(interval)}
         return {**at, "fnir": fnir, "threshold": threshold, **limits}
 

@@ -22,6 +22,7 @@ from fpmatch.gallery.engine.engine import processes
 from fpmatch.gallery.engine.workers import Progress, no_progress
 from fpmatch.lab.evaluation.databases.dataset import Dataset, choose_pairs, load_dataset
 from fpmatch.lab.evaluation.databases.extraction import DatasetSource, Reading
+from fpmatch.lab.evaluation.rates.bootstrap import CHANCE
 from fpmatch.lab.evaluation.rates.scores import (
     finger_in_name,
     read_genuine_and_impostor,
@@ -44,14 +45,6 @@ if TYPE_CHECKING:
     AnyDataset = Dataset | AnyPath
 
 PARTS: Final = ".parts"
-UNKNOWN_FINGERS: Final = (
-    "its fingers are not known: comparisons are drawn for the 95 % intervals, which are too narrow "
-    "where fingers come in several comparisons; --pattern finds fingers in the names of prints"
-)
-PROBABLY_DISTANCES: Final = (
-    "genuine scores are mostly lower than impostor scores: distances need --distances"
-)
-_HALF: Final = 0.5
 
 
 def evaluate(
@@ -302,7 +295,13 @@ def notes_on(report: RatesReport) -> list[str]:
         total = sum(one.compared.size for one in report.scores)
         notes.append(f"{failed:,} of {total:,} comparisons have no score and count as the lowest")
     if not all(one.trials.fingers for one in report.scores):
-        notes.append(UNKNOWN_FINGERS)
-    if report.pooled.eer is not None and report.pooled.eer > _HALF:
-        notes.append(PROBABLY_DISTANCES)
+        notes.append(
+            "its fingers are not known: comparisons are drawn for the 95 % intervals, which are "
+            "too narrow where fingers come in several comparisons; --pattern finds fingers in the "
+            "names of prints"
+        )
+    if report.pooled.eer is not None and report.pooled.eer > CHANCE:
+        notes.append(
+            "genuine scores are mostly lower than impostor scores: distances need --distances"
+        )
     return notes

@@ -48,7 +48,7 @@ MIN_COMPARISONS: Final = 10  # of a kind, where the fingers are not known
 CONFIDENCE: Final = 0.95
 BOOTSTRAP: Final = "bootstrap"
 CLOPPER_PEARSON: Final = "clopper-pearson"
-_CHANCE: Final = 0.5  # the EER of guessing, which no limit of an EER exceeds
+CHANCE: Final = 0.5  # the EER of guessing, which no limit of an EER exceeds
 
 
 class Replicates(NamedTuple):
@@ -211,32 +211,31 @@ def rate_interval(
 
     `draws` are its bootstrap replicates. There is no interval where there are too few fingers.
     """
-    enough = draws is not None and all(map(_are_enough, trials))
-    drawn = interval_of(draws) if enough and draws is not None else None
     if rate is None:
         return None
-    if 0 < rate < 1:
-        return drawn
+    enough = draws is not None and all(map(_are_enough, trials))
+    drawn = interval_of(draws) if enough and draws is not None else None
     known = all(one.fingers for one in trials)
     counts = [_count(name, one) for one in trials]
     number = len(counts) * min(counts) if mean else sum(counts)
     unit = ("pair of fingers" if name == "eer" else "finger") if known else "comparison"
-    return wider(drawn, exact_interval(rate, number, unit, highest=_CHANCE if name == "eer" else 1))
+    return with_limit(drawn, rate, number, unit, highest=CHANCE if name == "eer" else 1)
 
 
-def exact_interval(rate: float, trials: int, unit: str, *, highest: float = 1) -> Interval | None:
-    """Return the limit of a rate of 0 or 1; None without trials, or if it exceeds `highest`."""
-    if not trials:
-        return None
+def with_limit(
+    drawn: Interval | None, rate: float, trials: int, unit: str, *, highest: float = 1
+) -> Interval | None:
+    """Return the interval of a rate, of 0 or 1 the limit of so many trials, if that is wider.
+
+    A limit above `highest` states nothing, and gives no interval.
+    """
+    if 0 < rate < 1 or not trials:
+        return drawn
     least = (1 - CONFIDENCE) ** (1 / trials)  # which solves p^n = 0.05
     low, high = (least, 1.0) if rate else (0.0, 1 - least)
-    return Interval(low, high, CLOPPER_PEARSON, trials, unit) if high <= highest else None
-
-
-def wider(drawn: Interval | None, exact: Interval | None) -> Interval | None:
-    """Return the wider of two intervals, either of which may be missing."""
-    known = [one for one in (exact, drawn) if one is not None]
-    return max(known, key=lambda one: one.high - one.low, default=None)
+    if high > highest or (drawn is not None and drawn.high - drawn.low > high - low):
+        return drawn
+    return Interval(low, high, CLOPPER_PEARSON, trials, unit)
 
 
 def interval_of(draws: NDArray[np.float64]) -> Interval | None:

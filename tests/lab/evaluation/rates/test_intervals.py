@@ -5,9 +5,8 @@ from scipy.stats import binomtest
 from fpmatch.lab.evaluation.rates.bootstrap import (
     Interval,
     bootstrap_rates,
-    exact_interval,
     interval_of,
-    wider,
+    with_limit,
 )
 from fpmatch.lab.evaluation.rates.error_rates import error_rates
 from fpmatch.lab.evaluation.rates.scores import ScoresSet, Trials
@@ -71,17 +70,16 @@ def test_draws_without_a_rate_are_left_out_until_too_many():
 
 
 def test_the_wider_of_two_intervals_counts():
-    drawn, exact = Interval(0.0, 0.5), exact_interval(0.0, 10, "finger")
-    assert wider(drawn, exact) == drawn
-    assert wider(Interval(0.0, 0.0), exact) == wider(None, exact) == exact
-    assert wider(None, None) is None
-    assert exact_interval(0.0, 0, "finger") is None
+    drawn, limit = Interval(0.0, 0.5), with_limit(None, 0.0, 10, "finger")
+    assert with_limit(drawn, 0.0, 10, "finger") == with_limit(drawn, 0.1, 10, "finger") == drawn
+    assert with_limit(Interval(0.0, 0.0), 0.0, 10, "finger") == limit
+    assert with_limit(None, 0.0, 0, "finger") is None
 
 
 @pytest.mark.parametrize("units", [1, 2, 7, 300, 10**6])
 def test_the_limit_is_that_of_clopper_and_pearson(units):
     for rate, count, side in ((0.0, 0, "less"), (1.0, units, "greater")):
-        found = exact_interval(rate, units, "finger")
+        found = with_limit(None, rate, units, "finger")
         exact = binomtest(count, units, alternative=side).proportion_ci(0.95, method="exact")
         assert (found.low, found.high) == pytest.approx(tuple(exact), rel=1e-9)
 

@@ -12,8 +12,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.gallery.batch.score_file import csv_lines
 from fpmatch.gallery.batch.sources import unpack
-from fpmatch.gallery.index.prints.compare import packs, similarities
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
+from fpmatch.gallery.index.compare import PreparedPrints, packs, similarities
 from fpmatch.matching.decision import (
     DEFAULT_THRESHOLD,
     evidence_in,
@@ -204,7 +203,7 @@ class PairComparer:
             start = _start(references, self._packed[0])
             if start is None and (start := _start(references, together)) is not None:
                 prepared = (self._print(data)[0] for data in together)
-                self._packed = together, PreparedPrints.pack(prepared)
+                self._packed = together, PreparedPrints(prepared)
             if start is not None:
                 ours, end = self._print(probe)[0], start + len(references)
                 return similarities(self.matcher, ours, self._packed[1], start, end)

@@ -25,7 +25,7 @@ from fpmatch.base.output import atomic_write_bytes, make_missing, reason
 from fpmatch.errors import EncryptionError, OutputError, ScoringError
 from fpmatch.gallery.batch.score_file import convert_to_parquet, is_parquet
 from fpmatch.gallery.batch.sources import StoredTemplate
-from fpmatch.gallery.encryption.keys import given_source, keys_for, load_keys
+from fpmatch.gallery.encryption.keys import given_source, load_keys
 from fpmatch.gallery.encryption.records import is_sealed, key_id_of, seal, unseal
 
 if TYPE_CHECKING:
@@ -243,7 +243,7 @@ class Unfinished:
         if data is None or not is_sealed(data):
             return data
         try:
-            keys = self._keys or keys_for(key_id_of(data))
+            keys = self._keys or load_keys(key_id=key_id_of(data))
             return unseal(keys, data, purpose=_PURPOSE, bound=_place(side, number))
         except EncryptionError as error:
             raise ScoringError(f"{self.folder}: {error}", code=error.code) from error

@@ -139,10 +139,9 @@ def enrol(
         find_prints,
         folder_reader,
     )
-    from fpmatch.gallery.store.audit import turn_on
+    from fpmatch.gallery.store.audit import switch
     from fpmatch.gallery.tasks import enrol as work
     from fpmatch.gallery.tasks.screening import Enrolment
-    from fpmatch.gallery.tasks.transfer import enrol_gallery
     from fpmatch.prints.reading import PrintReader
 
     if encrypt:
@@ -175,10 +174,10 @@ def enrol(
         )
         stack.enter_context(bars)
         if audit:
-            turn_on(opened)
+            switch(opened, on=True)
         done = Enrolment(opened, strict=strict)
         for source in sources:
-            enrol_gallery(opened, source, progress=bars.show, into=done)
+            work.enrol_gallery(opened, source, progress=bars.show, into=done)
         if others:
             work.enrol(
                 opened,
@@ -192,7 +191,7 @@ def enrol(
         sizes = len(opened), opened.subjects()
         name, private = opened.name, opened.private
     seconds = time.perf_counter() - start
-    if not private:
+    if private is False:
         say_note(f"{name}: other users may read it; `chmod 600` makes it private")
     say_notes(done.noted)
     say_failures(

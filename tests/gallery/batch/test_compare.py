@@ -63,9 +63,9 @@ def test_many_at_once_are_as_one_by_one(template, rng, monkeypatch):
 
 
 def test_each_print_with_all_after_it_is_packed_once(template, rng, monkeypatch):
-    packed, pack_prints = [], compare.PreparedPrints.pack
+    packed, prepared_prints = [], compare.PreparedPrints
     monkeypatch.setattr(
-        compare.PreparedPrints, "pack", lambda some: packed.append(1) or pack_prints(some)
+        compare, "PreparedPrints", lambda some: packed.append(1) or prepared_prints(some)
     )
     ours = prints(template, rng, 9)
     i, j = (side.astype(np.int32) for side in np.triu_indices(9, k=1))

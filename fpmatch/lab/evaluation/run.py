@@ -146,7 +146,8 @@ def evaluate_matchers(
         for matcher in chosen:
             rows = []
             for source, plan in zip(sources, plans, strict=True):
-                file, about = _scored(Path(folder), source, plan, matcher, engine, progress)
+                how: dict[str, Any] = {"engine": engine, "lasting": scores is not None}
+                file, about = _scored(Path(folder), source, plan, matcher, progress, **how)
                 fingers = dict(zip(source.names, source.fingers, strict=True))
                 (read,) = read_scores(file, finger_of=fingers.get)
                 rows.append(SetRates.of(read, about, source))
@@ -163,8 +164,10 @@ def _scored(
     source: DatasetSource,
     plan: Pairs,
     matcher: Matcher,
-    engine: Engine,
     progress: Progress,
+    *,
+    engine: Engine,
+    lasting: bool,
 ) -> tuple[Path, dict[str, Any]]:
     """Score the pairs of a database, unless an interrupted run has done so.
 
@@ -175,12 +178,13 @@ def _scored(
     file, beside = folder / f"{name}.csv", folder / f"{name}.json"
     if file.exists() and beside.exists():
         return file, json.loads(beside.read_text(encoding="utf-8"))
-    place = cast("Engine", nullcontext(engine))
 
     def show(stage: str, done: int, total: int) -> None:
         progress(COMPARE if stage == COMPARE else "extract", done, total)
 
-    done = score(source, source, file, pairs=plan, matcher=matcher, engine=place, progress=show)
+    place = cast("Engine", nullcontext(engine))
+    how: dict[str, Any] = {"engine": place, "progress": show, "lasting": lasting}
+    done = score(source, source, file, pairs=plan, matcher=matcher, **how)
     about = {
         "failures": {one.name: one.reason for one in done.failures},
         "dpi_assumed": list(done.dpi_assumed),

@@ -140,27 +140,20 @@ def ranks_of(scores: ScoresSet) -> tuple[NDArray[np.intp], NDArray[np.intp]] | N
     all pairs were compared (protocol "fvc"), each once, the fingers are not known, or there are not
     two of them, one with two impressions.
     """
-    count, pairs = len(scores.prints), scores.probe.size
-    if not count or pairs != count * (count - 1) // 2 or not scores.trials.fingers:
+    count, pairs, trials = len(scores.prints), scores.probe.size, scores.trials
+    if pairs != count * (count - 1) // 2 or trials.fingers < 2:
         return None
-    fingers = np.zeros(count, np.intp)
-    fingers[scores.probe] = scores.trials.probe
-    fingers[scores.reference] = scores.trials.reference
-    order = np.argsort(fingers, kind="stable")
-    _, starts, finger, sizes = np.unique(
-        fingers[order], return_index=True, return_inverse=True, return_counts=True
-    )
-    probes = np.flatnonzero(sizes[finger] > 1)
-    if sizes.size < 2 or not probes.size:
+    finger = np.zeros(count, np.intp)
+    finger[scores.probe], finger[scores.reference] = trials.probe, trials.reference
+    probes = np.flatnonzero(np.bincount(finger)[finger] > 1)
+    if not probes.size:
         return None
     table = np.full((count, count), -np.inf)
-    similarity = scores.trials.similarity
-    table[scores.probe, scores.reference] = table[scores.reference, scores.probe] = similarity
-    best = np.maximum.reduceat(table[np.ix_(order, order)], starts, axis=1)[probes]
-    own = best[np.arange(probes.size), finger[probes]]
-    rank = np.count_nonzero(best >= own[:, np.newaxis], axis=1)  # the own finger is one of them
-    as_given = np.argsort(order[probes])
-    return rank[as_given], finger[probes][as_given]
+    table[scores.probe, scores.reference] = trials.similarity
+    table = np.maximum(table, table.T)[probes]
+    best = np.stack([table[:, finger == f].max(axis=1) for f in range(trials.fingers)])
+    own = best[finger[probes], np.arange(probes.size)]
+    return np.count_nonzero(best >= own, axis=0), finger[probes]  # the own finger is one of them
 
 
 def finger_in_name(pattern: str | None = None) -> FingerOf:

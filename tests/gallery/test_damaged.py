@@ -23,6 +23,7 @@ from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
 from fpmatch.lab.evaluation.databases.extraction import extract_datasets
+from fpmatch.prints.reading import GivenPrint
 
 PRINTS = 6  # two of each of three subjects
 DAMAGED = 3
@@ -103,7 +104,7 @@ def test_every_reader_skips_it(place, tmp_path):
             found, entries = identify_entries(gallery, search, scattered(1, 30), listed=listed)
             assert (len(entries), entries[0].id, found.enrolled) == (3, 1, len(SOUND))
             assert [one.rank for one in found.candidates] == [1, 2, 3]
-        checked = check_claim(gallery, scattered(4, 30), "2")
+        checked = check_claim(gallery, GivenPrint("probe", scattered(4, 30)), "2")
         assert [entry.id for entry in checked.entries] == [4]
         assert checked.as_dict()["damaged"] in {0, 1}  # 0: nothing shows whose it was
         assert [check["subject"] for check in check_fingers(gallery)] == ["1", "3"]

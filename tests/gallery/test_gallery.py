@@ -97,6 +97,8 @@ def test_removed_numbers_are_not_given_again_and_changes_change_the_hash(where):
         gallery.add([], [Failure("x", "y")])
         assert gallery.add([entry_of(1, source="/elsewhere/1_1.tif")]) == [ENROLLED]
         refused(gallery.remove, [last.id, 999], code="unknown")
+        with pytest.raises(GalleryError):
+            gallery.remove([10**30])
         assert gallery.content_hash() == hashes[-1]
         assert list(gallery.entries()) == [first, last]
         assert gallery.remove([last.id, last.id]) == 1

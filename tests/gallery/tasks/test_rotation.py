@@ -1,5 +1,6 @@
 """Rotation of keys: all templates are sealed anew in one transaction; nothing stays readable."""
 
+import json
 import os
 import signal
 import subprocess
@@ -105,13 +106,16 @@ def test_a_killed_process_has_changed_nothing(tmp_path, source):
     assert (packed(path), keys_in_use(path)) == (PACKED, before)
 
 
-def test_a_damaged_entry_is_left_and_named(tmp_path, source):
+def test_a_damaged_entry_is_left_and_named(tmp_path, source, run):
     path = make(tmp_path / "g.db", encrypt=True)
     changed(path, "UPDATE fpmatch_entry SET subject = 'x' WHERE id = 4")
-    add_key(source)
+    key = add_key(source).current.id
+    result = run("gallery", "rewrite", path, "--encrypt", "--json")
+    assert (result.exit_code, "entry 4, left as it is" in result.stderr) == (1, True)
+    document = json.loads(result.stdout)
+    assert (document["key"], document["sealed"]) == (key, len(PRINTS) - 1)
+    assert [one["id"] for one in document["damaged"]] == [4]
     with open_gallery(path) as gallery:
-        done = rotate(gallery)
-        assert (list(done.damaged), done.sealed) == ([4], len(PRINTS) - 1)
         assert len(list(gallery.templates())) == len(PRINTS) - 1
         assert list(gallery.damaged) == [4]
 

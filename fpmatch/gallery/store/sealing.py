@@ -72,14 +72,10 @@ class Sealing:
         Raises DamagedRowError if row or template were changed, or belong to another entry or
         gallery; EncryptionError (code "missing key") if its key was not given.
         """
-        columns = row._asdict()
-        about: dict[str, Any] = {
-            "purpose": _ENTRY,
-            "salt": self.gallery,
-            "bound": [*_as_bytes(columns)],
-        }
+        columns, data = row._asdict(), row.template
+        bound = [*_as_bytes(columns)]
         try:
-            packed = unseal(self.ring, row.template, **about)
+            packed = unseal(self.ring, data, purpose=_ENTRY, salt=self.gallery, bound=bound)
         except EncryptionError as error:
             if error.code in {"damaged", "version"}:
                 raise DamagedRowError(row.id, str(error)) from None

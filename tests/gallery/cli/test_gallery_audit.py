@@ -4,27 +4,21 @@ import hashlib
 import json
 
 import pytest
+from made_prints import entry_of
 
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.listing.entry import Label, NewEntry
 from fpmatch.gallery.store.audit import OPERATOR, acting_as, check_audit
-from fpmatch.templates.minutiae import Minutiae, Template
 
 
 @pytest.fixture
 def gallery(tmp_path, run):
     """Return a gallery of two prints that keeps an audit."""
     where = str(tmp_path / "prints.db")
-    minutiae = Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6])
-    with open_gallery(where, create=True):
-        pass
+    open_gallery(where, create=True).close()
     assert run("gallery", "audit", "switch", where, "on").exit_code == 0
     with open_gallery(where) as opened, acting_as("ada"):
-        for subject in ("101", "102"):
-            label = Label(subject, "", "1")
-            template = Template(minutiae, 300, 400)
-            content = subject.encode().ljust(32)
-            opened.add([NewEntry(label, f"/prints/{subject}.png", content, template)])
+        opened.add([entry_of(1)])
+        opened.add([entry_of(2)])
     return where
 
 
@@ -55,8 +49,13 @@ def test_commands_are_events(gallery, run, tmp_path, prints, monkeypatch):
     assert identified["probe"] == hashlib.sha256(probe.read_bytes()).hexdigest()
     assert identified["candidates"] == [1]
     assert (verified["subject"], verified["best"], verified["match"]) == ("1", 1, True)
+    with open_gallery(where) as opened:
+        opened.add([entry_of(1)])
+        (_, packed), *_ = opened.packed_templates()
+    assert "score" not in result.stdout
+    assert packed.hex() not in run("gallery", "audit", "show", where, "--json").stdout
     text = run("gallery", "audit", "show", where).stdout
-    assert len(text.splitlines()) == 8
+    assert len(text.splitlines()) == 9
     assert "previous" not in text
 
 

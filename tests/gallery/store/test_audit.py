@@ -1,7 +1,6 @@
 """The audit of a gallery: each event is stored with what it states, and cannot be changed."""
 
 import hashlib
-import json
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -20,7 +19,6 @@ from fpmatch.gallery.store.audit import (
     switch,
 )
 from fpmatch.gallery.tasks.api import identify
-from fpmatch.gallery.tasks.consistency import check_fingers
 from fpmatch.templates.minutiae import Minutiae, Template
 
 
@@ -62,25 +60,6 @@ def test_changes_are_stored_with_their_events(audited):
     assert [one["number"] for one in removed["entries"]] == [1]
     assert (cleared["action"], cleared["count"]) == ("clear failures", 1)
     assert check_audit(audited).events == 4
-
-
-def test_reads_are_stored(audited, where, tmp_path):
-    audited.add([entry("101"), entry("101", "2"), entry("102")])
-    identify(audited, audited.template(1))
-    export_gallery(where, tmp_path / "out", "json", "101")
-    list(check_fingers(audited))
-    audited.record("list", subject="101")
-    audited.record("identify", probe=b"picture", candidates=[3])
-    found = events(audited)[2:]
-    assert [event["action"] for event in found] == [
-        *("identify", "export", "check", "list", "identify")
-    ]
-    assert {1, 2, 3} >= set(found[0]["candidates"])
-    assert found[1]["entries"] == "1-2"
-    assert found[-1]["probe"] == hashlib.sha256(b"picture").hexdigest()
-    (_, packed), *_ = audited.packed_templates()
-    texts = list(map(json.dumps, events(audited)))
-    assert not any("score" in text or packed.hex() in text for text in texts)
 
 
 def test_it_is_off_until_it_is_turned_on(where):

@@ -82,7 +82,7 @@ def test_a_print_is_enrolled_identified_claimed_listed_and_removed(http, prints,
     assert ask("DELETE", "/gallery/prints?subject=eve") == {"removed": 1}
     with open_gallery(gallery_place) as gallery:
         events = [event for _, _, event in events_of(gallery)]
-        assert check_audit(gallery).events == len(events)
+        assert check_audit(gallery)[0] == len(events)
     text = json.dumps(events)
     actions = ["enrol", "identify", "verify", "compare", "list", "remove"]
     assert [text.count(f'"action": "{action}"') for action in actions] == [2, 1, 1, 1, 1, 2]

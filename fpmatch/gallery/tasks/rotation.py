@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
@@ -26,29 +25,20 @@ _UPDATE: Final = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Rotation:
-    """The number of templates that a rotation has sealed, and its key.
-
-    `damaged` has, by number, why an entry could not be read; it was left as it is.
-    """
-
-    key: str
-    sealed: int
-    damaged: dict[int, str]
-
-
-def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> Rotation:
+def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> dict[str, Any]:
     """Seal all templates of a gallery with the current one of its keys.
 
     The gallery is open with the key in use, if it has one, and the new one. All is one transaction:
     other programs wait for its end, and one that is killed has changed nothing. Then the files of
     the gallery are rewritten without what they had before. `progress` is called with stage "rotate"
-    and numbers of entries. Raises GalleryError if a key is missing; EncryptionError if the source
-    of the keys cannot be read.
+    and numbers of entries.
+
+    Returns, as JSON values, the "key", the number of templates that were "sealed", and of entries
+    that are "damaged" and were left as they are the "id" and the "reason". Raises GalleryError if a
+    key is missing; EncryptionError if the source of the keys cannot be read.
     """
     total, sealed, after = len(gallery), 0, 0
-    damaged: dict[int, str] = {}
+    damaged: list[dict[str, Any]] = []
     with gallery.changing() as connection:
         target, before = load_keys(gallery.key).current.id, gallery.sealing(connection)
         assert before is None or before.key  # of which all templates are read
@@ -64,7 +54,7 @@ def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> Rotation:
                     check_row(row)
                     columns = row._asdict() if before is None else vars(before.unseal_row(row))
                 except DamagedRowError as error:
-                    damaged[row.id] = error.why
+                    damaged.append({"id": row.id, "reason": error.why})
                     continue
                 own = new.seal_row(columns)
                 changes.append({"row": row.id, "own": own["template"], "of_own": row_digest(own)})
@@ -76,4 +66,4 @@ def rotate(gallery: Gallery, *, progress: Progress = no_progress) -> Rotation:
     gallery.vacuum()  # no free page or dead row contains what was before
     delete_files(gallery)
     progress("rotate", total, total)
-    return Rotation(target, sealed, damaged)
+    return {"key": target, "sealed": sealed, "damaged": damaged}

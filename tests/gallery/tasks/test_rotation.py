@@ -48,12 +48,12 @@ def test_a_plain_gallery_is_encrypted_while_another_is_open(where, source):
     make(where, encrypt=False)
     with open_gallery(where) as gallery, open_gallery(where) as other:
         assert len(list(other.templates())) == len(PRINTS)
-        assert rotate(gallery).sealed == len(PRINTS)
-        assert rotate(gallery).sealed == 0
+        assert rotate(gallery)["sealed"] == len(PRINTS)
+        assert rotate(gallery)["sealed"] == 0
         assert list(other.packed_templates()) == PACKED
         assert other.add([entry_of(99)]) == [None]
         add_key(source)
-        assert rotate(gallery).sealed == len(PRINTS) + 1
+        assert rotate(gallery)["sealed"] == len(PRINTS) + 1
         assert list(other.packed_templates())[:-1] == PACKED
         assert summarize(gallery)["keys"] == [load_keys(source).current.id]
 
@@ -77,7 +77,7 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
             with pytest.raises(ZeroDivisionError):
                 rotate(gallery)
         assert packed(path) == PACKED
-        assert rotate(gallery).sealed == 0
+        assert rotate(gallery)["sealed"] == 0
     remove_key(source, first)
     with open_gallery(path) as gallery:
         assert len(open_search(gallery, engine=serial(), note=pytest.fail)) == len(PRINTS)

@@ -80,8 +80,11 @@ def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) 
     numbers, templates = list(sound), list(sound.values())
     prepared = [matcher.prepare(template) for template in templates]
     among = set(choose_impressions(templates))
+    # it grows with the pairs, one false match of which would join two fingers
+    least = LINK_SCORE + 10.0 * math.log10(len(sound) * (len(sound) - 1) / 2)
+    least = min(least, HIGHEST_LINK_SCORE)
     links = link_impressions(
-        prepared, matcher, curve, least_score=_link_score(len(sound)), least_pairs=1, among=among
+        prepared, matcher, curve, least_score=least, least_pairs=1, among=among
     )
     groups = linked_groups(len(sound), links)
     disagreements = []
@@ -98,9 +101,3 @@ def _check(sound: Mapping[int, Template], matcher: Matcher, curve: Calibration) 
         "groups": [[numbers[k] for k in group] for group in groups],
         "disagreements": disagreements,
     }
-
-
-def _link_score(count: int) -> float:
-    """Return the score from which two of `count` impressions match; it grows with the pairs."""
-    pairs = count * (count - 1) / 2  # one false match would join two fingers
-    return min(LINK_SCORE + 10.0 * math.log10(pairs), HIGHEST_LINK_SCORE)

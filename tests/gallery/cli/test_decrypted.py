@@ -8,18 +8,15 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
-from dataclasses import fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 import pytest
 from made_prints import entries_of, print_of
 
 from fpmatch.gallery.batch.sources import pack
 from fpmatch.gallery.encryption.keys import make_keys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.index.prints.prepared_prints import PreparedPrints
 from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.store.stored_template import pack_template, unpack_template
 from fpmatch.matching.registry import get_matcher
@@ -46,9 +43,6 @@ def representations(template):
             yield from (column.astype(kind).tobytes() for kind in ["f8", "f4", "u2", "i2", "i4"])
         yield pack(one)[200:]
     prepared = get_matcher("unit-circle").prepare(stored)
-    packed = PreparedPrints.pack([prepared])
-    for field in fields(packed):
-        yield np.ascontiguousarray(getattr(packed, field.name)).tobytes()
     yield pickle.dumps(prepared)[400:]
 
 

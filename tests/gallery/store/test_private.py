@@ -42,7 +42,7 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
             connection.exec_driver_sql("DELETE FROM fpmatch_failure")
             connection.exec_driver_sql("UPDATE fpmatch_entry SET source = 'x'")
             assert (tmp_path / "g.db-journal").exists()
-            assert_private(tmp_path, 5)
+            assert_private(tmp_path, 4)
     (tmp_path / "g.db.prepared").rename(tmp_path / "kept")
     (tmp_path / "g.db.prepared").write_bytes(b"in the way: then the cache folder is used")
     (tmp_path / "g.db.prepared").chmod(0o600)
@@ -51,7 +51,7 @@ def test_galleries_their_journals_and_indices(tmp_path, cache, monkeypatch):
         open_search(gallery, engine=serial(), note=notes.append)
     assert [note.startswith(f"the index of {tmp_path / 'g.db'} is kept in ") for note in notes]
     assert len(list((cache / "fpmatch" / "galleries").iterdir())) == 1
-    assert_private(tmp_path, 9)
+    assert_private(tmp_path, 7)
 
 
 def test_an_older_gallery_is_narrowed_by_the_next_change(tmp_path):

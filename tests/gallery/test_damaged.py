@@ -18,7 +18,6 @@ from fpmatch.gallery.listing.entry import Label
 from fpmatch.gallery.search.entries import identify_entries
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.store.summary import summarize
 from fpmatch.gallery.tasks.claim import check_claim
 from fpmatch.gallery.tasks.consistency import check_fingers, find_damaged
 from fpmatch.lab.evaluation.databases.dataset import load_dataset
@@ -110,7 +109,7 @@ def test_every_reader_skips_it(place, tmp_path):
         assert [check["subject"] for check in check_fingers(gallery)] == ["1", "3"]
         assert list(find_damaged(gallery)) == [DAMAGED]
         assert [entry.id for entry in gallery.entries() if entry.id != DAMAGED] == SOUND
-        assert summarize(gallery)["impressions"] + summarize(gallery)["damaged"] == PRINTS
+        assert gallery.summarize()["impressions"] + gallery.summarize()["damaged"] == PRINTS
     assert export_gallery(str(place), tmp_path / "out", "json", None) == 1
     dataset = load_dataset(place)
     (made,) = extract_datasets([dataset])

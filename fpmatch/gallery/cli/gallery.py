@@ -70,13 +70,12 @@ Examples:
 def list_(gallery: str, summary: bool, subject: str | None, failures: bool, as_json: bool) -> None:
     """List the impressions of GALLERY, what could not be enrolled, or its counts and sizes."""
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.store.summary import summarize
 
     if summary + failures + (subject is not None) > 1:
         raise click.UsageError("--summary, --failures and --subject exclude each other")
     with open_gallery(gallery) as opened:
         if summary:
-            counted, name = summarize(opened), opened.name
+            counted, name = opened.summarize(), opened.name
             show(
                 json_text({"gallery": name, **counted}) if as_json else _summary_text(name, counted)
             )
@@ -230,8 +229,7 @@ def rewrite(gallery: str, encrypt: bool, as_json: bool) -> int:
 
     Without --encrypt, prepared prints that no longer fit are deleted, too.
     """
-    from fpmatch.gallery.gallery import free_space, open_gallery
-    from fpmatch.gallery.tasks.rotation import rotate
+    from fpmatch.gallery.gallery import free_space, open_gallery, rotate
 
     with open_gallery(gallery) as opened, ProgressBars({"rotate": "encrypting"}) as bars:
         name, damaged = opened.name, list[dict[str, Any]]()

@@ -10,7 +10,6 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.search.identify import identify
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.store.summary import summarize
 
 PRINTS = [scattered(seed, 30) for seed in range(12)]
 pytestmark = pytest.mark.usefixtures("source")
@@ -46,7 +45,7 @@ def test_on_every_database(where, source):
         assert gallery.add(entries_of(*PRINTS[:3])) == [None] * 3
         packed = [(k, pack_template(template)) for k, template in enumerate(PRINTS[:3], 1)]
         assert list(gallery.packed_templates()) == packed
-        assert summarize(gallery)["keys"] == list(load_keys(source).ids)
+        assert gallery.summarize()["keys"] == list(load_keys(source).ids)
 
 
 def test_without_the_key_one_line_names_it(encrypted, source, monkeypatch):

@@ -9,14 +9,12 @@ import sys
 import pytest
 from made_prints import changed, entries_of, entry_of, readable, refused, scattered
 
+from fpmatch.gallery import gallery as rotation
 from fpmatch.gallery.encryption.keys import add_key, load_keys, make_keys
 from fpmatch.gallery.engine.engine import serial
-from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.gallery import open_gallery, rotate
 from fpmatch.gallery.search.opening import open_search
 from fpmatch.gallery.store.stored_template import pack_template
-from fpmatch.gallery.store.summary import summarize
-from fpmatch.gallery.tasks import rotation
-from fpmatch.gallery.tasks.rotation import rotate
 from tests.gallery.conftest import remove_key
 
 PRINTS = [scattered(seed, 30) for seed in range(20)]
@@ -41,7 +39,7 @@ def packed(where):
 
 def keys_in_use(where):
     with open_gallery(where) as gallery:
-        return tuple(summarize(gallery)["keys"])
+        return tuple(gallery.summarize()["keys"])
 
 
 def test_a_plain_gallery_is_encrypted_while_another_is_open(where, source):
@@ -55,7 +53,7 @@ def test_a_plain_gallery_is_encrypted_while_another_is_open(where, source):
         add_key(source)
         assert rotate(gallery)["sealed"] == len(PRINTS) + 1
         assert list(other.packed_templates())[:-1] == PACKED
-        assert summarize(gallery)["keys"] == [load_keys(source).current.id]
+        assert gallery.summarize()["keys"] == [load_keys(source).current.id]
 
 
 def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, source, monkeypatch):
@@ -86,7 +84,7 @@ def test_nothing_of_the_plain_templates_or_of_the_former_key_is_left(tmp_path, s
 ROTATE = """
 import sys
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.tasks import rotation
+from fpmatch.gallery import gallery as rotation
 rotation._ROWS_PER_READ = 1
 with open_gallery(sys.argv[1]) as gallery:
     rotation.rotate(gallery, progress=lambda *state: print(*state, flush=True))
